@@ -15,7 +15,7 @@ from .tables.textures.program import TextureTables
 F32 = NDArray[np.float32]
 Progress = Callable[[float], None] | None
 # Part, term, outcome, reason, numbers of edges, and the further fields of `derivatives.decisions.Decision`.
-DecisionRow = tuple[str, str, str, str, tuple[int, ...], Any, Any, Any, Any, Any, int, float, float]
+DecisionRow = tuple[str, str, str, str, tuple[int, ...], Any, Any, Any, Any, Any, int, float, float, Any]
 
 def instruction_sets() -> list[str]: ...
 def embree_version(path: str) -> str: ...
@@ -85,7 +85,12 @@ class Scene:
         learned: LearnedSampling | None,
         progress: Progress,
     ) -> tuple[dict[str, NDArray[np.float64]], list[Dropped], list[DecisionRow]]: ...
-    def decide(self, requested: dict[str, NDArray[np.int64]], options: RenderOptions) -> list[DecisionRow]: ...
+    def decide(
+        self,
+        requested: dict[str, NDArray[np.int64]],
+        options: RenderOptions,
+        parameters: list[dict[str, NDArray[np.int64]]],
+    ) -> list[DecisionRow]: ...
 def evaluate_bsdfs(
     materials: object, points: object, instruction_set: str, favoured: int = 0
 ) -> dict[str, NDArray[np.float32]]: ...

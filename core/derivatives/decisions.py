@@ -39,6 +39,9 @@ class Decision:
         The number of faces or surfaces above which the part is missing; 0: it has none.
     samples, seconds
         Number of samples that the call took, and the seconds of all its threads together; 0 before a call.
+    by_parameter
+        Of the part "shading" in `Renderer.decide`, for each requested parameter: the reason why it changes no shading
+        ("needed": it may change it), and whether it leaves the whole picture as it is.
     """
 
     part: str
@@ -54,6 +57,7 @@ class Decision:
     limit: int = 0
     samples: float = 0.0
     seconds: float = 0.0
+    by_parameter: tuple[tuple[str, bool], ...] = ()
 
     @property
     def computed(self) -> bool:

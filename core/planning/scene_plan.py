@@ -11,8 +11,6 @@ from dataclasses import dataclass, field
 
 from .._check import names, whole
 from ..derivatives.decisions import Decisions
-from ..derivatives.motion import may_move
-from ..derivatives.table_derivatives import with_requested
 from ..reference import diffuse_tables
 from ..reference.simplify import obstacles
 from ..rendering.engine import engine_class
@@ -23,11 +21,11 @@ from ..scene.bounces import MAX_DEPTH
 from ..scene.fixed_scene import FixedScene
 from ..scene.scene import Scene, validated
 from . import boundary_words
-from .interior import Reflecting, interior
+from .interior import interior, unchanged
 from .missing_words import missing
 from .picture import picture_plan
 from .scene_words import SceneWords
-from .term import NOT_COMPUTED, UNREAD, Term
+from .term import NOT_COMPUTED, Term
 
 _WORDS = {
     "interior": "Interior (shading that changes smoothly)",
@@ -39,30 +37,32 @@ _WORDS = {
 
 @dataclass(frozen=True)
 class Plan:
-    """The picture's needs, the terms of a derivative, and what is left out of it though it may not be zero.
+    """A plan in words.
 
-    `decisions` are the engine's, which the words are about.
+    Attributes
+    ----------
+    picture
+        Sentences on what a picture needs.
+    terms
+        The terms of the derivative.
+    missing
+        Sentences on contributions to the derivative that are not computed, and may not be zero.
+    zero
+        Parameters that do not change the picture, and why.
+    decisions
+        The engine's decisions that the words describe.
     """
 
     picture: tuple[str, ...]
     terms: tuple[Term, ...]
     missing: tuple[str, ...]
+    zero: Mapping[str, str] = field(default_factory=dict, repr=False)
     decisions: Decisions = field(default=(), repr=False)
 
     @property
     def needed(self) -> tuple[str, ...]:
         """Names of the terms that can be non-zero, as `render_backward` takes them."""
         return tuple(term.name for term in self.terms if term.computed)
-
-    @property
-    def zero(self) -> dict[str, str]:
-        """Parameters by which the picture certainly doesn't change, and why."""
-        unchanged: Mapping[str, str] = {}
-        borders = False
-        for term in self.terms:
-            unchanged = term.zero or unchanged
-            borders |= term.computed and term.name != "interior"
-        return {path: why for path, why in unchanged.items() if why == UNREAD or not (borders and may_move(path))}
 
     def __str__(self) -> str:
         lines = ["Picture", *(f"  - {sentence}" for sentence in self.picture)]
@@ -116,21 +116,22 @@ def plan(
     with nullcontext(scene) if isinstance(scene, Renderer) else prepared(scene) as renderer:
         given = renderer.scene
         decided = renderer.decide(wrt, max_depth=max_depth)
-        tables = with_requested(given, renderer.tables, wrt)
     fixed = FixedScene.of(given)
     words = SceneWords.of(fixed, decided)
     share = None
     if measure and "caustics" in words.by_part:
         share = caustic_share(given, spp=measure, max_depth=max_depth)
-    made = {"interior": interior(words, tables, wrt, max_depth), "primary": boundary_words.primary(words),
+    made = {"interior": interior(words, wrt), "primary": boundary_words.primary(words),
             "shadow": boundary_words.shadow(words), "indirect": boundary_words.indirect(words, max_depth)}
     left_out = _simplified(given, max_depth) if narrow else missing(words, share)
-    return Plan(picture_plan(fixed, max_depth), tuple(made[name] for name in TERMS), tuple(left_out), decided)
+    return Plan(picture_plan(fixed, max_depth), tuple(made[name] for name in TERMS), tuple(left_out),
+                unchanged(words, wrt), decided)
 
 
 def _simplified(scene: Scene, max_depth: int) -> list[str]:
     """What the reference engine, which is for flat, diffuse scenes alone, lacks."""
     out = [f"for exact derivatives the scene is too rich: {simplified}" for simplified in obstacles(scene)]
-    if max_depth >= 2 and Reflecting(scene):
+    closures = [closure for name in scene.used_materials for closure in scene.closures(name)]
+    if max_depth >= 2 and any(c.base_color.any() or "base_color" in c.textures for c in closures):
         out.append("light that surfaces pass on to each other (more than one bounce): neither rendered nor derived")
     return out

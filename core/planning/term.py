@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-UNREAD = "nothing of the picture reads it"
+UNREAD = "the picture does not depend on it"
 NOT_COMPUTED = "not computed in this scene, see below"
 
 
@@ -23,8 +22,6 @@ class Term:
         Candidate edges, and all edges (of the meshes that rays can hit); 0 for the interior.
     why
         What is computed or skipped, and the reason, in words.
-    zero
-        Of the interior: the parameters by which it is zero, and why.
     """
 
     name: str
@@ -32,4 +29,3 @@ class Term:
     edges: int
     of: int
     why: tuple[str, ...]
-    zero: Mapping[str, str] = field(default_factory=dict, repr=False)

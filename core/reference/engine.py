@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -126,8 +127,10 @@ class Engine:
         self._run(tables, sink, options, progress)
         return narrow.widened(tables, sink.gradient, requested)
 
-    def decide(self, tables: Tables, requested: Requested, options: RenderOptions) -> Decisions:
-        """Return what a derivative with respect to the `requested` tables consists of."""
+    def decide(
+        self, tables: Tables, requested: Requested, options: RenderOptions, parameters: Sequence[Requested] = ()
+    ) -> Decisions:
+        """Decide what a derivative with respect to the `requested` tables consists of."""
         moves = "vertices" in requested
         edges = EdgeCounts() if self._topology is None else EdgeCounts(*2 * (len(self._topology.vertices),))
         still = "needed" if moves else "still"
@@ -137,8 +140,10 @@ class Engine:
             "shadow": ("light shadows", still if options.max_depth > 1 else "not rendered"),
             "indirect": ("edges between surfaces", "not rendered"),
         }
+        effects = tuple(("needed", False) if parameter else ("unread", True) for parameter in parameters)
         return tuple(
-            Decision(part, term, "computed" if reason == "needed" else "zero", reason, edges)
+            Decision(part, term, "computed" if reason == "needed" else "zero", reason, edges,
+                     by_parameter=effects if term == "interior" else ())
             for term, (part, reason) in reasons.items() if term in options.terms
         )
 

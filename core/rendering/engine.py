@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
@@ -48,7 +49,9 @@ class EngineLike(Protocol):
         *,
         progress: Progress | None,
     ) -> TableDerivative: ...
-    def decide(self, tables: flat.Tables, requested: Requested, options: RenderOptions) -> Decisions: ...
+    def decide(
+        self, tables: flat.Tables, requested: Requested, options: RenderOptions, parameters: Sequence[Requested]
+    ) -> Decisions: ...
 
 
 _warned_of_fallback = False

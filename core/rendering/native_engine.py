@@ -9,7 +9,7 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -206,12 +206,15 @@ class Engine:
         shape = shapes(tables)
         return {name: np.asarray(found[name]).reshape(shape[name]) for name in wanted}
 
-    def decide(self, tables: Tables, requested: Requested, options: RenderOptions) -> Decisions:
-        """Return what a derivative with respect to the `requested` tables consists of, without computing it."""
+    def decide(
+        self, tables: Tables, requested: Requested, options: RenderOptions, parameters: Sequence[Requested]
+    ) -> Decisions:
+        """Decide what a derivative with respect to the `requested` tables consists of, without computing it."""
         spans = _float_spans(tables, requested)
+        each = [_float_spans(tables, one) for one in parameters]
         with self._turns.lock():
             self._hold(tables)
-            return _decisions(self._scene.decide(spans, options))
+            return _decisions(self._scene.decide(spans, options, each))
 
     def _hold(self, tables: Tables) -> None:
         """Make the native scene that of the tables, whose materials and textures may be those of derivatives."""

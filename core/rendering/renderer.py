@@ -405,7 +405,8 @@ class Renderer:
         tables, requested = self._requested(wrt, None)
         _ = self.edges
         options = replace(checked_options(1, max_depth, 0, bounces), terms=checked_terms(terms))
-        return self._engine.decide(tables, requested, options)
+        parameters = [requested_tables(self.scene, tables, [path]) for path in wrt]
+        return self._engine.decide(tables, requested, options, parameters)
 
     def _requested(self, wrt: Collection[str], camera: Camera | None) -> tuple[flat.Tables, Requested]:
         """Return the tables for derivatives with respect to `wrt`, seen by a camera, and the rows that `wrt` needs."""

@@ -215,11 +215,6 @@ class AreaLight(_Light):
 Light = PointLight | SpotLight | SunLight | AreaLight
 
 
-def has_outline(light: Light) -> bool:
-    """Whether the camera may see where the light ends."""
-    return has_size(light) and "camera" in light.visible_to
-
-
 def has_size(light: Light) -> bool:
     """Whether a light has an extent, so that rays can hit it and a plane can divide it."""
     if isinstance(light, SunLight):

@@ -75,7 +75,7 @@ EG_INLINE Vec3 emission_of_next(const SceneView& scene, const VertexMemory& memo
 EG_INLINE FarMotion light_motion(const SceneView& scene, const Vertex& v, Mask material_form) {
     FarMotion motion = far_motion(material_form);
     if (!scene.mesh_contact) return motion;
-    motion.material_form = motion.material_form - raw::load(v.light_held);
+    motion.material_form = motion.material_form - raw::load(v.light_fixed_weight);
     motion.drift = {raw::load(v.light_drift[0]), raw::load(v.light_drift[1]), raw::load(v.light_drift[2])};
     return motion;
 }
@@ -95,9 +95,9 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
     // After perfect mirrors and smooth glass x is in screen form, so light stays in material form
     // (derivations, K).
     Mask may_fix = splat(0);
-    if (geometry && scene.face_held)
+    if (geometry && scene.face_fixed_direction)
         may_fix = receives_held(
-            scene, stays & (~load(v.slides) | (load(v.kind) == splat(static_cast<int>(kCameraRay)))),
+            scene, stays & (~load(v.screen_form) | (load(v.kind) == splat(static_cast<int>(kCameraRay)))),
             material);
     // Collect light from emitter samples
     const auto take = [&](Mask m, const LightArrival& a) {
@@ -114,10 +114,10 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
         take(from_row,
              light_of_row(scene, from_row, light_row, load(v.light_kind), load3(v.light_offset), position));
     // Collect light from samples of the environment's image
-    const Vec3 environment_scale = load3(v.sky_scale);
+    const Vec3 environment_scale = load3(v.environment_scale);
     s.environment = stays & (largest_component(environment_scale) > 0.0f);
     if (any(s.environment)) {
-        s.environment_w = turned_with_environment(scene, load3(v.sky_direction));
+        s.environment_w = turned_with_environment(scene, load3(v.environment_direction));
         s.environment_value = environment_radiance(scene, s.environment_w) * environment_scale;
     }
 
@@ -156,7 +156,7 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
             FarMotion motion = far_motion(surface & ~fixed);
             if (scene.mesh_contact) {
                 motion.material_form =
-                    motion.material_form - next_floats(memory, surface, next, &Vertex::held);
+                    motion.material_form - next_floats(memory, surface, next, &Vertex::fixed_weight);
                 motion.drift = next_drift(memory, surface, next);
             }
             const Segment y = segment_to(position, t, next_floats(memory, surface, next, &Vertex::b1),

@@ -224,7 +224,7 @@ void path_forward_kernel(const SceneView& scene, const AdjointTask& task, float*
         if (any(lost)) forget_place(task, lost, load(v.path));
         const Int path = select(active, load(v.path), splat(0));
         seed3(tape, part.from, active, gather_raw3(task.position, path));
-        seed3(tape, part.direction, active & load(v.slides), gather_raw3(task.direction, path));
+        seed3(tape, part.direction, active & load(v.screen_form), gather_raw3(task.direction, path));
         // Sweep, and pass the motion to the next vertices
         tape.forward();
         add_change(tape, v, active, path, part.light, radiance);

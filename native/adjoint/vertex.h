@@ -114,7 +114,7 @@ inline Vec3 scattered_by_lambertian(const SceneView& scene, const VertexMemory& 
                                     Vec3 incoming, Int next, bool geometry) {
     Vec3 reflected = zero3();
     Mask still = splat(0);
-    if (geometry && scene.has_environment && !scene.sky.pixels && !surface.smooth) {
+    if (geometry && scene.has_environment && !scene.environment_image.pixels && !surface.smooth) {
         // Under a constant environment the unoccluded integral of the cosine does not depend on the normal.
         // Its derivative, zero in the mean, is subtracted from each sample as a control variate. Samples that
         // see the environment then cancel, and the derivative on convex bodies is exactly zero.
@@ -174,13 +174,13 @@ inline Vec3 way_through(const SceneView& scene, const VertexMemory& memory, Mask
 inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, const Vertex& v,
                             const Arrival& arrival, Vec3 incoming, Int next, bool geometry) {
     const Mask active = load(v.active), hit = active & (load(v.face) >= 0);
-    const Mask screen_form = active & load(v.slides);
+    const Mask screen_form = active & load(v.screen_form);
     Leaving out{zero3(), zero3(), zero3()};
     const Vec3 recorded = load3(v.direction);
     const Vec3 direction = select(screen_form, arrival.direction, recorded);
 
     // Add environment light of rays that missed the scene
-    const Float environment_weight = load(v.sky_weight);
+    const Float environment_weight = load(v.environment_weight);
     const Mask missed = active & (environment_weight > 0.0f);
     if (any(missed)) {
         // Sampled directions rotate with the environment, as seen from the previous vertex.
@@ -202,7 +202,7 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     Vec3 view = -recorded;
     // Let the point move in screen form, material form or a blend of both
     if (geometry) {
-        const raw::Float blend = raw::load(v.held);
+        const raw::Float blend = raw::load(v.fixed_weight);
         raw::Float screen_form_weight = all_of(screen_form) + blend;
         Vec3 way = direction;
         // Near contact the ray of the screen form must be the view direction up to rounding. Its part along

@@ -11,15 +11,15 @@ namespace edgegrad {
 
 namespace {
 
-// Emissive faces of a mesh, and the alpha of lobes, from which on light holds its direction.
+// Light has a fixed direction from at least this number of emissive faces of a mesh, in lobes of at most this
+// alpha.
 constexpr float kFixedDirectionAlpha = 0.25f;
 constexpr int kLeastFixedDirectionFaces = 8;
 
 }  // namespace
 
-// Which light is differentiated with its direction held (shading/lights/fixed_direction_light.h): of moving
-// meshes of many emissive faces, on surfaces of sharp lobes, where faces alone tell what hides and gives
-// light.
+// Selects the light that has a fixed direction (shading/lights/fixed_direction_light.h): that of moving
+// meshes with many emissive faces, on surfaces with sharp lobes, if only faces emit and occlude light.
 void PreparedScene::hold_directions(const SceneTables& tables, const RequestedMotion& motion) {
     if (!view_.lights.face_light || view_.emission_varies || view_.rays_differ || view_.lights.any_linked ||
         (view_.all_flags & kHasTransparency))
@@ -48,10 +48,10 @@ void PreparedScene::hold_directions(const SceneTables& tables, const RequestedMo
         receives |= materials[m] != 0;
     }
     if (!gives || !receives) return;
-    face_held_ = std::move(faces);
-    material_held_ = std::move(materials);
-    view_.face_held = face_held_.data();
-    view_.material_held = material_held_.data();
+    face_fixed_direction_ = std::move(faces);
+    material_fixed_direction_ = std::move(materials);
+    view_.face_fixed_direction = face_fixed_direction_.data();
+    view_.material_fixed_direction = material_fixed_direction_.data();
 }
 
 PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const SceneTables& tables,
@@ -107,7 +107,7 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const Scene
             const int32_t flags = tables.closure_flags[static_cast<size_t>(closure)];
             const bool textured =
                 view_.textures.closure_program && view_.textures.closure_program[closure] >= 0;
-            // Coat and sheen take a share that depends on the direction.
+            // Coat and sheen absorb a fraction that depends on the direction.
             const float* row = view_.closure_params + static_cast<ptrdiff_t>(closure) * kMaterialParams;
             const bool layered = row[kCoatWeight] > 0.0f || row[kSheenWeight] > 0.0f;
             if ((flags & kHasEmission) &&
@@ -116,8 +116,8 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const Scene
         }
     }
     if (tables.environment_map) {
-        view_.sky = tables.environment_map->view();
-        view_.sky.sampled = (tables.environment_mask & kScatteredRays) == kScatteredRays;
+        view_.environment_image = tables.environment_map->view();
+        view_.environment_image.sampled = (tables.environment_mask & kScatteredRays) == kScatteredRays;
     }
     std::copy_n(tables.environment_rotation, 9, view_.environment_rotation);
     view_.environment_mask = tables.environment_mask;
@@ -149,7 +149,7 @@ void PreparedScene::blend_near_contact(const SceneTables& tables, const Requeste
     mesh_contact_ = contact_meshes(tables, view_, *materials);
     if (mesh_contact_.empty()) return;
     view_.mesh_contact = mesh_contact_.data();
-    // Behind perfect lobes points ride.
+    // Behind perfect lobes, points are in material form.
     view_.fixed_direction_surfaces =
         may_be_specular(tables, view_.followed_alpha) ? 1 : kFixedDirectionSurfaces;
     const auto regions = kept.regions.get(true, [&] { return surface_regions(tables); });

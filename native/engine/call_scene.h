@@ -1,4 +1,4 @@
-// The tables as kernels see them for one call, with what the call adds to them.
+// The scene as kernels see it in one call: the tables, and values that the call adds.
 #pragma once
 
 #include <memory>
@@ -14,9 +14,9 @@ struct EdgeCache;
 
 class PreparedScene {
  public:
-    // With the picture's `lights`, and what estimators of `asked` derivatives have beside them (null: none),
-    // which follow lobes up to an alpha of `followed`. Without a `bvh` (null) no ray can be traced. `kept`:
-    // what is known about edges, for estimators alone.
+    // `lights`: the lights that the call samples. `motion`: the requested motion; null: a picture.
+    // `followed`: largest alpha of followed lobes. Without a `bvh` (null) no ray can be traced. `kept`:
+    // cached searches for edges, which derivatives need.
     PreparedScene(const embree::Api& api, const Bvh* bvh, const SceneTables& tables,
                   const RequestedMotion* motion, bool convex, std::shared_ptr<const LightList> lights,
                   float followed = 0.0f, EdgeCache* kept = nullptr);
@@ -30,7 +30,7 @@ class PreparedScene {
 
     std::shared_ptr<const LightList> lights_;
     std::vector<BruteTriangle> brute_triangles_;
-    std::vector<int32_t> face_moving_, face_held_, material_held_, mesh_contact_;
+    std::vector<int32_t> face_moving_, face_fixed_direction_, material_fixed_direction_, mesh_contact_;
     std::vector<float> transparent_boxes_;
     std::shared_ptr<const CoplanarPolygons> polygons_;
     SceneView view_{};

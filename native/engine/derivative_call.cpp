@@ -24,9 +24,9 @@ namespace edgegrad {
 
 namespace {
 
-// Segments of scan lines, by sample of the picture, beyond which the interior term of motions takes half of
-// the samples: where mirrors and glass fill so much of the picture, its paths take twice as long to derive as
-// to follow, and the lines as long again.
+// If scan lines have more segments per sample of the picture than this, the interior term of motions takes
+// half of its samples. Mirrors and glass then fill so much of the picture that sweeps take twice as long as
+// tracing, and the scan lines equally long.
 constexpr double kManySegments = 0.25;
 
 // A light's strength has a derivative even where it is zero.
@@ -36,8 +36,8 @@ bool requests_dark_lights(const Requested& requested) {
            (requested.any("closure_params") && (requested.span("closure_params").columns & emission) != 0);
 }
 
-// Where nothing but strengths of lights of the table is asked for, and of the environment, light of all
-// others has no derivative: the rows that samples are to be spent on. Else none.
+// If only strengths of lights of the table and of the environment are requested, light of all other sources
+// has no derivative. Returns the requested rows, on which all samples are spent; else nothing.
 std::vector<uint8_t> lights_alone(const SceneTables& tables, const Requested& requested) {
     const auto& spans = requested.spans();
     const bool alone = requested.any("light_params") && !requested.moves_lights() &&
@@ -48,7 +48,7 @@ std::vector<uint8_t> lights_alone(const SceneTables& tables, const Requested& re
     return rows;
 }
 
-// What boundary terms see of the tables' derivatives.
+// The requested motion, as boundary terms read it.
 RequestedMotion requested_motion(const CameraView& camera, const Requested& requested) {
     return {requested.moving(),
             moves_rays(camera, requested),
@@ -58,7 +58,7 @@ RequestedMotion requested_motion(const CameraView& camera, const Requested& requ
             requested.any("environment") || requested.any("environment_pixels")};
 }
 
-// The options with a term's samples per pixel, of those that are counted by pixel.
+// The options with the number of samples per pixel of one term.
 RenderOptions of_term(const RenderOptions& options, const LearnedSampling* learned, DerivativeTerm term) {
     return learned ? options.part(learned->share[term]) : options;
 }
@@ -103,7 +103,7 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
                                      e.threads_, lights, e.kept_},
                                     options, motion, learned, decided);
     }
-    // One sweep over paths finds both kinds of horizons.
+    // One sweep over paths estimates both kinds of horizons.
     for (const Part part : {Part::kHorizons, Part::kIndirectHorizons})
         if (!horizon && decided.computes(part))
             horizon =
@@ -121,6 +121,9 @@ void Engine::DerivativeCall::begin_interior(const RenderOptions& options, const 
     if (decided.decide(Part::kInterior, constant_shading(scene, t, requested, options.max_depth)))
         interior =
             std::make_unique<InteriorTerm>(interior_plan(own), recording, requested.values_alone(scene));
+    decided.decide(Part::kFavouredLobes,
+                   interior && recording.surfaces.lobes != 0 ? Reason::kNeeded : Reason::kNone);
+    if (interior && !recording.surfaces.everywhere) list_requested_surfaces(decided[Part::kInterior]);
     const Reason still = interior && rims_move(scene, t, requested) ? Reason::kNeeded : Reason::kStill;
     if (decided.decide(Part::kRims, options.max_depth < 2 ? Reason::kNotRendered : still)) {
         rims = std::make_unique<RimTerm>(scene.camera, own, recording);
@@ -138,6 +141,15 @@ void Engine::DerivativeCall::begin_interior(const RenderOptions& options, const 
             used_materials(t, [&](size_t closure) { return passed[closure] != 0; });
 }
 
+void Engine::DerivativeCall::list_requested_surfaces(Decision& shading) const {
+    for (size_t mesh = 0; recording.surfaces.moving && mesh < requested.moving().size(); ++mesh)
+        if (requested.moving()[mesh]) shading.meshes.push_back(static_cast<int32_t>(mesh));
+    shading.materials = used_materials(engine.tables_, [&](size_t closure) {
+        const auto k = static_cast<int32_t>(closure);
+        return recording.surfaces.first_closure <= k && k < recording.surfaces.last_closure;
+    });
+}
+
 void Engine::DerivativeCall::sample_edge_on_faces() {
     if (!interior || !geometry) return;
     edge_on = EdgeOnTerm::of(scene, engine.tables_, sides, interior->plan().options, motion, recording,
@@ -146,7 +158,8 @@ void Engine::DerivativeCall::sample_edge_on_faces() {
     decided.decide(Part::kEdgeOn, edge_on ? Reason::kNeeded : Reason::kNone);
 }
 
-// Sums depend on their order, which is each mode's own, since results keep their bits.
+// The order of passes determines the rounding of sums. Each mode keeps its own order, so that results keep
+// their bits.
 std::vector<TermPass> Engine::DerivativeCall::first_passes(DerivativeMode mode) const {
     std::vector<TermPass> out;
     if (specular && mode == DerivativeMode::kForward) out.push_back({specular.get(), 0});
@@ -207,7 +220,7 @@ Dropped Engine::DerivativeCall::all_dropped() const {
         const DroppedSamples& d = term->dropped();
         if (d.count == 0 || term->drops_by_pixel()) continue;
         DroppedTerm t{kTermNames[term->name], d.count, -1, {-1, -1}, {-1, -1}};
-        if (d.place >= 0) {  // else the border of a light
+        if (d.place >= 0) {  // else the outline of a light
             const SceneView view = term->view(scene);
             const bool intersection = view.is_intersection(d.place);
             for (int k = 0; k < 2; ++k)
@@ -231,15 +244,25 @@ ImagePlan Engine::DerivativeCall::interior_plan(const RenderOptions& options) co
     return pictures ? own : own.sharing();
 }
 
-Decisions Engine::decide(const RenderOptions& options, const Requested& requested) const {
+Decisions Engine::decide(const RenderOptions& options, const Requested& requested,
+                         const std::vector<Requested>& parameters) const {
     require_settled();
-    return DerivativeCall(*this, options, requested, nullptr, true).decided;
+    DerivativeCall call(*this, options, requested, nullptr, true);
+    if (!call.decided.at(Part::kInterior)) return call.decided;
+    const bool boundaries = call.decided.any_boundary();
+    for (const Requested& parameter : parameters) {
+        const Reason shading = constant_shading(call.scene, tables_, parameter, options.max_depth);
+        const bool moves = requested_motion(tables_.camera, parameter).any();
+        call.decided[Part::kInterior].by_parameter.push_back(
+            {shading, shading != Reason::kNeeded && !(moves && boundaries)});
+    }
+    return call.decided;
 }
 
 float Engine::follow(const RequestedMotion& motion, const std::vector<int8_t>& sides,
                      const std::shared_ptr<const LightList>& lights) const {
     const auto faces = normals();
-    const std::vector<uint8_t> clear(closed_.size(), 0);  // matters to edges' masses alone
+    const std::vector<uint8_t> clear(closed_.size(), 0);  // only weights of edges depend on it
     return followed_alpha(
         {tables_, sides.data(), closed_, clear, faces->data(), kernels_, threads_, lights, kept_}, motion);
 }

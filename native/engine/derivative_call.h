@@ -1,4 +1,4 @@
-// What both modes of the engine's derivatives prepare (engine/derivatives.cpp).
+// The preparation of a derivative, which is the same in both modes (engine/derivatives.cpp).
 #pragma once
 
 #include <memory>
@@ -26,8 +26,8 @@ struct Engine::DerivativeCall {
     DerivativeCall(const Engine& e, const RenderOptions& options, const Requested& requested_of,
                    LearnedSampling* learned, bool decide_alone = false);
 
-    // Every term's passes, by visit(std::vector<TermPass>): first those that say where later ones take their
-    // samples, then all others.
+    // Calls visit(std::vector<TermPass>) twice: with the first passes, which distribute the samples of later
+    // ones, then with all other passes.
     template <typename Visit>
     void run(DerivativeMode mode, const Progress& pilot, std::vector<ThreadMemory>& memory,
              const Visit& visit) {
@@ -38,34 +38,36 @@ struct Engine::DerivativeCall {
     }
     std::vector<TermPass> first_passes(DerivativeMode mode) const;
     std::vector<TermPass> later_passes(DerivativeMode mode) const;
-    // All that are not null, in the order of reports.
+    // All terms that are not null, in the order of reports.
     std::vector<Term*> terms() const;
     int64_t chunks() const;
 
-    // The samples and seconds of each part, once all are taken.
+    // Adds the samples and seconds of each part to the decisions, after the last pass.
     void note_effort();
-    // How many samples each term took.
+    // Writes the number of samples of each term.
     void count_samples(LearnedSampling& learned) const;
-    // What samples without a finite value were left out, by term.
+    // The samples that were left out because they are not finite, by term.
     Dropped all_dropped() const;
-    // Between the passes over the boundary terms' samples, whose variance is given: takes fewer samples of
-    // the interior term where it has far less (engine/interior_pilot.cpp).
+    // Called between the two passes of the boundary terms, with their variance. Reduces the number of samples
+    // of the interior term if its variance is far lower (engine/interior_pilot.cpp).
     void thin_interior(double boundary_variance, const Progress& progress,
                        std::vector<ThreadMemory>& of_thread);
-    // A part of the interior term's samples instead of all.
+    // Divides the number of samples of the interior term.
     void divide_interior(int by);
-    // Whether nothing but where vertices and the camera are is requested.
+    // Whether only positions of vertices and of the camera are requested.
     bool requests_motion_alone() const;
     bool may_thin_interior() const;
     double interior_variance(const Progress& progress, std::vector<ThreadMemory>& of_thread) const;
-    // Derivatives by strengths and colours are pictures, whose random numbers they reuse, as what is
-    // requested beside them does.
+    // Derivatives by strengths and colours reuse the picture's random numbers, and so do derivatives that are
+    // requested with them.
     ImagePlan interior_plan(const RenderOptions& options) const;
-    // Decides on the interior term and its rims; `own`: with their number of samples.
+    // Decides on the interior term and its rims. `own`: the options with their number of samples.
     void begin_interior(const RenderOptions& options, const RenderOptions& own);
-    // Samples by area beside those of the interior term.
+    // Lists the meshes and materials that paths must meet to be recorded.
+    void list_requested_surfaces(Decision& shading) const;
+    // Adds samples by area of faces that are seen edge-on.
     void sample_edge_on_faces();
-    // What boundary terms read or write; null where it is not requested.
+    // The tangents or gradients of boundary terms; null where they are not requested.
     DerivativeView boundary_view(const GradientGroups::View& v) const {
         const auto first = static_cast<int32_t>(requested.span("vertices").first / 3);
         return {v.vertices, first,         v.camera,         v.instances,   v.lights,

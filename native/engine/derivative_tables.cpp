@@ -28,15 +28,16 @@ std::vector<NamedTable> differentiable_tables(const SceneView& scene, const Scen
         {"environment_rotation", scene.environment_rotation, 9},
         {"camera", scene.camera.position, kCameraFloats},
     };
-    if (scene.sky.pixels)
-        all.push_back({"environment_pixels", scene.sky.pixels,
-                       3 * static_cast<size_t>(scene.sky.width) * static_cast<size_t>(scene.sky.height)});
+    if (scene.environment_image.pixels)
+        all.push_back({"environment_pixels", scene.environment_image.pixels,
+                       3 * static_cast<size_t>(scene.environment_image.width) *
+                           static_cast<size_t>(scene.environment_image.height)});
     return all;
 }
 
 namespace {
 
-// Floats of the rows of tables whose columns are asked for by themselves.
+// Number of floats per row, for tables whose columns are requested separately.
 size_t row_width(const std::string& table) {
     if (table == "closure_params") return kMaterialParams;
     if (table == "environment") return 3;
@@ -66,7 +67,7 @@ Requested::Requested(const SceneTables& tables, const std::vector<TableSpan>& sp
         all.columns |= span.columns;
     };
     for (const TableSpan& s : spans) {
-        // Boundary terms index these from their start.
+        // Boundary terms index these tables from their start.
         if (s.table == "camera")
             add(s.table, 0, kCameraFloats);
         else if (s.table == "instance_to_world")
@@ -108,6 +109,16 @@ bool Requested::any(const std::string& table, size_t first, size_t last) const {
     });
 }
 
+uint64_t Requested::row_columns(const std::string& table, size_t row) const {
+    const size_t width = row_width(table), begin = row * width;
+    uint64_t out = 0;
+    for (const TableSpan& s : requested_)
+        if (s.table == table && s.first < begin + width && s.last > begin)
+            out |= columns(static_cast<int>(std::max(s.first, begin) - begin),
+                           static_cast<int>(std::min(s.last, begin + width) - begin));
+    return out;
+}
+
 bool Requested::values_alone(const SceneView& scene) const {
     constexpr uint64_t color = columns(kBaseColor, kBaseColor + 3),
                        emission = columns(kEmission, kEmission + 3);
@@ -131,10 +142,10 @@ Requested::Span Requested::span(const std::string& table) const {
     return at == spans_.end() ? Span{} : at->second;
 }
 
-// Floats of all groups together, unless one has more: four groups of a very large texture don't fit in
-// memory.
+// The largest number of floats of all groups together, unless a single group has more. Four groups of a very
+// large texture would not fit in memory.
 constexpr size_t kMostFloats = size_t{1} << 29;
-// Buffers of more floats aren't kept for later calls.
+// Larger buffers are not kept for later calls.
 constexpr size_t kMostSpare = size_t{1} << 26;
 
 GradientGroups::GradientGroups(std::vector<NamedTable> tables, const Requested& requested, ZeroedPool& spare)
@@ -198,7 +209,7 @@ TableValues GradientGroups::reduce(int threads) {
         Zeros& sum = out[p.table.name];
         if (in_place) sum = std::move(*groups_[0]), groups_[0].reset();
         sum.resize(p.table.size);
-        // Of a part the sums stay near a core; a page is what memory is given in.
+        // The sums of a part fit in a core's cache. Memory is allocated in pages.
         constexpr size_t kPart = 1 << 13, kPage = 1 << 9;
         const size_t size = p.span.last - p.span.first;
         parallel_for(
@@ -209,11 +220,11 @@ TableValues GradientGroups::reduce(int threads) {
                     double* const values = group->data() + p.offset;
                     for (size_t at = begin; at < end; at += kPage) {
                         const size_t next = std::min(end, at + kPage);
-                        // Samples meet few parts of a large texture: the others take no memory.
+                        // Samples meet few parts of a large texture. The other pages stay unallocated.
                         if (std::all_of(values + at, values + next, [](double x) { return x == 0.0; }))
                             continue;
                         for (size_t k = at; k < next; ++k) sum[p.span.first + k] += values[k];
-                        // Cleared while it is near: by itself that takes as long as summing.
+                        // Cleared while in the cache: a separate loop would take as long as the sum.
                         if (kept) std::fill(values + at, values + next, 0.0);
                     }
                 }

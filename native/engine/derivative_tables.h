@@ -1,4 +1,4 @@
-// The tables that a call's derivatives are taken of: by name, in spans of floats.
+// The differentiable tables of a call: requested spans of floats, tangents and gradients.
 #pragma once
 
 #include <map>
@@ -23,7 +23,7 @@ struct TableSpan {
     size_t first, last;
 };
 
-// Places of the tables that kernels read through a scene's view.
+// A table in the memory that kernels read through a scene's view.
 struct NamedTable {
     const char* name;
     const float* data;
@@ -31,7 +31,7 @@ struct NamedTable {
 };
 std::vector<NamedTable> differentiable_tables(const SceneView& scene, const SceneTables& tables);
 
-// What a call is asked for.
+// The requested derivatives of a call.
 class Requested {
  public:
     // Spans of unknown tables are an error (std::invalid_argument). Where vertices move, so do the shading
@@ -39,17 +39,20 @@ class Requested {
     Requested(const SceneTables& tables, const std::vector<TableSpan>& spans);
 
     bool any(const std::string& table) const { return spans_.count(table) > 0; }
-    // Whether some of a table's floats [first, last) are asked for.
+    // Whether some of a table's floats [first, last) are requested.
     bool any(const std::string& table, size_t first, size_t last) const;
-    // Whether more of a light than its strength changes.
+    // The requested columns (bits) of one row of a table.
+    uint64_t row_columns(const std::string& table, size_t row) const;
+    // Whether anything but the strength of a light is requested.
     bool moves_lights() const;
     // Whether positions, directions or normals of anything change.
     bool geometry() const;
-    // Whether nothing but strengths of lights and colours of surfaces that scatter like Lambert's changes, of
-    // which light is a product and a sum (tasks/value_record.h).
+    // Whether only strengths of lights and colours of Lambertian surfaces are requested, in which radiance is
+    // multilinear (tasks/value_record.h).
     bool values_alone(const SceneView& scene) const;
-    // The one span that holds all of a table that is asked for, floats. Shaders and lights are rows, and the
-    // environment is one: their spans are of whole ones, of which only some columns (bits) are asked for.
+    // The smallest span of floats that contains all requested floats of a table. For tables of rows
+    // (closures, lights, the environment) the span consists of whole rows, with the requested columns as
+    // bits.
     struct Span {
         size_t first = 0, last = 0;
         int32_t width = 1;
@@ -61,7 +64,7 @@ class Requested {
         return (uint64_t{1} << last) - (uint64_t{1} << first);
     }
     const std::map<std::string, Span>& spans() const { return spans_; }
-    // By mesh: its vertices.
+    // By mesh: whether its vertices are requested.
     const std::vector<uint8_t>& moving() const { return moving_; }
 
  private:
@@ -81,15 +84,15 @@ class GradientGroups {
     GradientGroups& operator=(const GradientGroups&) = delete;
 
     int64_t count() const { return static_cast<int64_t>(groups_.size()); }
-    // A group's buffers, cleared; those of single tables are null where they are not asked for.
+    // A group's buffers, cleared; the pointers to single tables are null where they are not requested.
     struct View {
         DifferentiableTables tables;
         double *vertices, *camera, *instances, *lights, *rotation;
     };
     View view(int64_t group);
-    // The same buffers with what is in them.
+    // The same buffers with their values.
     View again(int64_t group);
-    // Their sum; once, after which the buffers are spare.
+    // The sum of all groups. May be called once; it gives the buffers back to the pool.
     TableValues reduce(int threads);
 
  private:
@@ -98,16 +101,16 @@ class GradientGroups {
         Requested::Span span;
         size_t offset;
     };
-    // Whether the first group's buffer becomes the result: of a large table that is alone.
+    // Whether the first group's buffer becomes the result, for a single large table.
     bool summed_in_place() const;
 
     std::vector<Part> parts_;
     size_t size_ = 0;
-    std::vector<std::shared_ptr<Zeros>> groups_;  // null: no work has come to it
+    std::vector<std::shared_ptr<Zeros>> groups_;  // null: the group had no work
     ZeroedPool& spare_;
 };
 
-// The tables with their tangents.
+// The requested tables with their tangents.
 DifferentiableTables with_tangents(const std::vector<NamedTable>& tables, const Requested& requested,
                                    const TableValues& tangents);
 

@@ -52,7 +52,7 @@ void Engine::forward(const RenderOptions& options, const Requested& requested, T
         });
         done += chunks;
     };
-    // Splats are stored and added in order: two threads adding to one pixel would do it in any order.
+    // Splats are stored and then added in order, since threads would add to a pixel in random order.
     const auto add_splats = [&](const TermPass& p) {
         std::vector<float> values[5];
         const int64_t total = p.term->samples(p.pass);

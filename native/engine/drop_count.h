@@ -1,4 +1,4 @@
-// What all threads together leave out of a picture, or of a term of a derivative.
+// Samples of a picture, or of a term of a derivative, that all threads together leave out.
 #pragma once
 
 #include <mutex>
@@ -9,7 +9,7 @@ namespace edgegrad {
 
 class DropCount {
  public:
-    // `before`: samples of earlier passes. The first sample of all is kept, whatever thread has found it.
+    // `before`: number of samples of earlier passes. The first sample of all threads is kept.
     void add(const DroppedSamples& more, int64_t before = 0) {
         if (more.count == 0) return;
         const std::lock_guard lock(lock_);

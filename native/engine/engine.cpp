@@ -19,7 +19,7 @@ namespace edgegrad {
 
 namespace {
 
-// Of more meshes one may be between two others.
+// With more meshes, one may be between two others.
 constexpr size_t kMostConvex = 2;
 
 std::vector<uint8_t> materials_of_faces(const SceneTables& tables) {
@@ -30,7 +30,7 @@ std::vector<uint8_t> materials_of_faces(const SceneTables& tables) {
     return used;
 }
 
-// Whether light can only leave surfaces above their triangles.
+// Whether surfaces emit and scatter light only into the half space above their triangles.
 bool lambertian_and_flat(const SceneTables& tables) {
     return tables.corner_normal.empty() && tables.instance_mesh.empty() &&
            std::all_of(tables.closure_flags.begin(), tables.closure_flags.end(), [](int32_t flags) {
@@ -79,7 +79,7 @@ void Engine::update(SceneTables next) {
     if (next.vertices.size() != tables_.vertices.size() || next.mesh_first_face != tables_.mesh_first_face)
         throw std::runtime_error("the scene's topology has changed; make a new renderer");
     const bool failed = !settled_;
-    if (failed) bvh_ = nullptr;  // the last update has left it half-way
+    if (failed) bvh_ = nullptr;  // the last update was interrupted
     settled_ = false;
     std::vector<int32_t> moved;
     bool far = false;
@@ -92,7 +92,7 @@ void Engine::update(SceneTables next) {
         moved.push_back(m);
         far = place_vertices(m, [&](size_t k, size_t) { return next.vertices[k]; }) || far;
     }
-    // Area lights' vertices, which no BVH holds.
+    // Vertices of area lights, which are in no BVH.
     const auto hidden = 3 * static_cast<ptrdiff_t>(tables_.mesh_first_vertex[tables_.visible_meshes]);
     std::copy(next.vertices.begin() + hidden, next.vertices.end(), tables_.vertices.begin() + hidden);
     tables_.textures = std::move(next.textures);
@@ -127,9 +127,9 @@ void Engine::move_vertices(int32_t mesh, const double* vertices, size_t count, c
     settled_ = true;
 }
 
-// The mesh's coordinates take the values of `coordinate`; whether they have moved so far from where they were
-// when the BVH was built that it must be built anew: refitted boxes of far-moved triangles overlap, and
-// traversal slows down. The buffers that Embree shares stay where they are.
+// Writes the values of `coordinate` to the mesh's vertices, in place, since Embree shares the buffers.
+// Returns whether the vertices have moved so far since the BVH was built that it must be built again.
+// Refitted boxes of such triangles overlap, which slows down traversal.
 template <typename F>
 bool Engine::place_vertices(int32_t mesh, const F& coordinate) {
     constexpr double kRebuildMotion = 0.05;  // as a share of the mesh's size
@@ -143,7 +143,7 @@ bool Engine::place_vertices(int32_t mesh, const F& coordinate) {
     };
     std::vector<Range> ranges(static_cast<size_t>((last - first + kPart - 1) / kPart));
     parallel_for(threads_, static_cast<int64_t>(ranges.size()), nullptr, [&](int, int64_t part) {
-        Range along[3];  // axes, which don't wait for each other
+        Range along[3];  // separate axes, so that their minima have no dependency on each other
         const int64_t end = std::min(last, first + (part + 1) * kPart);
         for (int64_t v = first + part * kPart; v < end; ++v) {
             for (size_t c = 0; c < 3; ++c) {
@@ -180,7 +180,7 @@ std::shared_ptr<const std::vector<SolidBody>> Engine::bodies() const {
     return bodies_;
 }
 
-// The faces' unit normals.
+// Unit normals of the faces.
 std::shared_ptr<const std::vector<float>> Engine::normals() const {
     const std::lock_guard<std::mutex> lock(made_lock_);
     if (!normals_) normals_ = std::make_shared<const std::vector<float>>(unit_normals(tables_, threads_));
@@ -193,7 +193,7 @@ void Engine::forget_shapes() {
     apart_.reset();
 }
 
-// Whether a mesh hides nothing of itself: a flat sheet, or a convex body.
+// Whether a mesh occludes no part of itself: a flat sheet, or a convex body.
 bool Engine::is_convex_mesh(size_t mesh) const {
     const int8_t side = (*bodies())[mesh].side;
     const std::lock_guard<std::mutex> lock(made_lock_);
@@ -209,8 +209,8 @@ bool Engine::is_convex_mesh(size_t mesh) const {
     return *convex;
 }
 
-// By mesh: whether it gives light, and hides nothing of itself. Lights are picked among groups: only meshes
-// that are a group by themselves are looked at.
+// By mesh: whether it emits light, and occludes no part of itself. Lights are sampled by groups, and only
+// meshes that form a group of their own are tested.
 std::vector<uint8_t> Engine::clear_emitters(const LightList& lights) const {
     std::vector<uint8_t> clear(closed_.size(), 0);
     for (int32_t mesh : lights.top_mesh())
@@ -219,17 +219,17 @@ std::vector<uint8_t> Engine::clear_emitters(const LightList& lights) const {
     return clear;
 }
 
-// Whether the scene is a flat sheet or one convex body, seen from outside, whose light only leaves it above
-// its triangles.
+// Whether the scene is a flat sheet or one convex body, seen from outside, that emits and scatters light only
+// above its triangles.
 bool Engine::hides_no_light() const {
     if (closed_.size() != 1 || !lambertian_and_flat(tables_)) return false;
     if (closed_[0] && solid_sides(*bodies(), tables_.camera)[0] == 0) return false;
     return is_convex_mesh(0);
 }
 
-// Whether nothing is between any two surfaces: one or two meshes, each of which hides nothing of itself,
-// apart from each other. A ray from one to the other has left the first and hasn't met the second.
-// What light passes through may have borders anywhere on it.
+// Whether no surface is between any two others: the scene has one mesh, or two separate ones, and neither
+// occludes a part of itself. A ray from one mesh to the other is outside of both. Transparent surfaces are
+// excluded, since their transmittance may jump anywhere.
 bool Engine::hides_no_surface() const {
     if (closed_.empty() || closed_.size() > kMostConvex || !tables_.instance_mesh.empty()) return false;
     for (int32_t flags : tables_.closure_flags)
@@ -289,8 +289,9 @@ void Engine::probe_directions(const DirectionProbes& probes) const {
 void Engine::probe_environment(const EnvironmentProbes& probes) const {
     require_settled();
     const PreparedScene prepared(api_, &bvh(), tables_, nullptr, false, lights());
-    if (!prepared.view().sky.pixels) throw std::invalid_argument("the environment has no image");
-    kernels_.sky(prepared.view(), probes);
+    if (!prepared.view().environment_image.pixels)
+        throw std::invalid_argument("the environment has no image");
+    kernels_.environment(prepared.view(), probes);
 }
 
 }  // namespace edgegrad

@@ -25,7 +25,7 @@ namespace edgegrad {
 
 class ThreadMemory;
 
-// Samples that a term of a derivative leaves out, with where the first of them is.
+// Samples that a term of a derivative leaves out, with the place of the first one.
 struct DroppedTerm {
     const char* term;
     int64_t count;
@@ -42,41 +42,44 @@ class Engine {
  public:
     Engine(const embree::Api& api, const KernelTable& kernels, SceneTables tables, int threads);
 
-    // Builds the BVH if there is none yet. Calls that trace rays do so too: decisions don't need it.
+    // Builds the BVH if there is none yet. Calls that trace rays build it as well; decisions do not need it.
     void build_bvh() const { bvh(); }
     bool has_bvh() const { return bvh_ != nullptr; }
-    // Takes new values for the same topology; the BVH is refitted where vertices moved. If this or
-    // move_vertices fails, all other calls throw until an update has come to its end.
+    // Takes new values for the same topology, and refits the BVH of moved meshes. If this or move_vertices
+    // fails, all other calls throw until an update succeeds.
     void update(SceneTables tables);
-    // Only other materials, lights, environment and camera, of the same numbers.
+    // Takes other materials, lights, environment and camera, in equal numbers.
     void update_values(ValueTables values);
-    // Only other vertices (count, 3) of one mesh, of which `origin` is subtracted.
+    // Takes other vertices (count, 3) of one mesh, and subtracts `origin`.
     void move_vertices(int32_t mesh, const double* vertices, size_t count, const double* origin);
-    // Edges of the visible meshes (core/geometry/topology.py): derivatives need them, pictures don't.
+    // Takes the edges of the visible meshes (core/geometry/topology.py). Derivatives need them, pictures do
+    // not.
     void set_edges(std::vector<uint32_t> vertices, std::vector<uint32_t> face_first,
                    std::vector<uint32_t> faces, std::vector<uint32_t> opposite);
-    // Calls at the same time may only differ in their options: with one camera this writes nothing.
+    // Concurrent calls must use the same camera: an equal camera is not written.
     void set_camera(const CameraView& camera) {
         if (std::memcmp(&tables_.camera, &camera, sizeof camera) != 0) tables_.camera = camera;
     }
     const SceneTables& tables() const { return tables_; }
 
-    // Pictures are (height, width, 3). Returns the light that they leave out.
+    // Renders a (height, width, 3) picture. Returns the light that is left out.
     DroppedSamples render(const RenderOptions& options, const Progress& progress, float* image) const;
-    // Derivatives (engine/derivatives.cpp): of the picture along tangents of the tables, and gradients of the
-    // wanted tables for an adjoint picture. What they leave out is told in `dropped`. `learned`, if not null,
-    // is what earlier gradients have learned of the samples' worth: both take samples by it, and a gradient
-    // adds its own.
+    // Derivatives (engine/derivatives.cpp): forward mode along tangents of the tables, and gradients of the
+    // requested tables for an adjoint picture. `dropped` receives the samples that are left out. `learned`,
+    // if not null, contains sample weights from earlier gradients: both modes use it, and gradients add to
+    // it.
     void forward(const RenderOptions& options, const Requested& requested, TableValues tangents,
                  LearnedSampling* learned, const Progress& progress, float* image, Dropped& dropped,
                  Decisions& decided) const;
     TableValues backward(const RenderOptions& options, const Requested& requested, const float* adjoint,
                          LearnedSampling* learned, const Progress& progress, Dropped& dropped,
                          Decisions& decided) const;
-    // What such a call would compute. What is looked for to know that is kept for the call.
-    Decisions decide(const RenderOptions& options, const Requested& requested) const;
+    // Decides what such a call computes, and what each of some parameters changes (`Decision::by_parameter`).
+    // The call reuses the results of the searches that this needs.
+    Decisions decide(const RenderOptions& options, const Requested& requested,
+                     const std::vector<Requested>& parameters) const;
 
-    // For tests: light sampling by itself.
+    // For tests of light sampling.
     void probe_lights(const LightProbes& probes) const;
     void probe_directions(const DirectionProbes& probes) const;
     void probe_environment(const EnvironmentProbes& probes) const;
@@ -97,36 +100,36 @@ class Engine {
     bool hides_no_light() const;
     bool hides_no_surface() const;
 
-    // By thread; to be given back.
+    // Memory by thread, which the caller gives back.
     std::shared_ptr<std::vector<ThreadMemory>> thread_memory() const;
 
     const embree::Api& api_;
     const KernelTable& kernels_;
     SceneTables tables_;
     int threads_;
-    // Made when a call first asks for them, and kept until values or vertices change.
+    // Computed at first use, and kept until values or vertices change.
     std::shared_ptr<const LightList> lights(bool dark_too = false) const;
     // The alpha up to which derivatives follow lobes (engine/decisions/followed_lobes_rule.h).
     float follow(const RequestedMotion& motion, const std::vector<int8_t>& sides,
                  const std::shared_ptr<const LightList>& lights) const;
-    // Those that derivatives sample.
+    // The lights that derivatives sample.
     std::shared_ptr<const LightList> lights_for(const Requested& requested) const;
     mutable std::mutex made_lock_;
     mutable std::shared_ptr<const LightList> lights_, dark_lights_;
-    // The same, until vertices change.
+    // Computed at first use, and kept until vertices change.
     mutable std::shared_ptr<const std::vector<SolidBody>> bodies_;
     mutable std::shared_ptr<const std::vector<float>> normals_;
     mutable std::vector<std::optional<bool>> convex_;  // by mesh
-    mutable std::optional<bool> apart_;                // the scene's two
+    mutable std::optional<bool> apart_;                // whether the scene's two meshes are
     mutable EdgeCache kept_;
     mutable ZeroedPool zeroed_pool_;
     mutable ObjectPool<std::vector<ThreadMemory>> memory_pool_;
     mutable std::unique_ptr<Bvh> bvh_;
-    bool settled_ = true;                        // the BVH and what is kept are those of the vertices
-    mutable std::vector<float> built_vertices_;  // where they were when the BVH was built from scratch
-    // What the topology alone says, once the edges are known.
+    bool settled_ = true;                        // the BVH and the caches belong to the current vertices
+    mutable std::vector<float> built_vertices_;  // positions for which the BVH was built
+    // Properties of the topology, known with the edges.
     std::vector<uint8_t> closed_;                         // by mesh
-    mutable std::vector<std::optional<bool>> connected_;  // by mesh, once it is asked for
+    mutable std::vector<std::optional<bool>> connected_;  // by mesh, computed at first use
 };
 
 }  // namespace edgegrad

@@ -1,4 +1,4 @@
-// How the picture's work is cut into tasks. Nothing here depends on the number of threads.
+// The division of a picture into tasks, which is independent of the number of threads.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace edgegrad {
 
-// The picture as chunks of consecutive pixels, of so many paths.
+// The picture as chunks of consecutive pixels, with at most `paths` paths each.
 struct ImagePlan {
     ImagePlan(const CameraView& camera, const RenderOptions& options, int chunk_paths = kBlockPaths)
         : pixels(static_cast<int64_t>(camera.width) * camera.height),
@@ -22,15 +22,15 @@ struct ImagePlan {
           per_chunk(std::max(1, paths / options.samples)),
           chunks((pixels + per_chunk - 1) / per_chunk) {}
 
-    // The same with random numbers that neighbouring pixels share.
+    // The same plan with random numbers shared by neighbouring pixels.
     ImagePlan sharing() const {
         ImagePlan p = *this;
         for (p.sample_bits = 0; p.sample_bits < 31 && 1 << p.sample_bits < options.samples;) ++p.sample_bits;
         return p;
     }
 
-    // The tasks of a chunk: one, unless a single pixel has more samples than a task holds. A loop that is
-    // cancelled leaves out the rest.
+    // Visits the tasks of a chunk: one, unless a single pixel has more samples than a task holds. Stops if
+    // the call is cancelled.
     template <typename F>
     void for_each_task(int64_t chunk, const F& run) const {
         const int64_t first = chunk * per_chunk;
@@ -55,7 +55,7 @@ struct ImagePlan {
         }
     }
 
-    // Whether any pixel of the chunk has a non-zero adjoint; where none has, nothing is traced.
+    // Whether any pixel of the chunk has a non-zero adjoint. Other chunks are not traced.
     bool any_adjoint(int64_t chunk, const float* adjoint) const {
         const int64_t first = chunk * per_chunk, last = std::min<int64_t>(first + per_chunk, pixels);
         return std::any_of(adjoint + 3 * first, adjoint + 3 * last, [](float a) { return a != 0.0f; });
@@ -64,7 +64,7 @@ struct ImagePlan {
     int64_t pixels;
     RenderOptions options;
     CameraView camera;
-    int paths;  // of a task at most
+    int paths;  // most paths of a task
     int per_chunk;
     int64_t chunks;
     int32_t sample_bits = -1;

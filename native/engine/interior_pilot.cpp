@@ -1,11 +1,10 @@
-// How many samples the interior term takes beside the boundary terms.
+// Chooses the number of samples of the interior term, given the variance of the boundary terms.
 //
-// Where the boundary terms are far noisier, more samples of the interior term don't make the sum better. A
-// pilot over a part of the picture estimates the interior term's variance, and its values are not used. It
-// takes motions as large as those by which boundary terms estimate their variance
-// (boundary/samples/sample_plan.h). The tangent and the adjoint have no influence, so that both modes take
-// the same samples and are exactly each other's transpose. The pilot has random numbers of its own, so that
-// the result stays unbiased.
+// If the boundary terms are far noisier, more samples of the interior term do not improve the sum. A pilot
+// over a part of the picture estimates the interior term's variance. It assumes motions of the size with
+// which boundary terms estimate their variance (boundary/samples/sample_plan.h). The estimate does not depend
+// on the tangent or the adjoint, so both modes take the same samples and are exact transposes of each other.
+// The pilot's values are not used, and its random numbers are independent, so that the result stays unbiased.
 #include <algorithm>
 
 #include "engine/derivative_call.h"
@@ -19,22 +18,23 @@
 namespace edgegrad {
 namespace {
 
-// Chunks of the picture of which one is in the pilot, and fewest of the picture; most in the pilot.
+// One of so many chunks of the picture is in the pilot; the fewest chunks of a picture that has a pilot; the
+// most chunks in the pilot.
 constexpr int64_t kStride = 64, kLeastChunks = 128, kMostChunks = 32;
-// In denser meshes a vertex is met by so few paths that all of them count for its derivative.
+// In denser meshes, each vertex is met by so few paths that its derivative needs all of them.
 constexpr size_t kMostFloats = size_t{1} << 18;
-// Up to which part of the boundary terms' variance half the samples do, and a quarter: there the gain in
-// seconds makes up for the noise.
+// Up to these fractions of the boundary terms' variance, half or a quarter of the samples suffice: the saved
+// time outweighs the noise.
 constexpr double kHalf = 0.45, kQuarter = 0.03;
 
-// -1 or 1.
+// A random sign, -1 or 1.
 double sign_of(uint64_t k) {
     k = (k ^ (k >> 33)) * 0xff51afd7ed558ccdULL;
     return ((k ^ (k >> 33)) & 1) ? 1.0 : -1.0;
 }
 
-// Moves each coordinate up or down at random. The derivative along it then has, in the mean over many, the
-// square of the gradient's norm.
+// Moves each coordinate up or down at random. The mean square of the derivative along such motions is the
+// squared norm of the gradient.
 TableValues random_motion(const std::vector<NamedTable>& tables, const Requested& requested) {
     TableValues out;
     for (const NamedTable& table : tables) {

@@ -10,13 +10,13 @@
 
 namespace edgegrad {
 
-// Elements of an array by path: compacting writes whole packets behind the last.
+// Elements of an array by path. Compaction writes whole packets behind the last path.
 constexpr size_t kPathRow = kBlockPaths + 2 * kMaxWidth;
 
-// What a thread's sweeps over recorded paths need.
+// Memory of one thread for sweeps over recorded paths.
 class AdjointWorkspace {
  public:
-    // The workspace with vertices recorded, and a task for sweeps over them but for its tables.
+    // Makes the workspace record vertices, and returns a task for sweeps over them, without its tables.
     AdjointTask task(const ImageTask& image, Workspace& work) {
         if (block_.empty())
             block_.lay_out([&](const auto& take) {
@@ -24,7 +24,7 @@ class AdjointWorkspace {
                      task_.position, task_.direction, task_.next);
             });
         work.vertices = &vertices_;
-        // An earlier call's requests don't hold for this one.
+        // Remove the requests of an earlier call
         vertices_.geometry = vertices_.misses = true;
         vertices_.requested = {};
         vertices_.rims = false;
@@ -43,7 +43,7 @@ class AdjointWorkspace {
         work.values = &values_;
         return {&image, &values_, nullptr, nullptr, {all.incoming[0], all.incoming[1], all.incoming[2]}};
     }
-    // Paths are followed without being recorded again.
+    // Stops recording.
     static void release(Workspace& work) {
         work.vertices = nullptr;
         work.values = nullptr;
@@ -59,7 +59,7 @@ class AdjointWorkspace {
     AdjointTask task_{};
 };
 
-// Crossings of scan lines (boundary/specular/scan_lines.h), at most one for each segment of a task.
+// Memory for intersections of scan lines (boundary/specular/scan_lines.h), at most one per segment of a task.
 class ChainWorkspace {
  public:
     ChainCrossings& view(const CameraSamples& camera) {
@@ -83,7 +83,7 @@ class ChainWorkspace {
     ChainCrossings view_{};
 };
 
-// What one thread of a call computes in.
+// Memory of one thread of a call.
 class ThreadMemory {
  public:
     Workspace& paths() {
@@ -100,7 +100,7 @@ class ThreadMemory {
         }
         return w;
     }
-    // In debug builds: whether the last task has kept to its arrays.
+    // In debug builds, checks that the last task has not written beyond its arrays.
     void check() const {
         if constexpr (ScratchBlock::kGuard > 0) block_.check(), adjoint.check(), chains.check();
     }

@@ -13,7 +13,7 @@ void add_probe_kernels(KernelTable& table) {
     table.bsdfs = bsdf_kernel;
     table.light_samples = light_samples_kernel;
     table.light_directions = light_directions_kernel;
-    table.sky = environment_kernel;
+    table.environment = environment_kernel;
     table.ray_batch = ray_batch_kernel;
 }
 

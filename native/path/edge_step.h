@@ -70,7 +70,7 @@ EG_OUTLINE int scatter_step(const SceneView& scene, const ImageTask& task, Works
     LambertianStep surface{
         normal, {point.normal, x.normal, albedo[0]}, {beside.normal, y.normal, albedo[1]}, splat(0)};
     const Int diffuse = splat(static_cast<int>(kDiffuseRay));
-    if (scene.has_environment && !scene.sky.pixels) {
+    if (scene.has_environment && !scene.environment_image.pixels) {
         surface.environment_is_known = p.active & flat(point.normal, x.normal) &
                                        flat(beside.normal, y.normal) & next_is_final(task, p, diffuse);
         const Mask seen =

@@ -89,9 +89,9 @@ EG_INLINE void add_environment(const SceneView& scene, Workspace& work, const Pa
     missed &= (splat(scene.environment_mask) & ray_mask(p.kind)) != 0;
     if (!any(missed) || (work.values && !requests_environment(*work.values))) return;
     Float weight = splat(1.0f);
-    if (scene.sky.sampled)
+    if (scene.environment_image.sampled)
         weight = select(p.pdf > 0.0f, power_heuristic(p.pdf, environment_pdf(scene, p.direction)), weight);
-    if (vertex) return put(vertex->sky_weight, missed, weight);
+    if (vertex) return put(vertex->environment_weight, missed, weight);
     if (work.values)
         return record_own(*work.values, missed, splat(static_cast<int>(kEnvironmentSource)),
                           splat3(scene.environment), environment_gain(scene, p.direction) * weight);

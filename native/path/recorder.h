@@ -48,7 +48,7 @@ EG_INLINE void record_arrival(Vertex& v, const PathPacket& p, Mask hit, const Cl
     store(v.path, p.path);
     store(v.number, p.vertex);
     store(v.touched, p.touched);
-    store(v.slides, p.active & (p.pdf == 0.0f));
+    store(v.screen_form, p.active & (p.pdf == 0.0f));
     store(v.arrives_followed, p.active & p.followed);
     store(v.kind, p.kind);
     set3(v.from, p.active, p.from);
@@ -75,7 +75,7 @@ EG_INLINE void record_contact(const SceneView& scene, Vertex& v, const PathPacke
         (p.segment >= 2) & (p.segment <= scene.fixed_direction_surfaces + 1) & (p.pdf > 0.0f);
     const Contact c = contact(scene, x.active & eligible, p.from_mesh, p.from, p.from_normal, x.mesh, x.face,
                               x.instance, x.triangle, x.position);
-    set(v.held, x.active, c.share);
+    set(v.fixed_weight, x.active, c.share);
     set3(v.drift, x.active, c.drift);
 }
 
@@ -85,7 +85,7 @@ EG_INLINE void record_light_contact(const SceneView& scene, Vertex& v, const Pat
     if (!scene.mesh_contact) return;
     const Mask eligible = s.active & (s.face >= 0) & (p.segment <= scene.fixed_direction_surfaces);
     const Contact c = contact_with_face(scene, eligible, x, s.face, splat(-1), s.b1, s.b2);
-    put(v.light_held, eligible, c.share);
+    put(v.light_fixed_weight, eligible, c.share);
     put3(v.light_drift, eligible, c.drift);
 }
 

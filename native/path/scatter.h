@@ -132,8 +132,8 @@ EG_OUTLINE void add_environment_light(const SceneView& scene, Workspace& work, c
     }
     // Record the sample or add its light
     if (vertex) {
-        put3(vertex->sky_direction, active, s.w);
-        return put3(vertex->sky_scale, active, light);
+        put3(vertex->environment_direction, active, s.w);
+        return put3(vertex->environment_scale, active, light);
     }
     if (work.values) return record_environment(scene, *work.values, active, light);
     add_radiance(work, p, active, p.throughput * light);
@@ -149,7 +149,7 @@ EG_INLINE void add_final_environment(const SceneView& scene, Workspace& work, co
     Vec3 light = vertex        ? gray(1.0f / max(s.pdf, 1e-30f))
                  : work.values ? s.weight * environment_gain(scene, s.wi)
                                : p.throughput * s.weight * environment_radiance(scene, s.wi);
-    if (scene.sky.sampled) light = light * power_heuristic(s.pdf, environment_pdf(scene, s.wi));
+    if (scene.environment_image.sampled) light = light * power_heuristic(s.pdf, environment_pdf(scene, s.wi));
     Vec3 through = {splat(1.0f), splat(1.0f), splat(1.0f)};
     if (!scene.convex)
         through = transmittance(scene, active, leave_surface(x, s.wi), s.wi, splat(__builtin_inff()),
@@ -195,7 +195,7 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
     if (any(p.active)) {
         if (scene.lights.count > 0 && (!values || requests_lights(*values)))
             add_light(scene, work, p, x, surface, alone, index, vertex);
-        if (scene.sky.sampled && (!values || requests_environment(*values)))
+        if (scene.environment_image.sampled && (!values || requests_environment(*values)))
             add_environment_light(scene, work, p, x, surface, index, vertex);
     }
     p.active = scattered;

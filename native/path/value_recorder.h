@@ -113,7 +113,7 @@ EG_INLINE void record_received(const SceneView& scene, ValueMemory& memory, cons
 // Records scattered environment light: `gain` times the environment's colour.
 EG_INLINE void record_environment(const SceneView& scene, ValueMemory& memory, Mask m, Vec3 gain) {
     Values& v = memory.latest<W>();
-    add3(v.sky_gain, m, gain);
+    add3(v.environment_gain, m, gain);
     add3(v.received, m, gain * splat3(scene.environment));
 }
 

@@ -1,6 +1,7 @@
 // Sweeps for derivatives by colours and strengths over the records of a task's paths (tasks/value_record.h).
 // The light L that leaves a vertex is linear in each colour and strength:
-//   L = own_gain * source + color * scale * (light_gain * source + sky_gain * environment + next_gain * L'),
+//   L = own_gain * source + color * scale * (light_gain * source + environment_gain * environment + next_gain
+//   * L'),
 // with the light L' that leaves the next vertex. The sweeps run from the ends of the paths to the camera, so
 // that L' is known at each vertex.
 #pragma once
@@ -134,7 +135,7 @@ EG_INLINE void for_each_value(const ValueTask& task, const Visit& visit) {
             scattered = (load3(v.received) + load3(v.next_gain) * incoming) * load(v.scale);
             leaving = load3(v.own) + load3(v.color) * scattered;
         }
-        const Vec3 gains = load3(v.own_gain) + load3(v.light_gain) + load3(v.sky_gain);
+        const Vec3 gains = load3(v.own_gain) + load3(v.light_gain) + load3(v.environment_gain);
         const Mask lost = active & ~(finite(leaving) & finite(gains) & finite(load3(v.throughput)));
         if (any(lost)) {
             drop(task, v, lost, path);
@@ -157,7 +158,7 @@ static void values_backward_kernel(const SceneView& scene, const ValueTask& task
         tables.color.add(active & (closure >= 0), closure, weight * scattered);
         tables.add(active, load(v.own_source), weight * load3(v.own_gain));
         tables.add(active, load(v.light_source), reflected * load3(v.light_gain));
-        tables.environment.add(active, splat(0), reflected * load3(v.sky_gain));
+        tables.environment.add(active, splat(0), reflected * load3(v.environment_gain));
     });
 }
 
@@ -168,7 +169,7 @@ static void values_forward_kernel(const SceneView& scene, const ValueTask& task,
     for_each_value(task, [&](const Values& v, Mask active, Int path, Vec3 scattered) {
         const Int closure = load(v.closure);
         const Vec3 received = tables.change(active, load(v.light_source)) * load3(v.light_gain) +
-                              tables.environment.change(active, splat(0)) * load3(v.sky_gain);
+                              tables.environment.change(active, splat(0)) * load3(v.environment_gain);
         const Vec3 change = tables.color.change(active & (closure >= 0), closure) * scattered +
                             tables.change(active, load(v.own_source)) * load3(v.own_gain) +
                             load3(v.color) * received * load(v.scale);

@@ -151,7 +151,11 @@ SceneTables read_tables(nb::handle t, edgegrad::SharedColumns& columns) {
     return s;
 }
 
-// What a derivative consists of, a tuple for each part (core/derivatives/decisions.py).
+const char* reason_name(edgegrad::Reason reason) {
+    return edgegrad::kReasonNames[static_cast<size_t>(reason)];
+}
+
+// The decision on each part of a derivative, as tuples (core/derivatives/decisions.py).
 nb::list decision_list(const edgegrad::Decisions& decided) {
     constexpr const char* kOutcomes[] = {"computed", "zero", "missing"};
     const auto indices = [](const std::vector<int32_t>& values) {
@@ -169,13 +173,15 @@ nb::list decision_list(const edgegrad::Decisions& decided) {
         const auto& d = decided.at(static_cast<edgegrad::Part>(k));
         if (!d) continue;
         const edgegrad::EdgeCounts& e = d->edges;
-        out.append(nb::make_tuple(edgegrad::kPartTable[k].name,
-                                  edgegrad::kTermNames[edgegrad::kPartTable[k].term],
-                                  kOutcomes[static_cast<size_t>(d->outcome)],
-                                  edgegrad::kReasonNames[static_cast<size_t>(d->reason)],
-                                  nb::make_tuple(e.of, e.kept, e.flat, e.seams, e.still), indices(d->meshes),
-                                  indices(d->lights), indices(d->materials), index_pairs(d->pairs),
-                                  index_pairs(d->pierced), d->limit, d->samples, d->seconds));
+        nb::list by_parameter;
+        for (const edgegrad::ParameterEffect& p : d->by_parameter)
+            by_parameter.append(nb::make_tuple(reason_name(p.shading), p.picture_stays));
+        out.append(nb::make_tuple(
+            edgegrad::kPartTable[k].name, edgegrad::kTermNames[edgegrad::kPartTable[k].term],
+            kOutcomes[static_cast<size_t>(d->outcome)], reason_name(d->reason),
+            nb::make_tuple(e.of, e.kept, e.flat, e.seams, e.still), indices(d->meshes), indices(d->lights),
+            indices(d->materials), index_pairs(d->pairs), index_pairs(d->pierced), d->limit, d->samples,
+            d->seconds, nb::tuple(by_parameter)));
     }
     return out;
 }
@@ -322,14 +328,16 @@ class Scene {
         return nb::make_tuple(out, dropped_list(dropped), decision_list(decided));
     }
 
-    // What such a call would compute.
-    nb::list decide(nb::dict requested, nb::handle given) {
+    // Decides what such a call computes, and what each of some parameters changes.
+    nb::list decide(nb::dict requested, nb::handle given, nb::list parameters) {
         const RenderOptions options = read_options(given);
         const edgegrad::Requested what = read_requested(requested);
+        std::vector<edgegrad::Requested> each;
+        for (const nb::handle spans : parameters) each.push_back(read_requested(nb::cast<nb::dict>(spans)));
         edgegrad::Decisions decided;
         {
             const WithoutInterpreter without;
-            decided = engine_->decide(options, what);
+            decided = engine_->decide(options, what, each);
         }
         return decision_list(decided);
     }
@@ -424,6 +432,6 @@ NB_MODULE(_native, m) {
                  return edgegrad::meet_lights(s.engine(), position, normal, w, face, r, bsdf_pdf, kind,
                                               both_sides);
              })
-        .def("decide", &Scene::decide, "requested"_a, "options"_a)
+        .def("decide", &Scene::decide, "requested"_a, "options"_a, "parameters"_a)
         .def_prop_ro("instruction_set", &Scene::instruction_set);
 }

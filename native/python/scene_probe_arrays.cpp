@@ -46,16 +46,16 @@ class Scene {
         view_.lights.params = light_params.data();
         view_.lights.flags = light_flags_.data();
         view_.textures = textures_.view();
-        const auto sizes = column<int32_t>(s, "camera_sizes"), sky = column<int32_t>(s, "environment_size");
+        const auto sizes = column<int32_t>(s, "camera_sizes"), image = column<int32_t>(s, "environment_size");
         const auto camera = column<float>(s, "camera"), environment = column<float>(s, "environment"),
                    rotation = column<float>(s, "environment_rotation");
         const size_t n = index_.size();
         if (camera.size() != kCameraFloats || environment.size() != 3 || rotation.size() != 9 ||
-            sizes.size() != 6 || sky.size() != 2 || instance_.size() != n || a.size() != 3 * n ||
+            sizes.size() != 6 || image.size() != 2 || instance_.size() != n || a.size() != 3 * n ||
             b.size() != 3 * n)
             throw std::invalid_argument("the probe's arrays have sizes that disagree");
-        view_.sky.pixels = environment_pixels.empty() ? nullptr : environment_pixels.data();
-        view_.sky.width = sky[0], view_.sky.height = sky[1];
+        view_.environment_image.pixels = environment_pixels.empty() ? nullptr : environment_pixels.data();
+        view_.environment_image.width = image[0], view_.environment_image.height = image[1];
         std::copy_n(camera.begin(), kCameraFloats, view_.camera.position);
         std::copy_n(environment.begin(), 3, view_.environment);
         std::copy_n(rotation.begin(), 9, view_.environment_rotation);

@@ -66,6 +66,8 @@ struct RequestedMotion {
     bool any_mesh_moves() const {
         return instances || std::any_of(moving.begin(), moving.end(), [](uint8_t m) { return m != 0; });
     }
+    // Returns whether anything moves.
+    bool any() const { return any_mesh_moves() || camera || lights || rotation; }
     bool operator==(const RequestedMotion&) const = default;
 };
 

@@ -90,10 +90,10 @@ struct SceneView {
     const int32_t* face_material;  // (F)
     const int32_t* face_moving;    // (F) 1: its vertices are requested
     // (F) 1: its light has a fixed direction (shading/lights/fixed_direction_light.h), or null.
-    const int32_t* face_held;
-    const int32_t* material_held;    // (M) 1: receives such light
-    const int32_t* mesh_first_face;  // by Embree's geomID
-    const int32_t* mesh_contact;     // (S) contact bits, or null: no surface moves, or no light qualifies
+    const int32_t* face_fixed_direction;
+    const int32_t* material_fixed_direction;  // (M) 1: receives such light
+    const int32_t* mesh_first_face;           // by Embree's geomID
+    const int32_t* mesh_contact;  // (S) contact bits, or null: no surface moves, or no light qualifies
     // Number of surfaces, from the camera, that receive light of a fixed direction near contact.
     int32_t fixed_direction_surfaces;
     // (F) the polygon that a face and its coplanar neighbours form, or -1; null: no such polygons. And by
@@ -125,7 +125,7 @@ struct SceneView {
 
     TextureView textures;
 
-    EnvironmentView sky;
+    EnvironmentView environment_image;
     float environment_rotation[9];
     int32_t environment_mask;
 

@@ -1,4 +1,4 @@
-// What sweeps over the recorded vertices of a task's paths read and write.
+// Input and output of sweeps over the recorded vertices of a task's paths.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ struct AdjointTask {
     bool geometry;      // whether positions, directions or normals change
     bool camera_moves;  // whether camera rays do
     DroppedSamples* dropped;
-    // By path, what sweeps carry from vertex to vertex: light, the vertex that it comes from, and the
+    // By path, the values that sweeps carry from vertex to vertex: light, the vertex that emits it, and the
     // derivatives of the vertex' position and of a specular ray's direction.
     float* incoming[3];
     int32_t* next;

@@ -1,4 +1,4 @@
-// The kinds of boundary samples: one table with what each is and needs, over which all loops run.
+// The kinds of boundary samples: one table of their properties, over which all loops run.
 #pragma once
 
 #include <cstdint>
@@ -24,32 +24,32 @@ enum BoundaryKind : int32_t {
     kBoundaryKinds
 };
 
-// What the samples of a kind are spread over.
+// The domain over which the samples of a kind are spread.
 enum BoundaryDomain : int32_t {
     kPictureLines,    // edges and intersection curves, by their length in the picture
     kLineDirections,  // edges or intersection curves, and the directions about each
     kWholePicture,    // the picture: samples start at the camera and find edges in a tree
     kLightTurns,      // curves about lights, in turns
 };
-// Segments by sample: cells of directions about lines, or cells of the picture. More tell better where
-// samples are worth their while, fewer have more samples to tell it by.
+// Number of segments per sample: cells of directions about lines, or cells of the picture. More segments
+// resolve the contribution better, fewer segments have more samples each to estimate it.
 constexpr double kDirectionSegments = 0.03, kPictureSegments = 0.1;
 
 struct BoundaryKindRow {
     BoundaryKind kind;
-    Part part;  // that its samples belong to
+    Part part;  // the part that its samples estimate
     BoundaryDomain domain;
     double share;          // samples per pixel and sample of the picture, at most
-    double first_pass;     // part of them that a first pass takes
-    int32_t least_depth;   // path segments that a sample needs; longer paths show it by way of other surfaces
-    BoundaryKind kernels;  // the kind whose kernels it has
+    double first_pass;     // fraction of the samples that the first pass takes
+    int32_t least_depth;   // path segments of a sample that the camera sees directly
+    BoundaryKind kernels;  // the kind whose kernels estimate it
 
     constexpr DerivativeTerm term() const { return kPartTable[static_cast<size_t>(part)].term; }
-    // Whether paths of this depth show samples by way of other surfaces too.
+    // Whether paths of this depth also connect samples to the camera by further surfaces.
     constexpr bool chains(int32_t max_depth) const { return max_depth > least_depth; }
 };
 
-// Reasons for the shares: native/TUNING.md.
+// native/TUNING.md explains the shares.
 constexpr BoundaryKindRow kBoundaryTable[kBoundaryKinds] = {
     {kPrimaryBoundary, Part::kPrimaryEdges, kPictureLines, 0.27, 0.18, 1, kPrimaryBoundary},
     {kShadowBoundary, Part::kLightShadows, kLineDirections, 2.0, 0.0625, 2, kShadowBoundary},

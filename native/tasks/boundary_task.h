@@ -1,4 +1,4 @@
-// Samples of one boundary kind, as its kernels take them.
+// Samples of one boundary kind, as input of its kernels.
 #pragma once
 
 #include <cstdint>
@@ -10,15 +10,15 @@
 
 namespace edgegrad {
 
-// What a segment is of besides its part of an edge: by its kind's domain (tasks/boundary_kind.h) a cell of
-// directions about the edge, a cell of the picture, or a light instead of the edge. And whether the camera
-// sees its samples by way of other surfaces.
+// The cell of a segment beside its part of an edge. Depending on the kind's domain (tasks/boundary_kind.h),
+// it is a cell of directions about the edge, a cell of the picture, or a light instead of the edge. The cell
+// also says whether the camera sees the samples by further surfaces.
 class SegmentCell {
  public:
     SegmentCell() = default;
     constexpr SegmentCell(int32_t place, bool chained) : bits_(place | (chained ? kChained : 0)) {}
     constexpr bool chained() const { return bits_ & kChained; }
-    // Of direction_cells^2 cells, row by row; of curves about lights the row of the light.
+    // Index in the direction_cells^2 cells, row by row; for curves about lights the row of the light.
     constexpr int32_t place() const { return bits_ & ~kChained; }
 
  private:
@@ -26,11 +26,11 @@ class SegmentCell {
     int32_t bits_;
 };
 
-// What later calls learn from a term's samples (boundary/curves/learned_weights.h): the contribution of each,
-// the expected number of samples on its segment, which segment that is (entry of the list, and cell), and
-// where on the edge it lies.
+// Samples of a term that later calls learn from (boundary/curves/learned_weights.h): the contribution of
+// each, the expected number of samples on its segment, the segment (entry of the list, and cell), and the
+// place on the edge.
 struct SampleRecord {
-    int32_t shift;                      // of 2^shift samples one is recorded
+    int32_t shift;                      // one of 2^shift samples is recorded
     float *contribution, *density, *u;  // null: nothing is learned
     int32_t* entry;                     // of the list of segments
     SegmentCell* cell;
@@ -57,14 +57,15 @@ struct BoundaryTask {
     uint32_t seed;
     BoundaryKind kind;
     BounceLimits limits;
-    // The weight is cut into equal shares; how many of the samples go to those before each (shares + 1);
-    // null: to all alike. Samples are scaled by `scale`; `score`, if not null, takes the size of each one.
+    // The summed weight is divided into equal shares. (shares + 1) cumulative numbers of samples per share;
+    // null: all shares get equal numbers. Samples are scaled by `scale`. `score`, if not null, receives the
+    // size of each sample.
     const double* guide;
     int64_t shares;
     float scale;
     float* score;
-    // Lobes of an alpha up to this, where the camera sees them, are left to the samples that start there
-    // (kCameraSampledIndirect), or are theirs; these find edges in the tree.
+    // Lobes that the camera sees belong to camera-sampled samples (kCameraSampledIndirect) if their alpha is
+    // at most this. Camera-sampled samples find edges in the tree.
     float camera_sampled_alpha;
     EdgeTreeView tree;
     SampleRecord record;

@@ -1,4 +1,4 @@
-// The terms of a derivative and their parts: one table with what each is called.
+// The terms of a derivative and their parts: one table of their names.
 #pragma once
 
 #include <cstddef>
@@ -12,44 +12,45 @@ constexpr const char* kTermNames[kDerivativeTerms] = {"interior", "primary", "sh
 
 enum class Part : int32_t {
     kInterior,
-    kRims,                   // directions at which rough glass stops to let light through
+    kRims,                   // directions beyond which rough glass transmits no light
+    kFavouredLobes,          // lobes of which only the roughness is requested
     kEdgeOn,                 // faces that the camera sees nearly edge-on
-    kContact,                // light that keeps its direction where surfaces nearly touch
-    kTransparency,           // what surfaces let through
+    kContact,                // light of a fixed direction where surfaces nearly touch
+    kTransparency,           // transmittance of surfaces
     kPrimaryEdges,           // edges that the camera sees
-    kUnseenMeshes,           // those of meshes that camera rays don't meet
+    kUnseenMeshes,           // edges of meshes that camera rays cannot hit
     kSeenIntersections,      // lines where surfaces that the camera sees pass through each other
     kLightOutlines,          // outlines of lights that the camera sees
     kIntersectionOutlines,   // lights that surfaces pass through, as the camera sees them
-    kFollowedLobes,          // lobes that count as mirrors for the following
+    kFollowedLobes,          // lobes that count as mirrors in the next part
     kMirroredEdges,          // edges that the camera sees by mirrors and glass
     kLightShadows,           // edges between a surface and a light
     kEnvironmentShadows,     // edges between a surface and the environment
     kEmitterOutlines,        // outlines of emissive meshes, as surfaces see them
-    kLightIntersections,     // surfaces that pass through what gives light
-    kDiskIntersections,      // surfaces that pass through lights that turn with what they light
+    kLightIntersections,     // surfaces that pass through light sources
+    kDiskIntersections,      // surfaces that pass through lights that face their receiver
     kConeBorders,            // borders of spots without blend
     kHorizons,               // horizons of faces with shading normals of their own
     kMirroredShadows,        // shadows that the camera sees by mirrors and glass
     kIndirectEdges,          // edges between two surfaces
     kCameraSampledIndirect,  // the same in sharp lobes, by samples that start at the camera
     kSurfaceIntersections,   // surfaces that pass through each other, as other surfaces see them
-    kIndirectHorizons,       // horizons of faces, where these cut off light of other surfaces
+    kIndirectHorizons,       // horizons of faces that cut off light of other surfaces
     kMirroredLight,          // edges between a surface seen by mirrors and glass and others that light it
-    // What is not computed (engine/decisions/missing_parts.h):
+    // Parts that are not computed (engine/decisions/missing_parts.h):
     kSelfIntersections,  // of meshes of very many faces
-    kClipBorders,        // that the camera's clip distances cut
-    kTexelBorders,       // of images without interpolation, on what moves
-    kSlidTextures,       // the same, of textures that move over what stands still
-    kBlurredOutlines,    // of disks and suns, by parallel rays through a lens
-    kParallelDisks,      // disks that surfaces pass through, by parallel rays
-    kPartlySeenShadows,  // of meshes that only some kinds of rays meet
-    kLightJumps,         // of light on a surface that passes through what gives it
-    kSteppedShadows,     // of borders that an image draws in what surfaces let through
-    kRimLines,           // on rough glass, of lights without size
-    kMirroredOutlines,   // of lights, in mirrors and behind glass
-    kTotalReflection,    // borders of it, by refraction shaders
-    kLongChains,         // of mirrors
+    kClipBorders,        // borders that the camera's clip distances cut
+    kTexelBorders,       // borders of texels of images without interpolation, on moving surfaces
+    kSlidTextures,       // the same borders, of textures that move over static surfaces
+    kBlurredOutlines,    // outlines of disks and suns, seen by parallel rays through a lens
+    kParallelDisks,      // disks that surfaces pass through, seen by parallel rays
+    kPartlySeenShadows,  // shadows of meshes that only some kinds of rays can hit
+    kLightJumps,         // jumps of light on a surface that passes through its source
+    kSteppedShadows,     // shadows of borders that an image draws in a surface's transmittance
+    kRimLines,           // rims on rough glass, for lights without size
+    kMirroredOutlines,   // outlines of lights, in mirrors and behind glass
+    kTotalReflection,    // borders of total reflection of Refraction closures
+    kLongChains,         // chains of too many mirrors
     kCaustics,
     kParts
 };
@@ -63,6 +64,7 @@ constexpr size_t kPartCount = static_cast<size_t>(Part::kParts);
 constexpr PartRow kPartTable[kPartCount] = {
     {Part::kInterior, "shading", kInteriorTerm},
     {Part::kRims, "rims", kInteriorTerm},
+    {Part::kFavouredLobes, "favoured lobes", kInteriorTerm},
     {Part::kEdgeOn, "edge-on faces", kInteriorTerm},
     {Part::kContact, "contact", kInteriorTerm},
     {Part::kTransparency, "transparency", kInteriorTerm},

@@ -9,8 +9,8 @@ namespace edgegrad {
 
 // Columns of a row of floats: a segment of an edge.
 enum EdgeSegmentColumn : int32_t {
-    kSegmentFrom = 0,   // the whole edge: its first end,
-    kSegmentAlong = 3,  // and from it to the second
+    kSegmentFrom = 0,   // first end of the whole edge
+    kSegmentAlong = 3,  // from there to its second end
     kSegmentNormal =
         6,  // of two faces, so that the edge is a silhouette where their signs differ; 0: from all sides
     kSegmentU0 = 12,
@@ -22,7 +22,7 @@ enum EdgeSegmentColumn : int32_t {
 constexpr int32_t kMostTopNodes = 24;
 struct EdgeTreeView {
     const LightNode* nodes;
-    const int32_t* top;  // numbers of nodes of which one is picked first
+    const int32_t* top;  // numbers of the nodes from which the search starts
     int32_t top_count;
     const float* pieces;  // (count, kSegmentColumns)
 };

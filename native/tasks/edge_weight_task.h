@@ -1,14 +1,14 @@
-// What the kernel of edges' weights (boundary/curves/edge_weights.h) reads and writes.
+// Input and output of the kernel that computes weights of edges (boundary/curves/edge_weights.h).
 #pragma once
 
 #include <cstdint>
 
 namespace edgegrad {
 
-// Tiles along each side of the picture: bits of their number.
+// Logarithm to the base 2 of the number of tiles along each side of the picture.
 constexpr uint32_t kTileBits = 6;
 
-// What edges are weighed by: what they sweep in the picture, or the light that they may hide.
+// Weights of edges: by the area that they sweep in the picture, or by the light that they may occlude.
 enum EdgeWeightKind : int32_t { kPictureWeight, kLightWeight, kEnvironmentWeight };
 
 // Edges [first, first + count) of one mesh, where one instance places them (-1: they stand in the world).
@@ -16,21 +16,20 @@ struct EdgeWeightTask {
     EdgeWeightKind kind;
     int32_t instance;
     int64_t first, count;
-    const float* normal;  // (F, 3) of faces as they are wound, unit; 0 where they have no area
-    const uint8_t*
-        seam;  // by edge from `first` on; null: found where it matters, of the edges that are `flat`
-    // The mesh of these edges if it hides nothing of the light that its own faces give (convex_meshes.h),
-    // else -2; and by node on top of the lights, the mesh whose faces alone it consists of, or -1.
+    const float* normal;  // (F, 3) unit normals of the faces' winding; 0 for faces without area
+    const uint8_t* seam;  // by edge from `first` on; null: found later, for edges that are `flat`
+    // The mesh of these edges if it occludes none of the light that its own faces emit (convex_meshes.h),
+    // else -2. For each top node of the lights the mesh to which all of its faces belong, or -1.
     int32_t clear_mesh;
     const int32_t* light_mesh;
     int32_t solid_side;  // boundary/meshes/solids.h
     bool sharp;          // shadows of lights without size
-    bool cut_all;        // all edges are to be cut to the frame
+    bool cut_all;        // all edges must be clipped to the frame
     float lens_reach;    // PictureFrame
     float margin;
-    // By edge from `first` on, in whole packets. The weight, in the picture per pixel; `pixels`: the edge's
-    // length there; the tile of its middle along a Z-order curve. Less than 0: the edge must be cut to the
-    // frame first.
+    // By edge from `first` on, in whole packets: the weight, in the picture per pixel; `pixels`, the edge's
+    // length in the picture; the tile of its middle along a Z-order curve. Negative `pixels` mean that
+    // the edge must be clipped to the frame first.
     float *mass, *pixels;
     int32_t* tile;
     int32_t* flat;  // -1: the weight counts only if a seam is there

@@ -1,4 +1,4 @@
-// Paths of the picture at whose vertices the horizon term is estimated (boundary/terms/horizon.h).
+// The task of the horizon term.
 #pragma once
 
 #include <cstdint>
@@ -8,10 +8,10 @@
 
 namespace edgegrad {
 
-// Paths of the picture at whose vertices the faces' own planes cut off light (boundary/terms/horizon.h).
+// Paths of the picture, at whose vertices the faces' own planes cut off light (boundary/terms/horizon.h).
 struct HorizonTask {
     ImageTask image;
-    bool lights, surfaces;  // of lights and the environment; that surfaces scatter
+    bool lights, surfaces;  // light of lights and the environment; light that surfaces scatter
     DroppedSamples* dropped;
 };
 

@@ -1,11 +1,12 @@
-// A run of pixels with some of their samples, as the kernels of pictures take it.
+// The task of the kernels for pictures.
 #pragma once
 
 #include <cstdint>
 
 namespace edgegrad {
 
-// Most scatterings of each kind. A ray beyond them still brings light, but is not scattered again.
+// Largest numbers of scattering events by kind. A ray after the last event still finds light, but is not
+// scattered again.
 struct BounceLimits {
     int32_t diffuse = 255, glossy = 255, transmission = 255, transparent = 255;
 };
@@ -24,9 +25,9 @@ struct ImageTask {
     BounceLimits limits;
     bool caustics_alone;  // only light that reaches a blurred path by a perfect lobe (path/path_queue.h)
                           // counts
-    bool one_stream;      // all pixels have the random numbers of the first: the two sides of edges
-    // If not negative, pixels that are close together share a sequence (path/stream.h), and each takes so
-    // many bits of its numbers.
+    bool one_stream;      // all pixels use the random numbers of the first, for the two sides of edges
+    // If not negative, close pixels share a sequence (path/stream.h), of whose numbers each pixel uses this
+    // many bits.
     int32_t sample_bits = -1;
 
     int64_t pixel_of(int32_t path) const { return first_pixel + path / samples; }

@@ -18,7 +18,7 @@
 
 namespace edgegrad {
 
-// Estimators of one kind of boundary term: values of samples at places of the picture, and gradients.
+// Estimators of one kind of boundary term: forward mode computes splats, reverse mode gradients.
 struct BoundaryKernels {
     void (*forward)(const SceneView&, const BoundaryTask&, Workspace&, const DerivativeView& tangent,
                     Splats& splats);
@@ -30,16 +30,16 @@ struct KernelTable {
     const char* name;
     int width;
     void (*radiance)(const SceneView&, const ImageTask&, Workspace&, float* image);
-    // Traces a task's paths and records their vertices, for sweeps over them.
+    // Traces a task's paths and records their vertices for sweeps.
     void (*record)(const SceneView&, const ImageTask&, Workspace&);
-    // Closes the gaps between the recorded vertices of so many paths.
+    // Compacts the recorded vertices of `paths` paths.
     void (*close_up)(Workspace&, int32_t paths);
-    // Weighs so many recorded paths beside those by area, and records the latter, already weighed.
+    // Multiplies recorded paths by their weight in the balance with samples by area, and records the latter.
     void (*weigh_edge_on)(const SceneView&, const EdgeOnFaces&, int32_t paths, bool by_area, Workspace&);
     void (*record_edge_on)(const SceneView&, const EdgeOnTask&, Workspace&);
     void (*path_backward)(const SceneView&, const AdjointTask&, const float* adjoint);
     void (*path_forward)(const SceneView&, const AdjointTask&, float* const radiance[3]);
-    // The same for derivatives by colours and strengths, where nothing moves.
+    // The same for derivatives by colours and strengths alone.
     void (*record_values)(const SceneView&, const ImageTask&, Workspace&);
     void (*values_backward)(const SceneView&, const ValueTask&, const float* adjoint);
     void (*values_forward)(const SceneView&, const ValueTask&, float* const radiance[3]);
@@ -68,7 +68,7 @@ struct KernelTable {
     void (*scene_derivatives)(const SceneView&, const SceneProbe&, const ProbeSweep&);
     void (*light_samples)(const SceneView&, const LightProbes&);
     void (*light_directions)(const SceneView&, const DirectionProbes&);
-    void (*sky)(const SceneView&, const EnvironmentProbes&);
+    void (*environment)(const SceneView&, const EnvironmentProbes&);
     void (*ray_batch)(const SceneView&, const RayBatch&, int32_t* face, float* distance);
 };
 

@@ -1,4 +1,4 @@
-// Light sampling by itself, for tests: what kernels compute for a path's vertices, for arrays of points.
+// Tests of light sampling: the kernels' functions for vertices of paths, applied to arrays of points.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +18,8 @@ struct LightProbes {
     float *r, *pdf, *geometry;
 };
 
-// Directions w from points: the density with which they are sampled where they meet the face at the distance
-// r, and the light of the table's sized lights along them.
+// Directions w from points. Output: the density with which light sampling returns w towards a face at the
+// distance r, and the radiance of the table's sized lights along w.
 struct DirectionProbes {
     int64_t count;
     const float *position, *normal, *w;
@@ -31,7 +31,7 @@ struct DirectionProbes {
     float* radiance;  // (count, 3) of the sized lights
 };
 
-// Samples of the environment's image for (u, v), or, where those are null, its radiance and density along w.
+// Samples of the environment's image for (u, v). If u is null: the radiance and density along w.
 struct EnvironmentProbes {
     int64_t count;
     const float *u, *v;

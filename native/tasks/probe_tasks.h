@@ -1,5 +1,5 @@
-// Parts of the path tracer by themselves, for tests and measurements: textures, BSDFs, shading code that
-// reads the scene, and rays.
+// Tests and measurements of parts of the path tracer: textures, BSDFs, shading code that reads the scene,
+// and rays.
 #pragma once
 
 #include <cstdint>
@@ -10,14 +10,14 @@
 
 namespace edgegrad {
 
-// Points to evaluate a texture program at, one after the other; vectors are (count, 3).
+// Points at which a texture program is evaluated; vectors are (count, 3).
 struct TextureTask {
     int64_t count;
     const int32_t *program, *face, *ray_kind, *backside;
     const float *b1, *b2, *position, *normal, *true_normal, *view;
 };
 
-// BSDFs to evaluate and sample, one after the other; `random` has (count) numbers each for lobe, u and v.
+// BSDFs that are evaluated and sampled. `random` has (count) numbers each for lobe, u and v.
 struct BsdfTask {
     int64_t count;
     const int32_t *kind, *flags;  // of materials
@@ -25,15 +25,15 @@ struct BsdfTask {
     const int32_t *material, *from_inside;
     const float *normal, *true_normal, *tangent, *wo, *wi;
     const float* random[3];
-    int32_t favoured = 0;  // lobes (bits), as for the last rays of derivatives by how wide they are
+    int32_t favoured = 0;  // bits of lobes; as for derivatives by roughness alone
 };
 struct BsdfResult {
     float *value, *pdf, *emission, *sample_wi, *sample_weight, *sample_pdf;
     int32_t *sample_active, *sample_specular, *sample_transmitted, *sample_ray_kind;
 };
 
-// Derivatives of what a probe computes: backward from `adjoint` to the tables' gradients, or where that is
-// null, forward from the tables' tangents to `tangent`. Both have one row per point.
+// Derivatives of a probe's values: reverse mode from `adjoint` to gradients of the tables or, if `adjoint` is
+// null, forward mode from tangents of the tables to `tangent`. Both have one row per point.
 struct ProbeSweep {
     const DifferentiableTables* tables;
     TapeMemory* memory;
@@ -43,7 +43,7 @@ struct ProbeSweep {
 // Of BSDFs: value and emission.
 constexpr int kBsdfOutputs = 6;
 
-// Parts of the shading code that read the scene (adjoint/scene_probes.h), for points one after the other.
+// Parts of the shading code that read the scene (adjoint/scene_probes.h), for an array of points.
 enum SceneProbeKind : int32_t {
     kSurfaceProbe,
     kBentNormalProbe,
@@ -64,13 +64,13 @@ struct SceneProbe {
     float* value;                     // (count, kSceneOutputs), or null
 };
 
-// Rays to trace by themselves, in columns of whole packets.
+// Rays to trace, in columns of whole packets.
 struct RayBatch {
     const float *origin[3], *direction[3], *far;
     int64_t count;
-    bool shadow;  // whether something is hit, else the nearest hit
+    bool shadow;  // find any hit; else the nearest hit
     bool coherent;
-    bool brute_force;  // all triangles, whatever their number, else as pictures do
+    bool brute_force;  // test all triangles; else choose as pictures do
 };
 
 }  // namespace edgegrad

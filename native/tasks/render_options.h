@@ -1,4 +1,4 @@
-// What a picture or a derivative is told besides the scene.
+// Options of a picture or a derivative.
 #pragma once
 
 #include <algorithm>
@@ -19,16 +19,16 @@ struct RenderOptions {
     uint32_t seed = 0;
     int32_t max_depth = 2;
     BounceLimits limits;
-    bool terms[kDerivativeTerms] = {};  // those that are computed, of a derivative
-    bool caustics_alone = false;        // of a picture: the part of it that is caustics (path/path_queue.h)
-    // Choices between estimators of the same mean, which tests compare.
-    bool two_passes = true;  // a first pass over edges says where a second one takes its samples
+    bool terms[kDerivativeTerms] = {};  // terms of a derivative to compute
+    bool caustics_alone = false;        // a picture of its caustics only (path/path_queue.h)
+    // Choices between estimators with equal means, for comparisons in tests.
+    bool two_passes = true;  // a first pass over edges distributes the samples of a second pass
     float camera_sampled_alpha = kCameraSampledAlpha;
-    // For tests: parts of a derivative (bits, tasks/derivative_part.h) that are computed though they are
+    // For tests: bits of the parts (tasks/derivative_part.h) that are computed even if they are decided to be
     // zero.
     uint64_t force = 0;
 
-    // The same with a share of the samples, at least one, and random numbers of their own.
+    // The same options with a fraction of the samples, at least one, and independent random numbers.
     RenderOptions part(double share, uint32_t seed_tag = 0) const {
         RenderOptions o = *this;
         o.samples = std::max(1, static_cast<int32_t>(std::lround(share * samples)));

@@ -1,4 +1,4 @@
-// What the kernels of the specular boundary (boundary/specular/scan_lines.h) read and write.
+// Input and output of the kernels of the specular boundary (boundary/specular/scan_lines.h).
 #pragma once
 
 #include <cstdint>
@@ -7,57 +7,58 @@
 
 namespace edgegrad {
 
-// Most surfaces of a chain of mirrors, smooth glass and transparent surfaces, its end included.
+// The largest number of surfaces of a chain: mirrors, smooth glass, transparent surfaces, and its end.
 constexpr int kMostChain = 16;
 
 // Length of a segment of a scan line, pixels. Features narrower than a segment are missed.
 constexpr float kScanSegment = 0.25f;
-// Side of a tile, pixels, and the segments of a line over it, which begins up to two before it.
+// Side of a tile in pixels, and the number of segments of a line across it. A line begins up to two segments
+// before the tile.
 constexpr float kScanTile = 4.0f;
 constexpr int32_t kScanLine = 2 * (static_cast<int32_t>(kScanTile / (2.0f * kScanSegment)) + 1);
 
-// Scan lines over the picture, cut into segments with numbers: tile by tile those of the horizontal lines,
-// then those of as many vertical ones.
+// Scan lines over the picture, divided into numbered segments: for each tile those of the horizontal lines,
+// then those of equally many vertical lines.
 struct ScanTask {
     const int32_t *region, *face_edge;  // boundary/meshes/surface_regions.h
-    const int64_t* tile_first;          // segments before each tile's, and of all
+    const int64_t* tile_first;          // cumulative number of segments by tile
     const int32_t* tile_lines;          // of each direction
     int32_t columns, rows;              // of tiles
     int64_t first, count;               // segments, both even
-    float low[2], high[2];              // what is scanned, pixels
-    float scale;                        // what the pass counts for
+    float low[2], high[2];              // the scanned region, pixels
+    float scale;                        // weight of the pass
     uint32_t seed;
-    // Whether the edges that chains show are computed, those of shadows there, and those between a surface
-    // that they show and others that light it.
+    // Which edges are computed: edges seen by chains, edges of shadows on surfaces seen by chains, and edges
+    // between such a surface and others that light it.
     bool edges, lights, surfaces;
     BounceLimits limits;
     int32_t max_depth;
 };
 
-// Crossings of scan lines with the picture of edges, one behind the other.
+// Intersections of scan lines with the edges' images in the picture.
 struct ChainCrossings {
-    float *x, *y, *lens_u, *lens_v;  // where in the picture, and on the lens (CameraSamples)
+    float *x, *y, *lens_u, *lens_v;  // place in the picture, and on the lens (CameraSamples)
     int32_t *segment, *horizontal;
     int32_t* length;  // vertices of the chain before the edge
-    // Whether the edge parts faces of one smooth mesh at the last vertex, one of which the chain leaves while
-    // the other sends it into itself.
+    // Whether the edge separates two faces of one smooth mesh at the last vertex, such that the chain leaves
+    // one face, and enters the body of the other.
     int32_t* parted;
-    // By vertex of the chain: where, which shader, and what becomes of the ray (boundary/specular/chain.h).
+    // By vertex of the chain: its place, its closure, and its scattering event (boundary/specular/chain.h).
     int32_t *face[kMostChain], *mesh[kMostChain], *instance[kMostChain];
     int32_t *closure[kMostChain], *event[kMostChain];
     float *b1[kMostChain], *b2[kMostChain];
-    float* half[3][kMostChain];     // the microfacet's normal, of a followed lobe
+    float* half[3][kMostChain];     // microfacet normal of a followed lobe
     int32_t *edge, *edge_instance;  // -1: the horizon of the last vertex' face
     float* u;                       // place along the edge
-    float* weight;                  // of random decisions and of the scan lines
-    float* from[3];                 // where the last ray comes from
-    int32_t* seen;                  // whether the edge is seen from there
+    float* weight;                  // of the random decisions and of the scan lines
+    float* from[3];                 // origin of the last ray
+    int32_t* seen;                  // whether the edge is visible from there
     float* jump[3];                 // L- - L+, with the chain's throughput
     float* by_point[3];             // derivatives of -g by `from` and by the last ray's direction
     float* by_direction[3];
-    float* direction[3];  // of the last ray, where it leaves a face along its horizon
+    float* direction[3];  // of the last ray, if it leaves a face along its horizon
     float* by_screen[2];  // of g by the place in the picture
-    // Where the last ray goes to a light from the chain's last vertex (boundary/specular/chain_light.h).
+    // If the last ray goes from the chain's last vertex to a light (boundary/specular/chain_light.h):
     int32_t* lit;
     int32_t *light_row, *light_kind, *light_face, *light_instance, *light_scatters;
     int32_t *light_blockers, *light_visible_to;

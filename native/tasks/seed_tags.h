@@ -1,5 +1,5 @@
-// Tags of seeds: what one call samples for different purposes has independent random numbers. Kinds of
-// boundary samples differ by their number besides (boundary_stream of boundary/samples/segment_sampling.h).
+// Tags of seeds, which give the estimators of one call independent random numbers. Kinds of boundary samples
+// also differ by their number (boundary_stream of boundary/samples/segment_sampling.h).
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 namespace edgegrad {
 
 constexpr uint32_t kSecondPassSeed = 0x3c6ef372u;  // of boundary samples and scan lines
-constexpr uint32_t kEdgeOnSeed = 0x3c6ef372u;      // paths of other streams than boundary samples
+constexpr uint32_t kEdgeOnSeed = 0x3c6ef372u;  // paths, whose streams differ from those of boundary samples
 constexpr uint32_t kScanLineSeed = 0x68bc21ebu;
 constexpr uint32_t kHorizonSeed = 0x1f83d9abu;
 constexpr uint32_t kRimSeed = 0x9b05688cu;

@@ -1,11 +1,11 @@
-// Values at places of the picture, which forward mode computes from boundary samples.
+// Values of boundary samples at places of the picture, in forward mode.
 #pragma once
 
 #include <cstdint>
 
 namespace edgegrad {
 
-// Forward mode: one value per boundary sample, at a place of the picture (x below kNowhere: at none).
+// One value and place per boundary sample. If x is below kNowhere the sample has no place.
 constexpr float kNowhere = -1e9f;
 struct Splats {
     float *x, *y;

@@ -1,12 +1,12 @@
-// What derivatives by colours and strengths need of a picture's paths: one packet for each packet of ray
-// ends that the path tracer shades, and one for each light that they meet on their way.
+// The record of a picture's paths for derivatives by colours and strengths: one packet for each packet of
+// hits that the path tracer shades, and one for each light that its rays meet on the way.
 //
-// Light is linear in what lights give, and in the colour of each surface that scatters it like Lambert's:
+// Radiance is linear in the emission of lights, and in the colour of each Lambertian surface:
 //   L = own + color * scale * (received + next_gain * L'),
-// own = own_gain * its source, received = the sum of light_gain * its source and sky_gain * the environment,
-// and light that isn't requested; L' arrives by the ray that goes on. So the derivatives at a vertex are
-// products of what lies before it (throughput) and behind it (L'). A tape (adjoint/vertex.h) has the same
-// values, but computes the vertex once more.
+// own = own_gain * its source, received = the sum of light_gain * its source and environment_gain * the
+// environment, and light without requested derivatives; L' arrives along the next ray. So the derivatives at
+// a vertex are products of the throughput before it and the radiance L' behind it. A tape (adjoint/vertex.h)
+// gives the same values, but evaluates the vertex again.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@
 
 namespace edgegrad {
 
-// What gives light: the table, and its row in the bits above.
+// A light source: its table, and its row in the higher bits.
 enum LightSource : int32_t { kNoSource = 0, kLeafSource = 1, kRowSource = 2, kEnvironmentSource = 3 };
 constexpr int kSourceBits = 2;
 
@@ -26,13 +26,13 @@ struct alignas(64) ValuePacket {
     using Ints = int32_t[N];
 
     Ints active, path;
-    Ints face, instance;  // that was met, for messages; face -1: none
+    Ints face, instance;  // of the hit, for messages; face -1: none
     Floats throughput[3];
     Ints own_source, light_source;  // LightSource
-    Floats own[3], own_gain[3];     // the light itself is read where `colors` are requested, as `received` is
-    Ints closure;  // whose base colour `color` is; -1: no surface that scatters like Lambert's
+    Floats own[3], own_gain[3];     // `own` and `received` are used if `colors` are requested
+    Ints closure;                   // closure with the base colour `color`; -1: not Lambertian
     Floats color[3], scale;
-    Floats received[3], light_gain[3], sky_gain[3], next_gain[3];
+    Floats received[3], light_gain[3], environment_gain[3], next_gain[3];
 };
 
 // The values of a task's paths.
@@ -40,7 +40,7 @@ struct ValueMemory {
     TapeBuffer packets;
     int64_t count = 0;
     RequestedSurfaces requested;
-    // What is requested: colours, of which all light has derivatives; else the strengths of shaders'
+    // The requested values: colours, which give all light a derivative; or the strengths of closures'
     // emission, of rows of the light table, and of the environment.
     bool colors = false, emission = false, rows = false, environment = false;
 
@@ -48,7 +48,7 @@ struct ValueMemory {
     ValuePacket<N>& at(int64_t k) const {
         return static_cast<ValuePacket<N>*>(packets.data())[k];
     }
-    // The one that is written to, even if it has been taken back since.
+    // The packet that is written to, even if it has been discarded since.
     template <int N>
     ValuePacket<N>& latest() const {
         return *static_cast<ValuePacket<N>*>(packet);

@@ -1,8 +1,8 @@
-// What the derivatives of a picture need to know of its paths: one packet for each packet of ray ends that
-// the path tracer shades. Everything that was decided at random is here with its weight, so that the same
-// light can be computed once more as a function of the scene (adjoint/vertex.h), without tracing a ray.
+// The record of a picture's paths for derivatives: one packet for each packet of hits that the path tracer
+// shades. It contains all random decisions with their weights, so that sweeps evaluate the same light again
+// as a function of the scene (adjoint/vertex.h), without tracing a ray.
 //
-// Plain memory: it is written by code on raw packets and read by code on taped ones.
+// Plain memory: code on raw packets writes it, code on taped packets reads it.
 #pragma once
 
 #include <cstdint>
@@ -18,50 +18,53 @@ struct alignas(64) VertexPacket {
     using Floats = float[N];
     using Ints = int32_t[N];
 
-    // The ray and what it met. Lanes whose `active` is 0 hold nothing else.
+    // The ray and its hit. Lanes whose `active` is 0 have no other values.
     Ints active, path;
-    Ints number;   // of the vertex in its path, passed surfaces included; the same in all lanes
-    Ints touched;  // -1: it, or one before, is on a requested surface (scene/requested_surfaces.h)
-    Ints slides;   // -1: from the camera or a specular vertex, so its direction is a function of the scene
-    Ints arrives_followed;  // -1: from a followed lobe: lights of the table are that vertex' own
+    Ints number;       // of the vertex in its path, counting transparent surfaces; equal in all lanes
+    Ints touched;      // -1: this or an earlier vertex is on a requested surface (scene/requested_surfaces.h)
+    Ints screen_form;  // -1: the ray leaves the camera or a specular vertex: its direction is given by the
+                       // scene
+    Ints arrives_followed;  // -1: from a followed lobe; that vertex itself samples lights of the table
     Ints kind;              // RayKind
-    Floats from[3];         // the surface point that scattered it, or the camera's
+    Floats from[3];         // origin of the ray on a surface or the lens
     Floats direction[3], throughput[3];
-    Ints face, mesh, instance;  // face -1: it met nothing
+    Ints face, mesh, instance;  // face -1: no hit
     Floats b1, b2;
-    Floats near, far;  // distances from the vertex before that it went, surfaces passed or not; infinite: it
-                       // met nothing
-    Ints from_mesh;    // of the vertex before
-    // How much the direction from there is held, and what moves the measure then (scene/contact.h).
-    Floats held, drift[3];
+    // Distances from the previous scattering event to the start of the ray, which may be a transparent
+    // surface, and to its hit (infinite: no hit).
+    Floats near, far;
+    Ints from_mesh;  // of the previous vertex
+    // The weight of the fixed-direction form of the ray, and the change of the measure (scene/contact.h).
+    Floats fixed_weight, drift[3];
 
-    // The shader that was picked among the material's, and what it does.
+    // The closure chosen among those of the material.
     Ints closure;
-    Floats scale;            // sum of the weights of the material's shaders
-    Ints passes;             // -1: goes through the surface unscattered
-    Floats emission_weight;  // of light that it gives by itself
-    Floats sky_weight;       // of light from the environment, where nothing was met
+    Floats scale;               // sum of the weights of the material's closures
+    Ints passes;                // -1: the ray passes a transparent surface unscattered
+    Floats emission_weight;     // of the closure's own emission
+    Floats environment_weight;  // of light from the environment, without a hit
 
     // Light from an emitter sample: radiance * f |cos| * light_scale.
-    Ints light_face, light_row;  // -1: not that
+    Ints light_face, light_row;  // -1: not of this kind
     Ints light_kind;             // LightKind
     Ints light_visible_to;
     Floats light_b1, light_b2, light_offset[3];
     Floats light_scale[3];
-    Floats light_held, light_drift[3];  // of a face, as `held` and `drift`
-    // From a sample of the environment's image, along sky_direction: radiance * f |cos| * sky_scale.
-    Floats sky_direction[3], sky_scale[3];
+    Floats light_fixed_weight, light_drift[3];  // of an emissive face, as `fixed_weight` and `drift`
+    // From a sample of the environment's image, along environment_direction: radiance * f |cos| *
+    // environment_scale.
+    Floats environment_direction[3], environment_scale[3];
 
-    // The ray that goes on, whose light is multiplied with f |cos| * next_scale (of perfectly specular lobes
-    // their value instead of f |cos|).
+    // The next ray, whose light is multiplied by f |cos| * next_scale (for perfect lobes by their value
+    // instead of f |cos|).
     Ints samples;    // -1: a direction was sampled, even if no ray was traced along it
-    Ints continues;  // -1: light may come along it
+    Ints continues;  // -1: light may arrive along it
     Ints specular, transmitted, lobe;
-    Ints rim;  // -1: it goes along the rim of the transmission lobe (path/rim.h), as its light sample does
-    Ints follows;  // bits 1 << Lobe of those that are followed, and of such a one the microfacet's normal
+    Ints rim;      // -1: the ray and the light sample are on the rim of the transmission lobe (path/rim.h)
+    Ints follows;  // bits 1 << Lobe of the followed lobes; `half` is the microfacet normal of the sampled one
     Floats half[3];
     Floats next_direction[3], next_scale;
-    Floats last_scale[3];  // of environment's light along it, where nothing else could be met
+    Floats last_scale[3];  // of the environment's light along it, if it can meet nothing else
 
     // -1: its light is not finite; the lane is no longer active (adjoint/path_sweeps.cpp).
     Ints lost;
@@ -72,10 +75,10 @@ struct VertexMemory {
     TapeBuffer packets;
     int64_t count = 0;
     bool geometry = true;  // positions or directions have derivatives
-    bool misses = true;    // so has what rays bring that meet nothing
+    bool misses = true;    // light of rays without a hit has derivatives
     RequestedSurfaces requested;
-    bool rims = false;  // paths look for rims of transmission lobes, and bring nothing else (path/rim.h)
-    TransparentMemory passed;  // by the vertices' shadow rays
+    bool rims = false;         // paths sample rims of transmission lobes only (path/rim.h)
+    TransparentMemory passed;  // surfaces passed by the vertices' shadow rays
 
     void clear() { count = passed.count = 0; }
     template <int N>

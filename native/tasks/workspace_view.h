@@ -17,34 +17,33 @@ struct PathQueue {
     int32_t *path, *state, *bounces, *from_mesh;
 };
 
-// What the rays of a queue met; face -1: nothing.
+// Hits of a queue's rays; face -1: no hit.
 struct HitQueue {
     int32_t *face, *mesh, *instance;
     float *b1, *b2, *distance;
-    const struct EdgeStarts* edges;  // of first hits beside edges; else null
+    const struct EdgeStarts* edges;  // first hits beside edges; null: ordinary hits
 };
 
 // First hits beside edges, one array for each value.
 struct EdgeStarts {
-    float* aside[3];  // from there to where rays leave
-    int32_t* other;   // the face on the other side, whose radiance is taken off; -1: none
+    float* aside[3];  // offset to the origin of rays that leave the surface
+    int32_t* other;   // the face on the other side, whose radiance is subtracted; -1: none
     float *b1, *b2;   // the hit on it
 };
 
 // Scratch memory of one thread.
 struct Workspace {
     float* radiance[3];     // by path: L, or its derivative in forward mode
-    const ImageTask* task;  // the one that runs
-    // Light that pictures leave out because no float holds it; null: nobody counts it.
+    const ImageTask* task;  // the current task
+    // Counts light that pictures leave out because it exceeds the range of floats; null: not counted.
     DroppedSamples* dropped;
     PathQueue paths;
     HitQueue hits;
-    // Where vertices are recorded for derivatives, or what those by colours and strengths need; null: they
-    // are not.
+    // Records of vertices, or of values for derivatives by colours and strengths; null: none.
     VertexMemory* vertices;
     ValueMemory* values;
     CameraSamples camera;
-    int32_t* visible;      // by path (path/touched_vertices.h): whether it counts
+    int32_t* visible;      // by path: whether it is recorded (path/touched_vertices.h)
     EdgeStarts edges;      // memory of hits.edges
     TapeBuffer* segments;  // of a boundary task (boundary/segment/segment.h), in packets
 };

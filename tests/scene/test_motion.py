@@ -52,13 +52,13 @@ def test_interior_names_every_parameter() -> None:
                "materials.clay.roughness", "meshes.still.attributes.unread").why
     assert why == (
         "'camera.fov_x': the point that each pixel sees moves over surfaces and the environment",
-        "'materials.wood.alpha': zero, since nothing of the picture reads it",
-        "'meshes.still.transform': its shading changes as it moves and turns",
+        "'materials.wood.alpha': zero, since the picture does not depend on it",
+        "'meshes.still.transform': the mesh's shading, or the light that it emits, changes as it moves",
         "'lights.ball.radius': changes radiance",
-        "'materials.clay.roughness': changes radiance and moves no edge",
-        "'meshes.still.attributes.unread': zero, since nothing of the picture reads it",
-        "besides: the directions at which rough glass (wood, sum, clay, glow) stops to let light through",
-        "what wood, sum let through changes, on the way to lights and between surfaces",
+        "'materials.clay.roughness': changes radiance",
+        "'meshes.still.attributes.unread': zero, since the picture does not depend on it",
+        "besides: the directions beyond which rough glass (wood, sum, clay, glow) transmits no light",
+        "the transmittance of wood, sum changes, on the way to lights and between surfaces",
         "noisy: where faces of wood, sum, clay, glow meet at concave corners or touch others, light between them has "
         "no finite variance, since these materials are transparent, mirror perfectly or have textures that jump",
     )

@@ -268,8 +268,9 @@ Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool
 
 bool any_fixed_direction(const SceneView& scene, int64_t edge) {
     const uint32_t first = scene.edge_face_first[edge], last = scene.edge_face_first[edge + 1];
-    return scene.face_held && std::any_of(scene.edge_faces + first, scene.edge_faces + last,
-                                          [&](uint32_t face) { return scene.face_held[face] != 0; });
+    return scene.face_fixed_direction &&
+           std::any_of(scene.edge_faces + first, scene.edge_faces + last,
+                       [&](uint32_t face) { return scene.face_fixed_direction[face] != 0; });
 }
 
 Candidates emitter_candidates(const SceneView& scene, const EdgeList& edges) {
@@ -277,7 +278,7 @@ Candidates emitter_candidates(const SceneView& scene, const EdgeList& edges) {
     const SceneTables& tables = edges.tables;
     const std::vector<Run> runs = runs_of(edges, [&](int32_t mesh, bool placed) {
         const auto m = static_cast<size_t>(mesh);
-        const int32_t* fixed = scene.face_held;
+        const int32_t* fixed = scene.face_fixed_direction;
         return !placed &&
                std::any_of(fixed + tables.mesh_first_face[m], fixed + tables.mesh_first_face[m + 1],
                            [](int32_t f) { return f != 0; });

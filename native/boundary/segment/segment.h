@@ -6,11 +6,10 @@
 // infinitely far, in the direction -w, then lambda = 1 and the last part becomes |x - e| dw.
 //
 // The motion of the ends:
-// - If the camera sees x, x slides: it is the point where its pixel's ray meets the moving surface. With c
-// the
-//   velocity of that ray, D its direction and m(x) the surface's velocity, dx = c + D n . (m - c)/(n . D).
-//   A later vertex moves with its surface, dx = m(x). Near contact it also slides partly along the ray from
-//   the vertex before it (boundary/segment/fixed_direction_chain.h).
+// - If the camera sees x, x is in screen form: the point where its pixel's ray meets the moving surface. With
+//   c the velocity of that ray, D its direction and m(x) the surface's velocity, dx = c + D n . (m - c)/(n .
+//   D). A later vertex is in material form: it moves with its surface, dx = m(x). Near contact both forms are
+//   blended along the ray from the vertex before it (boundary/segment/fixed_direction_chain.h).
 // - y moves with its surface or its light, or turns with the environment. Light of a fixed direction moves
 //   with x: lambda = 1.
 #pragma once
@@ -52,13 +51,13 @@ struct BoundarySegment {
     Float reach;     // |x - e|
     Float distance;  // |e - y|, infinite for distant lights and the environment
     Float lambda;
-    SurfacePoint x;  // its normal on the side of the viewer
-    Mask slides;     // the camera sees x, as in `view`; else x moves with its surface
+    SurfacePoint x;    // its normal on the side of the viewer
+    Mask screen_form;  // the camera sees x, as in `view`; else x moves with its surface
     Projection view;
     FixedDirectionChain fixed;  // near contact
     FarEnd y;
-    // The integrand without sweep and velocities. Where x slides it is divided by |n . D|, which cancels the
-    // divisor of the slide.
+    // The integrand without sweep and velocities. In screen form it is divided by |n . D|, which cancels the
+    // divisor in dx.
     Vec3 color;
 };
 
@@ -93,11 +92,11 @@ EG_INLINE void blend_near_contact(const SceneView& scene, Int length, BoundarySe
 // Whether x may move: with its surface, with the camera that sees it, or with the vertex before it near
 // contact.
 EG_INLINE Mask receiver_moves(const SceneView& scene, const DerivativeView& motion, Mask active,
-                              const SurfacePoint& x, Mask slides) {
+                              const SurfacePoint& x, Mask screen_form) {
     Mask moves = face_point_moves(scene, motion, active, x.face, x.instance);
-    if (motion.camera_requested) moves |= active & slides;
+    if (motion.camera_requested) moves |= active & screen_form;
     if (scene.mesh_contact)
-        moves |= active & ~slides &
+        moves |= active & ~screen_form &
                  ((gather(scene.mesh_contact, select(active, x.mesh, splat(0))) & kContactTo) != 0);
     return moves;
 }
@@ -105,7 +104,7 @@ EG_INLINE Mask receiver_moves(const SceneView& scene, const DerivativeView& moti
 // Whether any part of the segment may move.
 EG_INLINE Mask segment_moves(const SceneView& scene, const DerivativeView& motion, const BoundarySegment& s) {
     Mask moves = edge_point_moves(scene, motion, s.active, s.edge, s.instance) |
-                 receiver_moves(scene, motion, s.active, s.x, s.slides) |
+                 receiver_moves(scene, motion, s.active, s.x, s.screen_form) |
                  face_point_moves(scene, motion, s.active & (s.y.face >= 0), s.y.face, s.y.instance);
     if (motion.lights_requested) moves |= s.active & (s.y.row >= 0);
     if (motion.rotation_requested) moves |= s.active & s.y.environment;
@@ -143,13 +142,13 @@ EG_INLINE void receiver_blocks(Mode& mode, const SceneView& scene, const Derivat
                                const BoundarySegment& s, Vec3 g) {
     const Float nd = dot(s.x.normal, s.view.across_of);  // negative
     const Vec3 along = s.x.normal * -dot(g, s.view.across_of);
-    Vec3 to_face = select(s.slides, along, g);
+    Vec3 to_face = select(s.screen_form, along, g);
     if (scene.mesh_contact && any(s.active & (s.fixed.length > 0)))
         to_face =
             fixed_direction_blocks(mode, scene, motion, s.active, s.fixed, s.x, s.view, g, to_face, s.color);
     face_point_blocks(mode, scene, motion, s.active, s.x.face, s.x.instance, s.x.b1, s.x.b2, to_face,
                       s.color);
-    const Mask seen = s.active & s.slides;
+    const Mask seen = s.active & s.screen_form;
     if (motion.camera_requested && any(seen)) {
         Float row[kCameraFloats];
         ray_velocity_row(scene.camera, s.view, g * -nd - along, row);
@@ -162,7 +161,7 @@ template <typename Mode>
 EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                              const BoundarySegment& s) {
     const Float nd = dot(s.x.normal, s.view.across_of);  // negative
-    const Vec3 color = select(s.slides, s.color * -nd, s.color);
+    const Vec3 color = select(s.screen_form, s.color * -nd, s.color);
     edge_point_blocks(mode, scene, motion, s.active, s.edge, s.instance, s.u, s.sweep, color);
     const Mask on_face = s.active & (s.y.face >= 0);
     if (any(on_face))
@@ -177,7 +176,7 @@ EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const Derivativ
 
 // The swept area per unit of color, if the edge moves across the segment by one unit.
 EG_INLINE Float sweep_of(const BoundarySegment& s) {
-    const Float facing = select(s.slides, -dot(s.x.normal, s.view.across_of), splat(1.0f));
+    const Float facing = select(s.screen_form, -dot(s.x.normal, s.view.across_of), splat(1.0f));
     return facing * sqrt(dot(s.sweep, s.sweep));
 }
 

@@ -162,7 +162,7 @@ EG_OUTLINE Mask choose_environment(const SceneView& scene, const ScatteringPoint
     Mask found = active & s.active & ~s.specular & (s.pdf > 0.0f);
     Vec3 w = s.wi;
     Float density = s.pdf;
-    if (scene.sky.sampled) {
+    if (scene.environment_image.sampled) {
         const Mask by_image = active & (random[3] < kByImage);
         const EnvironmentSample e = sample_environment(scene, active, random[1], random[2]);
         found = select(by_image, e.pdf > 0.0f, found) & active;
@@ -172,7 +172,7 @@ EG_OUTLINE Mask choose_environment(const SceneView& scene, const ScatteringPoint
     found &= (x.both_sides | (dot(x.x.normal, w) > 0.0f)) & (density > 0.0f);
     light.row = select(found, splat(-1), light.row), light.face = select(found, splat(-1), light.face);
     light.place = select(found, w, light.place);
-    const int blocked_by = scene.sky.sampled ? 1 << kShadowRay : 1 << kDiffuseRay;
+    const int blocked_by = scene.environment_image.sampled ? 1 << kShadowRay : 1 << kDiffuseRay;
     light.blockers = select(found, splat(blocked_by), light.blockers);
     light.visible_to = select(found, splat(scene.environment_mask), light.visible_to);
     light.density = select(found, density, light.density);
@@ -279,7 +279,7 @@ EG_INLINE FarEnd far_end(const SceneView& scene, const ChainLight& light) {
     FarEnd y = still_far_end();
     y.face = light.face, y.instance = light.instance, y.b1 = light.b1, y.b2 = light.b2;
     y.row = light.row, y.kind = light.kind;
-    y.environment = light.environment() & splat(scene.sky.pixels ? -1 : 0);
+    y.environment = light.environment() & splat(scene.environment_image.pixels ? -1 : 0);
     return y;
 }
 

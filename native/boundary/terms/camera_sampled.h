@@ -260,7 +260,7 @@ EG_INLINE PicturePath start_in_picture(const SceneView& scene, const BoundaryTas
     s.fixed.length = splat(0);
     Float probability, sx, sy;
     w.length = chain_length(w.segment, longest, probability);
-    s.slides = w.length == 0;
+    s.screen_form = w.length == 0;
     w.weight = place_in_cell(scene, task, w.segment, sx, sy) * task.scale / probability;
     w.path = start_walk(scene, task, w.segment.active, lane_index() + static_cast<int32_t>(at), sx, sy,
                         w.segment.random, w.hit);
@@ -312,15 +312,15 @@ EG_OUTLINE int sample_from_camera(const SceneView& scene, const BoundaryTask& ta
     Vec3 followed;
     walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, task.camera_sampled_alpha, &s.fixed,
                       &followed);
-    leave_followed(scene, s.slides, followed, path);
+    leave_followed(scene, s.screen_form, followed, path);
     if (!any(path.active)) return queued;
     // Sample an edge in the lobes of x
     const ScatteringPoint x = scattering_point(scene, walks, path, path.active, begun.hit);
-    const Int kinds =
-        select(s.slides, camera_sampled_kinds(x.shader, task.camera_sampled_alpha), splat(kScatteredRays));
+    const Int kinds = select(s.screen_form, camera_sampled_kinds(x.shader, task.camera_sampled_alpha),
+                             splat(kScatteredRays));
     s.active = x.x.active & (kinds != 0);
     if (!any(s.active)) return queued;
-    const CameraSampledSurface surface(scene, x, s.active, s.slides);
+    const CameraSampledSurface surface(scene, x, s.active, s.screen_form);
     const PathIndex walk = path_index(walks, path.path);
     const Vec3 value =
         sample_edge_in_lobes(task, x, surface, kinds, walk, path.vertex, kCameraSampledCandidates, p, s);
@@ -335,7 +335,7 @@ EG_OUTLINE int sample_from_camera(const SceneView& scene, const BoundaryTask& ta
     // If x is closer to the edge than rounding, the jump is part of the primary term (derivations, F3c).
     s.active &= s.reach > 1e-5f * largest_component(s.point);
     // Skip samples outside the picture or beyond the bounce limits
-    s.view = place_in_picture(scene, s.active, select(s.slides, x.x.position, begun.first), p.random);
+    s.view = place_in_picture(scene, s.active, select(s.screen_form, x.x.position, begun.first), p.random);
     s.active &= s.view.active;
     if (scene.rays_differ)
         s.active &= (gather(scene.mesh_mask, mesh_of(scene, edge_face(scene, s.edge))) & kScatteredRays) != 0;
@@ -366,7 +366,7 @@ EG_OUTLINE int sample_from_camera(const SceneView& scene, const BoundaryTask& ta
     s.color = path.throughput * value * seen * (x.shader.scale * begun.weight);
     // The slide of x is divided by |n . D| (boundary/segment/segment.h).
     const Float facing = max(-dot(s.x.normal, s.view.across_of), 1e-20f);
-    s.color = select(s.slides, s.color * (1.0f / facing), s.color);
+    s.color = select(s.screen_form, s.color * (1.0f / facing), s.color);
     if (any(clear & s.active))
         s.color = select(
             clear, s.color * transparent_jump(scene, p, s.active & clear, s.u, across, s.towards), s.color);

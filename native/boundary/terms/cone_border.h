@@ -78,10 +78,10 @@ EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryT
     take_links(scene.lights, s.active, row, l.flags, links);
     Float probability;
     const Int length = chain_length(p, task.max_depth - 2, probability);
-    s.slides = length == 0;
+    s.screen_form = length == 0;
     const ReceiverRays rays = {select(links.casts_shadow, links.blockers, splat(0)),
-                               select(s.slides, splat(1 << kCameraRay), splat(kScatteredRays)), kShadowRay,
-                               splat(0)};
+                               select(s.screen_form, splat(1 << kCameraRay), splat(kScatteredRays)),
+                               kShadowRay, splat(0)};
     const ReceiverHit receiver =
         find_receiver(scene, s.active, s.point, s.towards, ignore_nothing(), rays, p.random);
     s.active &= receiver.found & (receiver.hit.distance > 0.0f);
@@ -101,7 +101,7 @@ EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryT
         s.active &= ~disk | (s.reach > 0.0f);
     }
     // Skip samples that do not move
-    Mask moves = receiver_moves(scene, motion, s.active, s.x, s.slides);
+    Mask moves = receiver_moves(scene, motion, s.active, s.x, s.screen_form);
     if (motion.lights_requested) moves |= s.active;
     s.active &= moves;
     if (!any(s.active)) return out;
@@ -123,7 +123,7 @@ EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryT
 template <typename Mode>
 EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                              const ConeSample& s) {
-    const Vec3 color = select(s.slides, s.color * -dot(s.x.normal, s.view.across_of), s.color);
+    const Vec3 color = select(s.screen_form, s.color * -dot(s.x.normal, s.view.across_of), s.color);
     if (motion.lights_requested) {
         Float row[kLightParams];
         for (Float& r : row) r = splat(0.0f);

@@ -37,7 +37,7 @@ EG_OUTLINE DiskSegment sample_disk_intersection(const SceneView& scene, const Bo
     walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, 0.0f, &s.fixed);
     // The specular term covers disks seen only in perfect mirrors and through smooth glass
     // (boundary/specular/chain_shadow.h).
-    path.active &= s.slides | (path.pdf > 0.0f);
+    path.active &= s.screen_form | (path.pdf > 0.0f);
     if (!any(path.active)) return s;
     const ScatteringPoint x = scattering_point(scene, walks, path, path.active, begun.hit);
     s.active = x.x.active;
@@ -72,9 +72,9 @@ EG_OUTLINE DiskSegment sample_disk_intersection(const SceneView& scene, const Bo
     const Int hider_mask = gather(scene.mesh_mask, mesh_of(scene, pair.hider));
     s.active &= links.casts_shadow & ((hider_mask & links.blockers) != 0);
     // Skip samples that do not move or do not count
-    s.view = place_in_picture(scene, s.active, select(s.slides, x.x.position, begun.first), p.random);
+    s.view = place_in_picture(scene, s.active, select(s.screen_form, x.x.position, begun.first), p.random);
     s.active &= s.view.active;
-    Mask moves = receiver_moves(scene, motion, s.active, s.x, s.slides) |
+    Mask moves = receiver_moves(scene, motion, s.active, s.x, s.screen_form) |
                  face_point_moves(scene, motion, s.active, pair.hider, pair.hider_instance);
     if (motion.lights_requested) moves |= s.active;
     s.active &= moves;
@@ -97,7 +97,7 @@ EG_OUTLINE DiskSegment sample_disk_intersection(const SceneView& scene, const Bo
     s.color = path.throughput * value * light * seen * (x.shader.scale * begun.weight * (p.u1 - p.u0));
     // The slide of x is divided by |n . D| (boundary/segment/segment.h).
     const Float facing = max(-dot(s.x.normal, s.view.across_of), 1e-20f);
-    s.color = select(s.slides, s.color * (1.0f / facing), s.color);
+    s.color = select(s.screen_form, s.color * (1.0f / facing), s.color);
     s.active &= ~(largest_component(s.color) == 0.0f);
     return s;
 }
@@ -106,7 +106,7 @@ EG_OUTLINE DiskSegment sample_disk_intersection(const SceneView& scene, const Bo
 template <typename Mode>
 EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                              const DiskSegment& s) {
-    const Vec3 color = select(s.slides, s.color * -dot(s.x.normal, s.view.across_of), s.color);
+    const Vec3 color = select(s.screen_form, s.color * -dot(s.x.normal, s.view.across_of), s.color);
     const Vec3 g = hider_blocks(mode, scene, motion, s, color) - s.sweep;
     const Vec3 from =
         far_end_blocks(mode, scene, motion, s.active, s.y, s.x.position, s.towards, s.reach, g, color);

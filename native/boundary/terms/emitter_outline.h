@@ -62,7 +62,7 @@ EG_INLINE Vec3 emission_jump(const SceneView& scene, const SegmentSample& p, Mas
         }
         // Subtract the emission of the two sides
         for (int side = 0; side < 2; ++side) {
-            if (face[side] < 0 || !scene.face_held[face[side]]) continue;
+            if (face[side] < 0 || !scene.face_fixed_direction[face[side]]) continue;
             const int32_t material = scene.face_material[face[side]];
             if (back[side] && !scene.emission_two_sided[material]) continue;
             const float* emission = scene.emission + 3 * static_cast<int64_t>(material);
@@ -91,18 +91,18 @@ EG_OUTLINE BoundarySegment sample_emitter_outline(const SceneView& scene, const 
     const ImageTask walks = outline_paths(task);
     Vec3 followed;
     walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, 0.0f, nullptr, &followed);
-    leave_followed(scene, s.slides, followed, path);
+    leave_followed(scene, s.screen_form, followed, path);
     // Behind perfect mirrors and smooth glass light is parametrised by material points.
-    path.active &= s.slides | (path.pdf > 0.0f);
+    path.active &= s.screen_form | (path.pdf > 0.0f);
     if (!any(path.active)) return s;
     const ScatteringPoint x = scattering_point(scene, walks, path, path.active, begun.hit);
     s.active = receives_held(scene, x.x.active, x.x.material);
-    s.view = place_in_picture(scene, s.active, select(s.slides, x.x.position, begun.first), p.random);
+    s.view = place_in_picture(scene, s.active, select(s.screen_form, x.x.position, begun.first), p.random);
     s.active &= s.view.active;
     if (!task.score && any(s.active)) s.active &= has_adjoint(scene, s.active, s.view.sx, s.view.sy, adjoint);
     if (!any(s.active)) return s;
     // Sample an edge in the lobes of x
-    const CameraSampledSurface surface(scene, x, s.active, s.slides);
+    const CameraSampledSurface surface(scene, x, s.active, s.screen_form);
     const PathIndex walk = path_index(walks, path.path);
     const Vec3 value = sample_edge_in_lobes(task, x, surface, splat(kScatteredRays), walk, path.vertex,
                                             kOutlineCandidates, p, s);
@@ -125,7 +125,7 @@ EG_OUTLINE BoundarySegment sample_emitter_outline(const SceneView& scene, const 
     s.color = path.throughput * value * seen * jump * (x.shader.scale * begun.weight);
     // The slide of x is divided by |n . D| (boundary/segment/segment.h).
     const Float facing = max(-dot(s.x.normal, s.view.across_of), 1e-20f);
-    s.color = select(s.slides, s.color * (1.0f / facing), s.color);
+    s.color = select(s.screen_form, s.color * (1.0f / facing), s.color);
     s.active &= ~(largest_component(s.color) == 0.0f);
     return s;
 }

@@ -43,7 +43,7 @@ struct HorizonCut {
     FarEnd y;
     Vec3 color;  // the integrand without n . (dy - m_F)/r
     // Lights that face x turn as x moves. Lanes in which the camera sees x, and its projection.
-    Mask slides;
+    Mask screen_form;
     Projection view;
 };
 
@@ -113,7 +113,7 @@ EG_INLINE Vec3 brought_at_horizon(const SceneView& scene, const ScatteringPoint&
 
 EG_INLINE HorizonCut empty_cut(const SurfacePoint& x) {
     HorizonCut cut;
-    cut.active = cut.slides = splat(0);
+    cut.active = cut.screen_form = splat(0);
     cut.face = x.face, cut.instance = x.instance, cut.b1 = x.b1, cut.b2 = x.b2;
     cut.position = x.position, cut.normal = x.normal;
     cut.y = still_far_end();
@@ -188,7 +188,7 @@ EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, cons
     if (any(seen)) {
         cut.view = place_in_picture(scene, seen, select(chained, first, s.x.position),
                                     path_index(task.image, p.path));
-        cut.slides = seen & ~chained & cut.view.active;
+        cut.screen_form = seen & ~chained & cut.view.active;
     }
 }
 
@@ -236,7 +236,7 @@ EG_OUTLINE int cut_beyond(const SceneView& scene, const HorizonTask& task, const
     if (environment) open = y.escapes;
     Mask moves = face_point_moves(scene, motion, met | open, cut.face, cut.instance) |
                  face_point_moves(scene, motion, met, y.hit.face, y.hit.instance);
-    if (motion.rotation_requested && scene.sky.pixels) moves |= open;
+    if (motion.rotation_requested && scene.environment_image.pixels) moves |= open;
     met &= moves;
     open &= moves;
     if (!any(met | open)) return queued;
@@ -250,7 +250,7 @@ EG_OUTLINE int cut_beyond(const SceneView& scene, const HorizonTask& task, const
     cut.y.face = select(met, y.hit.face, splat(-1)), cut.y.instance = y.hit.instance;
     cut.y.b1 = y.hit.b1, cut.y.b2 = y.hit.b2;
     cut.material_weight = 1.0f - fixed_direction_weight(scene, met, p.segment - 1, s.x, cut.y);
-    cut.y.environment = open & splat(scene.sky.pixels ? -1 : 0);
+    cut.y.environment = open & splat(scene.environment_image.pixels ? -1 : 0);
     cut.color = f * (1.0f / max(density, 1e-30f));
     if (any(open))
         cut.color = select(open, cut.color * y.through * environment_radiance(scene, w), cut.color);
@@ -358,10 +358,10 @@ EG_INLINE void horizon_blocks(Mode& mode, const SceneView& scene, const Derivati
                                      cut.distance, g, cut.color);
     // For a light that faces x: x slides along its pixel's ray, or moves with F.
     if (!any(cut.active & (largest_component(from) > 0.0f))) return;
-    const Vec3 d = select(cut.slides, cut.view.across_of, n);
+    const Vec3 d = select(cut.screen_form, cut.view.across_of, n);
     const Float nd = dot(n, d);
     const Vec3 slide = n * (dot(from, d) / select(abs(nd) > 1e-12f, nd, 1e-12f));
-    Vec3 to_face = select(cut.slides, slide, from);
+    Vec3 to_face = select(cut.screen_form, slide, from);
     if (scene.mesh_contact && any(cut.active & (cut.y.row >= 0) & (fixed.length > 0))) {
         SurfacePoint x{};
         x.normal = n;
@@ -370,7 +370,7 @@ EG_INLINE void horizon_blocks(Mode& mode, const SceneView& scene, const Derivati
     }
     face_point_blocks(mode, scene, motion, cut.active, cut.face, cut.instance, cut.b1, cut.b2, to_face,
                       cut.color);
-    const Mask seen = cut.active & cut.slides;
+    const Mask seen = cut.active & cut.screen_form;
     if (motion.camera_requested && any(seen)) {
         Float row[kCameraFloats];
         ray_velocity_row(scene.camera, cut.view, from - slide, row);

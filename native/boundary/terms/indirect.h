@@ -59,10 +59,10 @@ EG_OUTLINE int sample_indirect(const SceneView& scene, const BoundaryTask& task,
     // Find the receiver x and the surface y behind the edge
     Float probability;
     const Int length = chain_length(p, task.max_depth - 3, probability), path = lane_index() + at;
-    s.slides = length == 0;
+    s.screen_form = length == 0;
     const Int scattered = splat(kScatteredRays);
-    const ReceiverRays rays = {scattered, select(s.slides, splat(1 << kCameraRay), scattered), kDiffuseRay,
-                               splat(0)};
+    const ReceiverRays rays = {scattered, select(s.screen_form, splat(1 << kCameraRay), scattered),
+                               kDiffuseRay, splat(0)};
     const ReceiverHit receiver =
         find_receiver(scene, s.active, s.point, s.towards, {s.edge, s.instance}, rays, p.random);
     // If x is closer to the edge than rounding, the jump is part of the primary term (derivations, F3c).

@@ -171,7 +171,7 @@ EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& t
                  face_point_moves(scene, motion, s.active & (pair.face >= 0), pair.face, pair.instance);
     if (motion.lights_requested) moves |= s.active & (pair.row >= 0);
     // x may move relative to y.
-    if (scene.mesh_contact || (!scatters && scene.face_held)) moves = s.active;
+    if (scene.mesh_contact || (!scatters && scene.face_fixed_direction)) moves = s.active;
     moves |= s.active & (pair.row >= 0) & turns_with_point(s.y.kind);
     s.active &= moves;
     if (!any(s.active)) return queued;
@@ -206,9 +206,9 @@ EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& t
     // Find the receiver
     Float probability;
     const Int length = chain_length(p, task.max_depth - (scatters ? 3 : 2), probability);
-    s.slides = length == 0;
+    s.screen_form = length == 0;
     const ReceiverRays rays = {links.blockers,
-                               select(s.slides, splat(1 << kCameraRay), splat(kScatteredRays)),
+                               select(s.screen_form, splat(1 << kCameraRay), splat(kScatteredRays)),
                                scatters ? kDiffuseRay : kShadowRay, splat(0)};
     const ReceiverHit receiver =
         find_receiver(scene, s.active, s.point, s.towards, {s.edge, s.instance}, rays, p.random);
@@ -280,7 +280,7 @@ template <typename Mode>
 EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                              const IntersectionSegment& s) {
     const IntersectingPair& pair = s.pair;
-    const Vec3 color = select(s.slides, s.color * -dot(s.x.normal, s.view.across_of), s.color);
+    const Vec3 color = select(s.screen_form, s.color * -dot(s.x.normal, s.view.across_of), s.color);
     const Vec3 by_normal = hider_blocks(mode, scene, motion, s, color);
     const Vec3 by_y = s.sweep * (s.lambda - 1.0f), g = by_normal + by_y;
     const Mask sphere = s.active & (s.y.kind == splat(static_cast<int>(kSphereLight)));

@@ -35,7 +35,7 @@ EG_INLINE Vec3 environment_direction(const SceneView& scene, const BoundaryTask&
                                      Mask parted, Float& density) {
     constexpr float kByImage = 0.5f;
     Vec3 towards = cell_direction(scene, task, p, parted, density);
-    if (scene.sky.sampled) {
+    if (scene.environment_image.sampled) {
         Float pick, unused, image_u, image_v;
         sobol_pair(p.random.stream, p.random.sample, kPairStrategy, unused, pick);
         sobol_pair(p.random.stream, p.random.sample, kPairLight, image_u, image_v);
@@ -69,9 +69,9 @@ EG_INLINE ShadowLight sample_light_point(const SceneView& scene, const BoundaryT
         Float density;
         s.towards = environment_direction(scene, task, p, parted, density);
         s.distance = splat(__builtin_inff());
-        s.y.environment = splat(scene.sky.pixels ? -1 : 0);
+        s.y.environment = splat(scene.environment_image.pixels ? -1 : 0);
         light.geometry = 1.0f / max(density, 1e-30f);
-        light.blockers = splat(scene.sky.sampled ? 1 << kShadowRay : 1 << kDiffuseRay);
+        light.blockers = splat(scene.environment_image.sampled ? 1 << kShadowRay : 1 << kDiffuseRay);
         return light;
     }
     Float u, v;
@@ -175,15 +175,15 @@ EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryT
                         s.view.direction, select(s.active, receiver.hit.instance, splat(-1)));
     s.x.mesh = receiver.hit.mesh;
     s.active = s.x.active & shines_on(scene, s.y.row, s.x.mesh);
-    s.slides = s.active & ~chained;
+    s.screen_form = s.active & ~chained;
     // Divide the segment, and skip samples that do not move
     meet_round_light(scene, s);
     divide_segment(s);
     fix_light_direction(scene, s);
     blend_near_contact(scene, length, s);
     s.active &= segment_moves(scene, requested, s);
-    if (!task.score && any(s.active & s.slides))
-        s.active &= ~s.slides | has_adjoint(scene, s.active, s.view.sx, s.view.sy, adjoint);
+    if (!task.score && any(s.active & s.screen_form))
+        s.active &= ~s.screen_form | has_adjoint(scene, s.active, s.view.sx, s.view.sy, adjoint);
     if (!any(s.active)) return s;
 
     // Evaluate the light

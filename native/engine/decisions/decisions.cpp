@@ -13,15 +13,15 @@
 
 namespace edgegrad {
 
-const char* const kReasonNames[] = {"needed",      "forced",         "not rendered",       "still",
-                                    "black",       "alone",          "nothing between",    "flat",
-                                    "none",        "no light",       "pointlike",          "out of view",
-                                    "unseen",      "looks the same", "only outline moves", "unshaded",
-                                    "rays differ", "not estimated"};
+const char* const kReasonNames[] = {
+    "needed",    "forced",          "not rendered",  "still",          "black",
+    "alone",     "nothing between", "flat",          "none",           "no light",
+    "pointlike", "out of view",     "unseen",        "looks the same", "only outline moves",
+    "unshaded",  "rays differ",     "not estimated", "unread",         "unused"};
 
 namespace {
 
-// Meshes that may be shaded with other normals than those of their faces.
+// Meshes with shading normals that may differ from their faces' normals.
 std::vector<int32_t> bent_meshes(const SceneView& scene, const SceneTables& tables) {
     std::vector<uint8_t> mapped(tables.material_first_closure.size() - 1, 0);
     for (size_t m = 0; m < mapped.size(); ++m)
@@ -42,19 +42,18 @@ std::vector<int32_t> bent_meshes(const SceneView& scene, const SceneTables& tabl
     return out;
 }
 
-// The first of some reasons that isn't kNeeded.
+// The first reason other than kNeeded.
 Reason first_of(std::initializer_list<Reason> reasons) {
     for (Reason r : reasons)
         if (r != Reason::kNeeded) return r;
     return Reason::kNeeded;
 }
 
-// Whether faces with shading normals of their own may cut off other light than before
-// (boundary/terms/horizon.h).
+// Whether horizons of faces move relative to the light that they cut off (boundary/terms/horizon.h).
 Reason moving_horizons(const BoundaryFacts& f) {
     const SceneView& scene = f.scene;
     const bool sized = scene.lights.sized_count + scene.lights.sized_distant > 0;
-    // Some lights turn with what they light.
+    // Some lights face their receiver.
     const bool turns = scene.lights.kinds & kTurningLights;
     const RequestedMotion& m = f.motion;
     return m.any_mesh_moves() || m.rotation || (m.lights && sized) || (m.camera && turns) ? Reason::kNeeded
@@ -121,32 +120,35 @@ void decide_shadows(const BoundaryFacts& f, Reason black, Decisions& decided) {
         return decided.decide(part, first_of({rendered, unless(any, Reason::kStill), black, shape, exists,
                                               unless(moves, Reason::kStill)}));
     };
-    // A convex body alone hides no light from itself.
+    // A single convex body occludes no light from itself.
     const Reason alone = unless(!scene.convex, Reason::kAlone);
     decide(Part::kLightShadows, unless(lights, Reason::kNoLight), meshes || m.camera || m.lights, alone);
     decide(Part::kEnvironmentShadows, unless(scene.has_environment, Reason::kNoLight),
            meshes || m.camera || m.rotation, alone);
     for (Part part : {Part::kLightShadows, Part::kEnvironmentShadows})
         decided[part].edges.of = static_cast<int64_t>(f.tables.edge_vertices.size() / 2);
-    if (decide(Part::kEmitterOutlines, unless(scene.face_held != nullptr, Reason::kNone), meshes)) {
+    if (decide(Part::kEmitterOutlines, unless(scene.face_fixed_direction != nullptr, Reason::kNone),
+               meshes)) {
         const auto faces =
             static_cast<size_t>(f.tables.mesh_first_face[static_cast<size_t>(f.tables.visible_meshes)]);
         Decision& outlines = decided[Part::kEmitterOutlines];
-        for (int32_t mesh = 0; scene.face_held && faces && mesh < f.tables.visible_meshes; ++mesh) {
-            const int32_t* held = scene.face_held;
+        for (int32_t mesh = 0; scene.face_fixed_direction && faces && mesh < f.tables.visible_meshes;
+             ++mesh) {
+            const int32_t* fixed = scene.face_fixed_direction;
             const auto k = static_cast<size_t>(mesh);
-            if (std::any_of(held + f.tables.mesh_first_face[k], held + f.tables.mesh_first_face[k + 1],
+            if (std::any_of(fixed + f.tables.mesh_first_face[k], fixed + f.tables.mesh_first_face[k + 1],
                             [](int32_t h) { return h != 0; }))
                 outlines.meshes.push_back(mesh);
         }
-        for (size_t k = 0; scene.material_held && k + 1 < f.tables.material_first_closure.size(); ++k)
-            if (scene.material_held[k]) outlines.materials.push_back(static_cast<int32_t>(k));
+        for (size_t k = 0; scene.material_fixed_direction && k + 1 < f.tables.material_first_closure.size();
+             ++k)
+            if (scene.material_fixed_direction[k]) outlines.materials.push_back(static_cast<int32_t>(k));
     }
-    // Light that keeps its direction moves over all lines (scene/contact.h).
-    const bool held = scene.mesh_contact;
+    // Light of a fixed direction near contact moves over all intersections (scene/contact.h).
+    const bool contact = scene.mesh_contact;
     const bool turning = m.camera && scene.lights.kinds >> kSphereLight & 1;
     decide(Part::kLightIntersections, unless(lights, Reason::kNoLight),
-           held || meshes || m.lights || turning);
+           contact || meshes || m.lights || turning);
     decide(Part::kDiskIntersections, unless(scene.lights.kinds >> kDiskLight & 1, Reason::kNoLight),
            m.camera || m.lights || meshes);
     std::vector<int32_t> cones = hard_cones(f.tables.lights);
@@ -158,7 +160,7 @@ void decide_shadows(const BoundaryFacts& f, Reason black, Decisions& decided) {
 void decide_indirect(const BoundaryFacts& f, Reason black, const std::vector<int32_t>& partly_met,
                      Decisions& decided) {
     const RequestedMotion& m = f.motion;
-    const bool moves = m.camera || m.any_mesh_moves(), held = f.scene.mesh_contact;
+    const bool moves = m.camera || m.any_mesh_moves(), contact = f.scene.mesh_contact;
     const Reason rendered = unless(f.options.max_depth >= 3, Reason::kNotRendered),
                  between = unless(!f.nothing_between, Reason::kNothingBetween),
                  rays = unless(partly_met.empty(), Reason::kRaysDiffer);
@@ -170,10 +172,10 @@ void decide_indirect(const BoundaryFacts& f, Reason black, const std::vector<int
         decided[Part::kIndirectEdges].meshes = partly_met;
     decided[Part::kIndirectEdges].edges.of = static_cast<int64_t>(f.tables.edge_vertices.size() / 2);
     decide(Part::kCameraSampledIndirect, moves);
-    decide(Part::kSurfaceIntersections, m.any_mesh_moves() || held);
+    decide(Part::kSurfaceIntersections, m.any_mesh_moves() || contact);
 }
 
-// What the camera sees of edges by mirrors, smooth glass and lobes that are followed like these.
+// Decides on edges that the camera sees by mirrors, smooth glass and followed lobes.
 void decide_mirrored(const BoundaryFacts& f, const std::vector<int32_t>& partly_met, Decisions& decided) {
     const SceneView& scene = f.scene;
     const RenderOptions& options = f.options;
@@ -196,12 +198,12 @@ void decide_mirrored(const BoundaryFacts& f, const std::vector<int32_t>& partly_
         decided[Part::kFollowedLobes].materials = std::move(followed);
     }
     if (options.terms[kPrimaryTerm]) decide(Part::kMirroredEdges, 2, Reason::kNeeded, f.chains);
-    // A light is seen by the camera's ray, the mirror's and that from the surface which it falls on.
+    // Such a shadow needs three segments: from the camera to the mirror, to the receiver, and to the light.
     if (options.terms[kShadowTerm])
         decide(Part::kMirroredShadows, 3,
                first_of({unless(lit, Reason::kNoLight), unless(!scene.convex, Reason::kAlone)}),
                f.chains || f.motion.lights || f.motion.rotation);
-    // One that a surface lights by another takes one more.
+    // Light that another surface scatters to the receiver needs one more segment.
     if (options.terms[kIndirectTerm])
         decide(Part::kMirroredLight, 4,
                first_of({unless(!f.nothing_between, Reason::kNothingBetween),
@@ -218,7 +220,7 @@ void decide_boundaries(const BoundaryFacts& f, Decisions& decided) {
     if (options.terms[kPrimaryTerm]) decide_primary(f, decided);
     if (options.terms[kShadowTerm]) decide_shadows(f, black, decided);
     decide_horizons(f, decided);
-    // Light between surfaces can't deal with meshes that some kinds of scattered rays meet alone.
+    // The estimators of light between surfaces need all kinds of scattered rays to hit the same meshes.
     const std::vector<int32_t> partly_met = partly_met_meshes(f.tables, kScatteredRays);
     if (options.terms[kIndirectTerm]) decide_indirect(f, black, partly_met, decided);
     decide_mirrored(f, partly_met, decided);

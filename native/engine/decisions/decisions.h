@@ -1,6 +1,5 @@
-// What a derivative's call consists of, part by part: what is computed, what is zero, and why. The engine
-// asks here whether to compute a part, and returns the same answers as data (core/planning puts them into
-// words).
+// The decisions on a derivative: for each part, whether it is computed, zero or missing, and the reason. The
+// engine computes parts by these decisions, and returns them as data, which core/planning puts into words.
 #pragma once
 
 #include <algorithm>
@@ -22,27 +21,35 @@ namespace edgegrad {
 enum class Outcome : int32_t { kComputed, kZero, kMissing };
 
 enum class Reason : int32_t {
-    kNeeded,            // it may not be zero
-    kForced,            // it is zero, but computed to see that (RenderOptions::force)
-    kNotRendered,       // paths are too short for it
-    kStill,             // nothing moves that could change it
+    kNeeded,            // the part may not be zero
+    kForced,            // zero, but computed for a test (RenderOptions::force)
+    kNotRendered,       // paths are too short
+    kStill,             // nothing that it depends on moves
     kBlack,             // all surfaces are black
-    kAlone,             // one convex body, which hides no light from itself
+    kAlone,             // one convex body, which occludes no light from itself
     kNothingBetween,    // at most two convex bodies: nothing is between any two surfaces
     kFlat,              // all edges are between two faces of one plane
-    kNone,              // the scene has nothing of the kind
-    kNoLight,           // no light that it is about
+    kNone,              // the scene has no such objects
+    kNoLight,           // no such light
     kPointlike,         // all lights are without size
-    kOutOfView,         // the camera sees none
-    kUnseen,            // camera rays don't meet it
+    kOutOfView,         // the camera sees no such edge
+    kUnseen,            // camera rays cannot hit the mesh
     kLooksTheSame,      // a flat convex body under an even environment
-    kOnlyOutlineMoves,  // emissive meshes whose light keeps its direction
-    kUnshaded,          // what moves is black
-    kRaysDiffer,        // some kinds of scattered rays meet a mesh and others don't
-    kNotEstimated,      // no part of the estimators covers it
+    kOnlyOutlineMoves,  // emissive meshes whose light has a fixed direction
+    kUnshaded,          // meshes that scatter no light, and emit none that others scatter
+    kRaysDiffer,        // some kinds of scattered rays can hit a mesh and others cannot
+    kNotEstimated,      // no estimator exists
+    kUnread,            // no table depends on the parameter
+    kUnused,            // no visible face has the material, or a material that reads the texture
     kReasons
 };
 extern const char* const kReasonNames[static_cast<size_t>(Reason::kReasons)];
+
+// How one requested parameter changes the picture.
+struct ParameterEffect {
+    Reason shading = Reason::kNeeded;  // why it changes no shading; kNeeded: it may
+    bool picture_stays = false;        // neither shading nor an edge that it moves changes the picture
+};
 
 struct Decision {
     Outcome outcome = Outcome::kZero;
@@ -52,16 +59,18 @@ struct Decision {
     std::vector<std::array<int32_t, 2>> pairs;    // of meshes
     std::vector<std::array<int32_t, 2>> pierced;  // a light's row, and the mesh that passes through it
     int64_t limit = 0;  // the number (of faces, of surfaces) above which the part is missing; 0: it has none
-    double samples = 0.0, seconds = 0.0;  // of a call: taken, and spent by all threads
+    double samples = 0.0, seconds = 0.0;        // of a call; seconds of all threads together
+    std::vector<ParameterEffect> by_parameter;  // of Part::kInterior, from Engine::decide
 };
 
 class Decisions {
  public:
-    // `alone`: nothing is computed, so that no samples need to be prepared.
+    // `alone`: nothing is computed after the decisions, so no samples are prepared.
     explicit Decisions(uint64_t force = 0, bool alone = false) : force_(force), alone_(alone) {}
     bool alone() const { return alone_; }
 
-    // Decides on a part: computed, unless there is a reason for which it is zero. Returns whether it is.
+    // Decides on a part: it is computed for the reason kNeeded, missing for some reasons, and zero for all
+    // others. Returns whether it is computed.
     bool decide(Part part, Reason reason) {
         Decision& d = entry(part).emplace();
         const bool needed = reason == Reason::kNeeded;
@@ -72,15 +81,22 @@ class Decisions {
         return needed || forced;
     }
     bool computes(Part part) const { return at(part) && at(part)->outcome == Outcome::kComputed; }
+    // Whether some part of a boundary term is computed, or missing.
+    bool any_boundary() const {
+        for (size_t k = 0; k < kPartCount; ++k)
+            if (parts_[k] && parts_[k]->outcome != Outcome::kZero && kPartTable[k].term != kInteriorTerm)
+                return true;
+        return false;
+    }
     bool forces(Part part) const { return at(part) && at(part)->reason == Reason::kForced; }
-    // Nothing of the kind was found.
+    // Changes a part to zero, after a search without a result.
     void none(Part part, Reason reason) {
         entry(part)->outcome = Outcome::kZero;
         entry(part)->reason = reason;
     }
-    // Intersections that a search has found: their meshes and lights. Returns whether there are any.
+    // Notes the meshes and lights of intersections that a search has found. Returns whether there are any.
     bool found(Part part, const SceneTables& tables, const Intersections& lines);
-    // The materials that a part is about; it is zero if there are none. Returns whether there are any.
+    // Notes the materials of a part, which is zero if there are none. Returns whether it is computed.
     bool lists_materials(Part part, std::vector<int32_t> materials);
     Decision& operator[](Part part) { return *entry(part); }
     const std::optional<Decision>& at(Part part) const { return parts_[static_cast<size_t>(part)]; }
@@ -114,10 +130,10 @@ class PartClock {
     std::array<std::atomic<int64_t>, kPartCount> spent_{};
 };
 
-// Rows of spots whose light ends at once.
+// Rows of spots without blend.
 std::vector<int32_t> hard_cones(const SceneTables::LightRows& lights);
 
-// The materials of visible faces of which a closure is such.
+// The materials of visible faces with a closure for which `is` holds.
 template <typename Is>
 std::vector<int32_t> used_materials(const SceneTables& tables, const Is& is) {
     std::vector<int32_t> out;
@@ -132,23 +148,23 @@ std::vector<int32_t> used_materials(const SceneTables& tables, const Is& is) {
     return out;
 }
 
-// The visible meshes that some, but not all, of the kinds of rays in a mask meet.
+// The visible meshes that some, but not all, of the kinds of rays in a mask can hit.
 std::vector<int32_t> partly_met_meshes(const SceneTables& tables, int32_t rays);
 
-// Whether what is requested turns or shifts the camera's rays: a pinhole has no focus, a round aperture
-// doesn't turn.
+// Whether the requested parameters turn or shift the camera's rays. The focus of a pinhole and the rotation
+// of a round aperture do not.
 bool moves_rays(const CameraView& camera, const Requested& requested);
 
-// What decisions on boundary terms are made from.
+// The facts from which boundary terms are decided.
 struct BoundaryFacts {
     const SceneView& scene;
     const SceneTables& tables;
     const RenderOptions& options;
     const RequestedMotion& motion;
-    bool chains;           // edges move, or rays bend on their way (moves_chains)
-    bool nothing_between;  // any two surfaces (Engine::hides_no_surface)
+    bool chains;           // edges move, or directions of rays change (moves_chains)
+    bool nothing_between;  // no surface is between two others (Engine::hides_no_surface)
 };
-// Decides on the parts of the boundary terms before candidates are looked for, where there may be none.
+// Decides on the parts of the boundary terms, before the search for candidate edges, which may find none.
 void decide_boundaries(const BoundaryFacts& facts, Decisions& decided);
 
 }  // namespace edgegrad

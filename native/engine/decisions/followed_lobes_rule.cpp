@@ -11,30 +11,30 @@
 namespace edgegrad {
 namespace {
 
-// Wider lobes have less noise as they are: edges are looked for along them (boundary/terms/camera_sampled.h),
-// where scan lines find them by chance, and emissive meshes are sampled. Of scenes with such meshes and
-// without.
+// Limits of alpha in scenes with and without emissive meshes. Wider lobes have less noise if they are not
+// followed: edges are sampled along them (boundary/terms/camera_sampled.h), which scan lines find only by
+// chance, and emissive meshes are sampled.
 constexpr float kFollowedByEmitters = 0.0205f, kFollowedAlpha = 0.0905f;
 
-// Lights of the table alone move nothing that followed lobes see.
+// Whether anything moves that followed lobes see, which excludes lights of the table.
 bool moves(const RequestedMotion& motion) {
     return motion.camera || motion.rotation || motion.any_mesh_moves();
 }
 
-// Whether a shader is textured: what it shows may jump within a surface.
+// Whether any closure is textured, so that radiance may jump within a surface.
 bool any_textured(const SceneTables& tables) {
     const auto& programs = tables.textures.closure_program;
     return std::any_of(programs.begin(), programs.end(), [](int32_t program) { return program >= 0; });
 }
 
-// Lights whose shadows, or whose own border, jump within faces: spots without blend, and those without size
-// where smooth-shaded faces turn away from them.
+// Whether light of the table may jump within faces: at borders of spots without blend, and, for lights
+// without size, where smooth-shaded faces turn away from them.
 bool lights_jump(const SceneTables& tables, const LightView& lights) {
     if ((lights.kinds & kPointlikeLights) && !tables.corner_normal.empty()) return true;
     return !hard_cones(tables.lights).empty();
 }
 
-// Whether surfaces pass through each other or through lights, wherever that is.
+// Whether surfaces pass through each other or through lights anywhere in the scene.
 bool surfaces_cross(const EdgeList& edges) {
     RequestedMotion all;
     all.moving.assign(static_cast<size_t>(edges.tables.visible_meshes), 1);

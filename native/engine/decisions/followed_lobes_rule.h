@@ -1,4 +1,4 @@
-// Which lobes a derivative's call follows: mirrors and glass whose microfacet's normal is held
+// Chooses the followed lobes of a derivative: lobes that are differentiated at a fixed microfacet normal
 // (shading/bsdf/followed_lobes.h).
 #pragma once
 
@@ -6,9 +6,10 @@
 
 namespace edgegrad {
 
-// The alpha up to which lobes are followed where the camera sees them by such lobes alone; 0: none is. Of
-// what moves in such a lobe the edges are found by scan lines (boundary/specular/chain_term.h), as in
-// mirrors. Scenes with jumps of light that those don't find, and that other estimators do, follow none.
+// The largest alpha of followed lobes; 0: none is followed. Lobes are followed if the camera sees them
+// directly or by other followed lobes. Scan lines find the edges that such lobes show
+// (boundary/specular/chain_term.h), as in mirrors. In scenes with jumps of radiance that only other
+// estimators find, no lobe is followed.
 float followed_alpha(const EdgeList& edges, const RequestedMotion& motion);
 
 }  // namespace edgegrad

@@ -1,5 +1,4 @@
-// Where the interior term is zero, so that no path needs to be recorded, and which ones need to be where it
-// isn't (core/planning/interior.py has the rules in words).
+// Where the interior term is zero, so that no path is recorded, and which paths are recorded elsewhere.
 #pragma once
 
 #include <vector>
@@ -11,20 +10,21 @@
 
 namespace edgegrad {
 
-// Why nothing that is requested changes any shading; kNeeded: something may.
+// The reason why the requested values change no shading; kNeeded: they may change it.
 Reason constant_shading(const SceneView& scene, const SceneTables& tables, const Requested& requested,
                         int max_depth);
 
 // Whether a material scatters no light.
 bool is_black(const SceneView& scene, int32_t material);
-// Whether all visible surfaces are black: they may give light, and scatter none.
+// Whether all visible surfaces scatter no light. They may emit.
 bool all_black(const SceneView& scene, const SceneTables& tables);
 
 // Whether rims of transmission lobes may move (path/rim.h).
 bool rims_move(const SceneView& scene, const SceneTables& tables, const Requested& requested);
 
-// Which surfaces have derivatives, where nothing else does. Emission is seen from everywhere, and shadows of
-// what lets light through (`passed`, of engine/decisions/transparent_closures.h) are.
+// The surfaces that have derivatives, if nothing else does. With requested emission, or requested
+// transmittance
+// (`passed`, see engine/decisions/transparent_closures.h), light everywhere has derivatives.
 RequestedSurfaces requested_surfaces(const SceneView& scene, const SceneTables& tables,
                                      const Requested& requested, const std::vector<int32_t>& passed);
 

@@ -17,15 +17,13 @@
 namespace edgegrad {
 namespace {
 
-// Whether a shader reads an image without interpolation, whose texels end within faces.
+// Whether a closure reads an image without interpolation, whose texels have borders within faces.
 bool has_texel_borders(const SceneTables& tables, size_t closure) {
     return any_step(tables, closure, [&](const TextureInstruction& step) {
         return static_cast<TextureOp>(step.op) == TextureOp::IMAGE &&
                tables.textures.images[static_cast<size_t>(step.data)].interpolation == kImageClosest;
     });
 }
-
-bool is_sized(int32_t kind) { return !(kPointlikeLights >> kind & 1); }
 
 class Search {
  public:
@@ -129,7 +127,7 @@ class Search {
         return out;
     }
 
-    // Whether more of a light than its strength is requested.
+    // Whether anything but the strength of a light is requested.
     bool light_moves(int32_t row) const {
         const size_t first = kLightParams * static_cast<size_t>(row);
         return requested_.any("light_params", first + kLightPosition, first + kLightParams);
@@ -142,7 +140,7 @@ class Search {
         return closed;
     }
 
-    // Whether a mesh in this box may reach from one side of a clip distance to the other.
+    // Whether a mesh in this box may cross a clip distance.
     bool may_be_cut(const Box& box) const {
         const CameraView& c = f_.scene.camera;
         double nearest = 0.0, farthest = 0.0;
@@ -163,7 +161,7 @@ class Search {
         return within(c.clip_start) || within(c.clip_end);
     }
 
-    // Whether the camera may see where a clip distance cuts a mesh.
+    // Whether the camera may see the border that a clip distance cuts into a mesh.
     bool is_cut(size_t mesh) const {
         const CameraView& c = f_.scene.camera;
         const bool panorama = c.kind == kEquirectangular;
@@ -204,22 +202,22 @@ class Search {
                     low[i] = std::min(low[i], x), high[i] = std::max(high[i], x);
                 }
             }
-        // A line between two such places may cross the picture though they are outside of it. Shifts are
-        // within the slack of a picture's width.
+        // A line between two such points may cross the picture even if both are outside. One picture's width
+        // of slack contains all shifts of the camera.
         const double reach = std::max(c.full_width, c.full_height);
         return low[0] < reach && low[1] < reach && high[0] > -reach && high[1] > -reach;
     }
 
-    // Images without interpolation that slide over meshes which stand still.
+    // Images without interpolation that move over static meshes.
     void slid_textures() {
-        const bool slides = requested_.any("texture_attributes") || requested_.any("texture_lookups") ||
-                            requested_.any("texture_constants");
-        if (slides)
+        const bool moves = requested_.any("texture_attributes") || requested_.any("texture_lookups") ||
+                           requested_.any("texture_constants");
+        if (moves)
             materials(Part::kSlidTextures,
                       used_materials(tables_, [&](size_t k) { return has_texel_borders(tables_, k); }));
     }
 
-    // Lights whose outlines or cuts differ from one of parallel rays to the next.
+    // Lights whose outlines or intersections depend on the origin of parallel rays.
     void lights_by_parallel_rays() {
         const CameraView& c = f_.scene.camera;
         if (c.kind != kOrthographic) return;
@@ -239,7 +237,7 @@ class Search {
         });
     }
 
-    // Light of the table jumps on a surface where that passes through what gives it.
+    // Light of the table jumps on a surface that passes through its source.
     void light_jumps() {
         if (f_.scene.lights.sized_count == 0) return;
         std::vector<uint8_t> lit(static_cast<size_t>(tables_.visible_meshes), 0);
@@ -260,7 +258,7 @@ class Search {
         decided_.found(part, tables_, lines);
     }
 
-    // Of lights without size, rims of transmission lobes are lines on the glass.
+    // For lights without size, rims of transmission lobes are lines on the glass.
     void rim_lines() {
         std::vector<int32_t> found;
         for (size_t row = 0; row < tables_.lights.kind.size(); ++row)

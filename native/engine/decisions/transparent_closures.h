@@ -1,5 +1,5 @@
-// Which shaders let through a share of light that may change, so that derivatives need to know where shadow
-// rays pass them (tasks/transparent_surfaces.h).
+// Finds closures whose transmittance may change. Derivatives record the transparent surfaces of such closures
+// along shadow rays (tasks/transparent_surfaces.h).
 #pragma once
 
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace edgegrad {
 
-// TransparentClosure bits of each shader; empty if all are 0. `geometry`: places of surfaces change.
+// TransparentClosure bits of each closure; empty if all are 0. `geometry`: positions of surfaces change.
 std::vector<int32_t> transparent_closures(const SceneView& scene, const SceneTables& tables,
                                           const Requested& requested, bool geometry);
 

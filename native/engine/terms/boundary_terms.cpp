@@ -12,16 +12,17 @@ namespace edgegrad {
 
 namespace {
 
-// Cells that samples are learned of, by sample, and most.
+// Number of cells with learned sample weights: per sample, and at most.
 double learned_cells(double samples) { return std::min(0.06 * samples, 262'144.0); }
 
-// Samples of the primary term per pixel and sample of the picture, least, and least where edges are so many
-// that samples hit them at random. Along few edges systematic samples get better faster than they get more.
+// Fewest samples of the primary term per pixel and sample of the picture: in general, and for so many edges
+// that samples hit them at random. Along few edges, the error of systematic samples falls faster than that of
+// random ones.
 constexpr double kLeastPrimary = 0.15, kLeastScattered = 0.09;
 
-// The part of the samples that is taken where they are fewer than segments (of directions towards light: than
-// a few on each). Then they hit segments at random, and seconds x variance is about the same for any number
-// of them; along few segments it falls with their number.
+// The fraction of the samples that is taken if there are fewer samples than segments (for directions towards
+// light: fewer than a few per segment). Samples then hit segments at random, and seconds x variance hardly
+// depends on their number. With few segments it falls with the number of samples.
 constexpr double kSamplesTowardsLight = 32.0, kLeastPart = 0.25;
 double scattered(const Candidates& segments, double each, double samples) {
     return std::clamp(samples / (each * static_cast<double>(std::max<int64_t>(1, segments.size()))),
@@ -32,8 +33,7 @@ using SharedCandidates = std::shared_ptr<const Candidates>;
 SharedCandidates shared(SharedCandidates known) { return known; }
 SharedCandidates shared(Candidates made) { return std::make_shared<const Candidates>(std::move(made)); }
 
-// The materials that may have lobes that are sampled from the camera (camera_sampled_kinds of
-// boundary/segment/camera_sampled_lobes.h).
+// Materials that may have camera-sampled lobes (boundary/segment/camera_sampled_lobes.h).
 std::vector<int32_t> camera_sampled(const SceneView& scene, const SceneTables& tables, float alpha) {
     return used_materials(tables, [&](size_t closure) {
         const bool glossy = tables.closure_flags[closure] & (kHasGlossy | kHasRefraction);
@@ -72,7 +72,8 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
             terms.push_back(
                 std::make_unique<BoundaryTerm>(std::move(plan), std::move(lines), lobes, weights));
     };
-    // Samples of candidates by what is known of them, or of `segments`, from which about `cells` are learned.
+    // Samples of candidates by their learned weights, or of `segments`, from which about `cells` cells are
+    // learned.
     const auto add = [&](BoundaryKind kind, const Candidates& found, const auto& segments, double cells,
                          double samples, BoundaryTerm::Lines lines = {}) {
         if (decided.alone()) return;
@@ -88,7 +89,7 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
                         options.two_passes && !known),
              std::move(lines), alpha, weights);
     };
-    // The same of kinds whose samples start at the camera.
+    // The same for kinds whose samples start at the camera.
     const auto add_whole_picture = [&](BoundaryKind kind, const auto& tree) {
         if (decided.alone()) return;
         const double samples = kBoundaryTable[kind].share * picture;
@@ -101,7 +102,7 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
     const auto silhouettes = [&] {
         return edges.kept.silhouettes.get(sides, [&] { return shadow_candidates(scene, edges, true); });
     };
-    // Whether a search for a part's edges has found some, of which the decision is told.
+    // Whether the search for a part's edges has found any. Adds their counts to the decision.
     const auto has_edges = [&](Part part, const Candidates& found) {
         Decision& d = decided[part];
         const int64_t still = d.edges.still;
@@ -112,9 +113,10 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
         return found.size() > 0;
     };
     if (decided.computes(Part::kPrimaryEdges)) {
-        // Where light is held (scene/contact.h) it moves over all of them: they are searched once for both.
+        // Light of a fixed direction near contact (scene/contact.h) moves over all intersections. One search
+        // then serves both parts.
         RequestedMotion wider = motion;
-        // Where the part is zero and computed to see that, edges of all meshes are looked for.
+        // If the part is forced, edges of all meshes are candidates.
         const bool forced = decided.forces(Part::kPrimaryEdges);
         wider.camera |= scene.mesh_contact != nullptr || forced;
         RequestedMotion moving = motion;
@@ -131,7 +133,7 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
             return all;
         });
         has_edges(Part::kPrimaryEdges, *found);
-        // As many samples per pixel of edge as the picture has per pixel.
+        // As many samples per pixel of an edge's length as the picture has per pixel
         const double all =
             std::min(found->mass() * options.samples, kBoundaryTable[kPrimaryBoundary].share * picture);
         const double part = scattered(*found, 1.0, all);
@@ -139,7 +141,7 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
         add(kPrimaryBoundary, *found, [&] { return found; }, learned_cells(samples), samples,
             {std::move(lines), nullptr});
     }
-    // Along edges, `directions` of them in cells of their own.
+    // Samples along edges, `directions` of them in learned cells.
     const auto add_shadows = [&](BoundaryKind kind, const std::shared_ptr<const Candidates>& found,
                                  double directions) {
         if (!has_edges(kBoundaryTable[kind].part, *found)) return;
@@ -156,12 +158,12 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
                                           [&] { return shadow_candidates(scene, edges, false); }),
                     0.0);
     if (decided.computes(Part::kEnvironmentShadows))
-        // Directions to an image are its own samples', in no cell.
+        // Directions to an environment image are sampled by the image, not in cells.
         add_shadows(kEnvironmentShadow, silhouettes(),
-                    scene.sky.sampled
+                    scene.environment_image.sampled
                         ? 0.0
                         : kDirectionSegments * (kBoundaryTable[kEnvironmentShadow].share * picture));
-    if (decided.computes(Part::kEmitterOutlines) && scene.face_held) {
+    if (decided.computes(Part::kEmitterOutlines) && scene.face_fixed_direction) {
         const Candidates outlines = emitter_candidates(scene, edges);
         if (has_edges(Part::kEmitterOutlines, outlines))
             add_whole_picture(kEmitterOutline, [&] {
@@ -190,7 +192,7 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
          curve_terms(scene, edges, options, motion,
                      decided.forces(Part::kPrimaryEdges) ? nullptr : seen.get(), decided)) {
         const double samples = share_of(curve.kind) * kBoundaryTable[curve.kind].share * picture;
-        // What surfaces hide of others by passing through them is not sampled from the camera.
+        // Intersections of surfaces are not camera-sampled.
         keep(SamplePlan(shared(std::move(curve.candidates)), samples, samples, options, curve.kind,
                         options.two_passes),
              {std::move(curve.lines), nullptr}, curve.kind == kSurfaceIntersection ? 0.0f : alpha, nullptr);
@@ -198,9 +200,9 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
     return terms;
 }
 
-// Where one term is much noisier than another, samples of the other are worth little: for the least variance
-// of the sum their numbers go with the noise of a sample (Neyman 1934). Errors of systematic samples fall
-// faster than that, so that some slack is left.
+// The sum has the least variance if the number of samples of each term is proportional to the standard
+// deviation of one sample (Neyman 1934). The error of systematic samples falls faster than that of random
+// ones, so terms keep somewhat more samples than this rule says.
 double guide_second_passes(const BoundaryTerms& terms) {
     constexpr double kLeast = 0.02, kSlack = 2.0;
     std::vector<double> noise;

@@ -1,4 +1,4 @@
-// The boundary terms that a call computes: their candidates, samples and what samples are learned of.
+// The boundary terms that a call computes: their candidate edges, their samples, and learned sample weights.
 #pragma once
 
 #include <memory>
@@ -17,13 +17,13 @@ namespace edgegrad {
 
 class BoundaryTerm : public SampledTerm {
  public:
-    // What samples of a kind lie on, beside the edges that their plan lists.
+    // Where samples of a kind lie, beside the edges that their plan lists.
     struct Lines {
         std::shared_ptr<const EdgesAndIntersections> intersections;  // null: none
-        std::shared_ptr<const EdgeTree> tree;                        // of samples that start at the camera
+        std::shared_ptr<const EdgeTree> tree;                        // for camera-sampled samples
     };
-    // `camera_sampled_alpha`: which lobes are left to samples that start at the camera, or are theirs;
-    // `learned`: null: the call neither uses what was learned nor adds to it.
+    // `camera_sampled_alpha`: largest alpha of lobes with camera-sampled edges. `learned`: sample weights of
+    // earlier calls, which the call uses and updates; null: none.
     BoundaryTerm(SamplePlan plan, Lines lines, float camera_sampled_alpha, LearnedWeights* learned)
         : SampledTerm(kBoundaryTable[plan.kind()].term(), kBoundaryTable[plan.kind()].part),
           plan_(std::move(plan)),
@@ -54,13 +54,13 @@ class BoundaryTerm : public SampledTerm {
 };
 using BoundaryTerms = std::vector<std::unique_ptr<BoundaryTerm>>;
 
-// Those that `decided` computes, which is told what candidates they have; `learned`: with what earlier calls
-// have learned, or null.
+// The boundary terms that `decided` computes. Adds counts of their candidates to `decided`. `learned`: sample
+// weights of earlier calls, or null.
 BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
                              const RequestedMotion& motion, LearnedSampling* learned, Decisions& decided);
 
-// Between the two passes over the terms' samples: the second ones' numbers. Returns the variance that is
-// left, by what the first ones say; 0 if there are no second ones.
+// Called between the two passes: sets the numbers of samples of the second pass. Returns the variance of the
+// sum, estimated from the first pass; 0 if there is no second pass.
 double guide_second_passes(const BoundaryTerms& terms);
 
 }  // namespace edgegrad

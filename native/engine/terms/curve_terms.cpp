@@ -9,10 +9,10 @@
 namespace edgegrad {
 namespace {
 
-// Segments of a curve about a light.
+// Number of segments of a curve about a light.
 constexpr int kTurnSegments = 64;
 
-// Intersection curves over all directions.
+// Adds intersection curves with all directions about them.
 void add_lines(const SceneView& scene, const EdgeList& edges, const RenderOptions& options, BoundaryKind kind,
                Intersections found, Decisions& decided, std::vector<CurveTerm>& out) {
     if (!decided.found(kBoundaryTable[kind].part, edges.tables, found) || decided.alone()) return;
@@ -33,13 +33,13 @@ void add_intersections(const SceneView& scene, const EdgeList& edges, const Rend
     const bool forced =
         decided.forces(Part::kLightIntersections) || decided.forces(Part::kSurfaceIntersections);
     const bool meshes = motion.any_mesh_moves();
-    // Held light moves over all of them (scene/contact.h). Else a camera that moves alone moves none of them
-    // over what they are cut out of.
-    const bool held = scene.mesh_contact || forced;
+    // Light of a fixed direction near contact (scene/contact.h) moves over all intersections. Otherwise the
+    // motion of the camera alone moves no intersection relative to its surfaces.
+    const bool contact = scene.mesh_contact || forced;
     RequestedMotion moving = motion;
-    moving.camera = held, moving.lights |= forced;
+    moving.camera = contact, moving.lights |= forced;
     Intersections intersections;
-    if ((meshes || held) && (surfaces || (lights && scene.lights.face_light)))
+    if ((meshes || contact) && (surfaces || (lights && scene.lights.face_light)))
         intersections = seen && !scene.rays_differ && !forced
                             ? moving_intersections(edges.tables, moving, *seen)
                             : find_intersections(edges, moving, kScatteredRays | 1 << kShadowRay);
@@ -52,7 +52,7 @@ void add_intersections(const SceneView& scene, const EdgeList& edges, const Rend
         add_lines(scene, edges, options, kSurfaceIntersection, std::move(intersections), decided, out);
 }
 
-// The same of disks, which turn with what they light: anything that moves moves them against surfaces.
+// The same for disks, which face their receiver: any motion moves them relative to surfaces.
 void add_disk_intersections(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
                             Decisions& decided, std::vector<CurveTerm>& out) {
     if (!decided.computes(Part::kDiskIntersections)) return;
@@ -60,7 +60,7 @@ void add_disk_intersections(const SceneView& scene, const EdgeList& edges, const
               decided, out);
 }
 
-// The curve about a light, cut into segments.
+// The curve about a light, divided into segments.
 void add_turns(SegmentCell light, double mass, Candidates& out) {
     for (int k = 0; k < kTurnSegments; ++k) {
         out.edge.push_back(0);
@@ -91,14 +91,14 @@ void add_outlines(const SceneView& scene, const EdgeList& edges, Decisions& deci
     const SceneTables::LightRows& lights = edges.tables.lights;
     Candidates outlines;
     const bool parallel = scene.camera.kind == kOrthographic;
-    // Where all rays are parallel they see all of a sun, or none of it.
+    // Parallel rays see either the whole sun or no part of it.
     const int32_t count = scene.lights.sized_count + (parallel ? 0 : scene.lights.sized_distant);
     for (int32_t k = 0; k < count; ++k) {
         const int32_t row = scene.lights.sized[k];
         const int32_t kind = lights.kind[static_cast<size_t>(row)];
         if (!(lights.visible_to[static_cast<size_t>(row)] & (1 << kCameraRay))) continue;
-        // Rays from one point of a lens are parallel to each other, but not across the camera's plane, where
-        // the origins are that the disks face.
+        // Rays from one point of the lens are parallel, but not perpendicular to the camera's plane, which
+        // contains the ray origins that disks face.
         if (kind == kDiskLight && parallel && scene.camera.aperture_radius > 0.0f) continue;
         add_turns({row, false}, 1.0, outlines);
         decided[Part::kLightOutlines].lights.push_back(row);
@@ -107,11 +107,11 @@ void add_outlines(const SceneView& scene, const EdgeList& edges, Decisions& deci
     out.push_back({kLightOutline, std::move(outlines), nullptr});
 }
 
-// What the camera sees of lights that meshes pass through.
+// Outlines, in the picture, of lights that meshes pass through.
 void add_intersection_outlines(const SceneView& scene, const EdgeList& edges, const RequestedMotion& motion,
                                Decisions& decided, std::vector<CurveTerm>& out) {
     if (!decided.computes(Part::kIntersectionOutlines)) return;
-    // Each of parallel rays has an origin of its own, which a disk would face.
+    // Parallel rays have different origins, each of which the disk would face.
     const bool disks = scene.camera.kind != kOrthographic;
     RequestedMotion moving = motion;
     moving.camera |= decided.forces(Part::kIntersectionOutlines);

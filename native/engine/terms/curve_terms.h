@@ -1,4 +1,4 @@
-// Boundary terms of curves that are no edges: intersection curves of surfaces that give or scatter light,
+// Boundary terms of curves other than edges: intersection curves of surfaces that emit or scatter light,
 // borders of spots without blend, and outlines of lights that the camera sees.
 #pragma once
 
@@ -16,11 +16,10 @@ namespace edgegrad {
 struct CurveTerm {
     BoundaryKind kind;
     Candidates candidates;
-    std::shared_ptr<const EdgesAndIntersections> lines;  // null: about lights
+    std::shared_ptr<const EdgesAndIntersections> lines;  // null: curves about lights
 };
 
-// Those that the options name and that may not be zero. `seen`: the intersections that the camera sees, where
-// they have been looked for.
+// The curve terms that `decided` computes. `seen`: the intersections that the camera sees, if they are known.
 std::vector<CurveTerm> curve_terms(const SceneView& scene, const EdgeList& edges,
                                    const RenderOptions& options, const RequestedMotion& motion,
                                    const Intersections* seen, Decisions& decided);

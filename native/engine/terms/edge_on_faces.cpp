@@ -14,21 +14,21 @@
 namespace edgegrad {
 namespace {
 
-// A face is edge-on up to this |cos| of its angle with the camera's rays. Samples by area per picture's
-// sample and pixel, of faces that are seen face-on. Larger values have less variance for more samples.
+// Largest |cos| of the angle between normal and camera ray of an edge-on face. Samples by area per sample and
+// pixel of the picture, for a face seen face-on. Larger values lower the variance for more samples.
 constexpr double kEdgeOn = 0.15, kDensity = 0.3;
-// Most samples of one face and of all faces, relative to those of the picture.
+// Largest numbers of samples of one face and of all faces, relative to the picture's.
 constexpr double kMostOfFace = 0.1, kMost = 0.25;
 // Faces per item of parallel work.
 constexpr int64_t kFaceBlock = 1 << 13;
-// 2^8 tiles along each side of the picture, by which triangles are sorted: systematic samples along the list
-// are then spread evenly over the picture.
+// Triangles are sorted by tiles, 2^8 along each side of the picture, so that systematic samples along the
+// list are spread evenly over the picture.
 constexpr uint32_t kTileBits = 8;
 
 Vector vector(const float* p) { return {p[0], p[1], p[2]}; }
 
-// The region that some pixel may see, widened by the filter and by depth of field: where all of some linear
-// functions of the place are at least zero.
+// The region that some pixel may see, extended by the filter and by depth of field: the intersection of half
+// spaces, each given by a linear function that is at least zero.
 class FramePlanes {
  public:
     explicit FramePlanes(const CameraView& c)
@@ -42,7 +42,7 @@ class FramePlanes {
     static constexpr int kCount = 6;
     using Polygon = std::array<Vector, 3 + kCount>;
 
-    // Cuts the triangle of the first three corners. Returns the number of corners that are left.
+    // Clips the triangle of the first three corners. Returns the number of corners of the result.
     int clip(Polygon& polygon) const {
         int count = 3;
         for (int plane = 0; plane < kCount && count >= 3; ++plane) {
@@ -79,7 +79,7 @@ class FramePlanes {
     }
 
  private:
-    // By which places in the picture are divided.
+    // The divisor of the projection.
     double depth(Vector p) const {
         return camera_.kind == kOrthographic ? 1.0 : std::max(-dot(back_, p), 1e-12);
     }
@@ -106,9 +106,9 @@ class FramePlanes {
 
 struct EdgeSegment {
     Vector corner[3];
-    double mass;  // samples by area for each of a pixel's
+    double mass;  // samples by area per sample of a pixel
 };
-// A face that is seen edge-on, where an instance places it.
+// A face of an instance that is seen edge-on.
 struct Entry {
     int32_t face, instance;
     int pieces;
@@ -128,7 +128,7 @@ void add_face(const FramePlanes& frame, const SceneView& scene, const Placement&
     for (int k = 0; k < 3; ++k) polygon[k] = place(vertex(scene, scene.faces[3 * int64_t{face} + k]));
     const Vector m = cross(polygon[1] - polygon[0], polygon[2] - polygon[0]);
     const double size = length(m);
-    // m . D is the same for all points D of the face. Taken from the nearest point of the lens.
+    // m . D is constant over the points D of the face. Use the nearest point of the lens.
     const double height = dot(m, frame.ray_through(polygon[0])), reach = frame.lens_reach() * size;
     if (!(size > 0.0) || side * height > reach) return;  // the back of a solid body
     const double nearest = std::max(0.0, std::abs(height) - reach) / (kEdgeOn * size);
@@ -165,8 +165,8 @@ void add_face(const FramePlanes& frame, const SceneView& scene, const Placement&
     part.entries.push_back(entry);
 }
 
-// Whether surfaces may look different from place to place within a face: else sliding changes nothing. Light
-// of the environment that comes straight to a flat surface is the same at all its points.
+// Whether radiance may vary within a face; otherwise the motion of hits along it changes nothing. Direct
+// light of the environment is constant over a flat face.
 bool varies_over_faces(const SceneView& scene, const RenderOptions& options) {
     return scene.lights.count > 0 || options.max_depth > 2 || scene.corner_normal ||
            scene.textures.closure_program || scene.textures.closure_weight_program ||

@@ -11,7 +11,7 @@
 namespace edgegrad {
 namespace {
 
-// Of the first sample that was left out, its pixel in place of its number.
+// Replaces the number of the first sample that was left out by its pixel.
 void tell_pixel(const CameraView& c, const AdjointTask& sweep) {
     DroppedSamples& d = *sweep.dropped;
     if (d.count == 0) return;
@@ -54,7 +54,7 @@ EdgeOnTask EdgeOnTerm::task(const TermRun& run, int64_t first, int64_t count, fl
 
 void EdgeOnTerm::run_samples(TermRun& run, int, int64_t first, int64_t count, DroppedSamples& lost) {
     Workspace& work = run.work();
-    // To sweeps each sample is a pixel of one path, with an adjoint of its own.
+    // Sweeps treat each sample as a pixel with one path and its own adjoint.
     ImageTask image{};
     image.pixel_count = static_cast<int32_t>(count);
     image.samples = 1;

@@ -1,5 +1,5 @@
-// Camera samples by area of the faces that the camera sees nearly edge-on, beside the interior term's own
-// (path/edge_on.h): the sweeps over their paths.
+// Sweeps over camera samples by area of faces that are seen nearly edge-on (path/edge_on.h), which complement
+// the samples of the interior term.
 #pragma once
 
 #include <memory>
@@ -13,7 +13,7 @@ namespace edgegrad {
 
 class EdgeOnTerm : public SampledTerm {
  public:
-    // Null where the camera sees no face edge-on on which its rays slide. `sides`: boundary/meshes/solids.h;
+    // Null if no face is seen edge-on, or no hit moves along such a face. `sides`: boundary/meshes/solids.h;
     // `options`: those of the interior term.
     static std::unique_ptr<EdgeOnTerm> of(const SceneView& scene, const SceneTables& tables,
                                           const std::vector<int8_t>& sides, const RenderOptions& options,
@@ -22,7 +22,7 @@ class EdgeOnTerm : public SampledTerm {
 
     int64_t samples(int) const override { return list_.total; }
     bool drops_by_pixel() const override { return true; }
-    // What so many recorded paths of the picture count for beside those by area.
+    // Multiplies `paths` recorded paths of the picture by their weight in the balance with samples by area.
     void weigh(const KernelTable& kernels, const SceneView& scene, int32_t paths, Workspace& work) const {
         kernels.weigh_edge_on(scene, faces(), paths, false, work);
     }

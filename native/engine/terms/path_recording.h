@@ -1,4 +1,4 @@
-// What a call's paths are recorded for: which vertices its sweeps need.
+// The vertices that the sweeps of a call need recorded.
 #pragma once
 
 #include <vector>
@@ -16,7 +16,7 @@ struct PathRecording {
     const std::vector<int32_t> passed;  // TransparentClosure bits by closure; empty: none
     const RequestedSurfaces surfaces;
 
-    // A sweep over a task's paths, whose vertices are recorded from now on.
+    // Starts to record vertices of a task's paths, and returns a sweep over them.
     AdjointTask begin(const TermRun& run, const ImageTask& task) const {
         Workspace& work = run.work();
         AdjointTask sweep = run.memory.adjoint.task(task, work);
@@ -24,9 +24,9 @@ struct PathRecording {
         sweep.geometry = geometry;
         sweep.camera_moves = requested.any("camera");
         work.vertices->geometry = sweep.geometry;
-        // Rays that meet nothing bring what has a derivative by itself, or since they turn.
+        // Light of rays without a hit has a derivative by its own parameters, or by the ray's direction.
         work.vertices->misses = run.scene.lights.sized_count + run.scene.lights.sized_distant > 0 ||
-                                run.scene.sky.pixels || requested.any("environment");
+                                run.scene.environment_image.pixels || requested.any("environment");
         work.vertices->requested = surfaces;
         work.vertices->passed.closures = passed.empty() ? nullptr : passed.data();
         return sweep;

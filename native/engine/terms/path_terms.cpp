@@ -8,8 +8,8 @@
 namespace edgegrad {
 namespace {
 
-// Paths by sample of the picture: of a horizon costs twice and has far less noise, those that look for rims
-// cost as much as the interior's.
+// Paths per sample of the picture. A path of the horizon term costs twice as much as one of the interior term
+// and has far less noise. A path of the rim term costs as much.
 constexpr double kHorizonShare = 0.125, kRimShare = 0.5;
 
 void sweep_paths(TermRun& run, AdjointTask sweep, DroppedSamples& lost) {

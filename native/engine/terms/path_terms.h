@@ -8,19 +8,19 @@
 
 namespace edgegrad {
 
-// Derivatives of what paths bring, by sweeps over their recorded vertices.
+// Derivatives of the radiance of paths, by sweeps over their recorded vertices.
 class InteriorTerm : public PictureTerm {
  public:
-    // `values_alone`: light is a product and a sum of what is requested (tasks/value_record.h).
+    // `values_alone`: radiance is multilinear in the requested values (tasks/value_record.h).
     InteriorTerm(ImagePlan plan, const PathRecording& recording, bool values_alone)
         : PictureTerm(kInteriorTerm, Part::kInterior, std::move(plan)),
           recording_(recording),
           values_alone_(values_alone) {}
 
     void set_plan(ImagePlan plan) { plan_ = std::move(plan); }
-    // Its paths are weighed beside samples by area; null: there are none.
+    // Sets the samples by area with which its paths share their weight; null: none.
     void weigh_beside(const EdgeOnTerm* edge_on) { edge_on_ = edge_on; }
-    // A task's paths with their vertices; the task of sweeps over them.
+    // Traces and records a task's paths. Returns the task of sweeps over them.
     AdjointTask record(const TermRun& run, const ImageTask& task) const;
 
  private:
@@ -32,7 +32,7 @@ class InteriorTerm : public PictureTerm {
     const EdgeOnTerm* edge_on_ = nullptr;
 };
 
-// What rims of transmission lobes sweep (path/rim.h).
+// The term of rims of transmission lobes (path/rim.h).
 class RimTerm : public PictureTerm {
  public:
     RimTerm(const CameraView& camera, const RenderOptions& interior, const PathRecording& recording);
@@ -43,10 +43,10 @@ class RimTerm : public PictureTerm {
     const PathRecording& recording_;
 };
 
-// Light that the faces' own planes cut off (boundary/terms/horizon.h).
+// The term of horizons: light that the faces' own planes cut off (boundary/terms/horizon.h).
 class HorizonTerm : public PictureTerm {
  public:
-    // `part`: of lights, or of other surfaces alone.
+    // `part`: light of lights, or light of other surfaces only.
     HorizonTerm(const CameraView& camera, const RenderOptions& shadow, Part part);
 
  private:

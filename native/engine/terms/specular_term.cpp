@@ -15,7 +15,7 @@
 namespace edgegrad {
 namespace {
 
-// Lines per pixel, of each direction, and sample of the picture: a segment costs about what a sample does.
+// Lines of each direction per pixel and sample of the picture. A segment costs about as much as a sample.
 constexpr double kLines = 0.14;
 
 float column(const float* const (&v)[3], const float* const (&w)[3], int i) {
@@ -23,8 +23,8 @@ float column(const float* const (&v)[3], const float* const (&w)[3], int i) {
 }
 float length(const float* const (&v)[3], int i) { return std::sqrt(column(v, v, i)); }
 
-// What is left of a sum, of its terms' sizes, where it says nothing any more. A shadow on a face whose plane
-// the light is in does not move in the picture, and rounding finds edges in all places of it.
+// A sum smaller than this fraction of its terms is rounding. A shadow on a face whose plane contains the
+// light does not move in the picture, but rounding finds edges all over it.
 constexpr float kRounding = 1e-5f;
 
 }  // namespace
@@ -33,7 +33,7 @@ bool moves_chains(const SceneTables& t, const Requested& requested) {
     if (requested.any("vertices") || requested.any("normals") || requested.any("camera") ||
         requested.any("instance_to_world"))
         return true;
-    // Of a shader's floats, its index and its normal map are what rays are bent by.
+    // Of a closure's floats, the index and the normal map change the directions of rays.
     constexpr uint64_t bending =
         Requested::columns(kIor, kIor + 1) | Requested::columns(kNormalMap, kNormalStrength + 1);
     const Requested::Span rows = requested.span("closure_params");
@@ -92,7 +92,7 @@ SpecularTerm::SpecularTerm(const SceneView& scene, const RenderOptions& options,
 
 void SpecularTerm::find(const TermRun& run, int pass, int64_t first, int64_t count, Found& found,
                         DroppedSamples& dropped) {
-    // Find where scan lines cross the picture of edges.
+    // Find intersections of scan lines with the images of edges
     ScanTask scan = plan_.task(pass, first, count);
     scan.region = regions_->region.data(), scan.face_edge = regions_->face_edge.data();
     scan.edges = parts_.edges, scan.lights = parts_.lights, scan.surfaces = parts_.surfaces;
@@ -108,7 +108,7 @@ void SpecularTerm::find(const TermRun& run, int pass, int64_t first, int64_t cou
     ChainCrossings& c = run.memory.chains.view(found.sweep.camera);
     found.count = run.kernels.scan(run.scene, scan, c);
     if (found.count == 0) return;
-    // Find what light jumps there.
+    // Evaluate the jumps of radiance there
     found.image.samples = found.count;
     BoundaryTask sides{};
     sides.first = first, sides.count = found.count;
@@ -117,7 +117,7 @@ void SpecularTerm::find(const TermRun& run, int pass, int64_t first, int64_t cou
     sides.limits = options_.limits;
     sides.dropped = &dropped;
     run.kernels.chain_sides(run.scene, sides, work, *found.sweep.vertices, c, found.count);
-    // Differentiate the edge's distance by the place in the picture.
+    // Differentiate the edge's distance by the place in the picture
     for (int k = 0; k < 2; ++k) {
         DifferentiableTables camera;
         camera.add(run.scene.camera.position, kCameraFloats, 0, kCameraFloats, 1, 1, nullptr, shift_[k]);
@@ -157,7 +157,7 @@ void SpecularTerm::forward(const TermRun& run, Found& found) const {
         work.radiance[0][i] =
             column(c.by_point, found.sweep.position, i) + column(c.by_direction, found.sweep.direction, i);
     DerivativeView tangent = run.view;
-    tangent.camera_requested = false;  // the camera's part is in the chain's
+    tangent.camera_requested = false;  // the chain's part contains the camera's
     Splats splats = run.splats;
     run.kernels.chain_forward(run.scene, c, found.count, work, tangent, splats);
 }
@@ -175,7 +175,7 @@ void SpecularTerm::backward(const TermRun& run, Found& found) const {
         }
     }
     found.sweep.seeded = true;
-    const float none[3] = {0.0f, 0.0f, 0.0f};  // the light that chains bring is the sides' own
+    const float none[3] = {0.0f, 0.0f, 0.0f};  // the jump already contains the radiance of chains
     run.kernels.path_backward(run.scene, found.sweep, none);
 }
 

@@ -14,19 +14,19 @@
 
 namespace edgegrad {
 
-// Whether what is requested moves edges, or bends rays on their way.
+// Whether the requested parameters move edges, or change the directions of a chain's rays.
 bool moves_chains(const SceneTables& tables, const Requested& requested);
 
 class SpecularTerm : public SampledTerm {
  public:
-    // What `decided` computes of edges seen by mirrors and smooth glass; null where the camera sees neither.
+    // The parts that `decided` computes; null if the camera sees no mirrors and no smooth glass.
     static std::unique_ptr<SpecularTerm> of(const SceneView& scene, const SceneTables& tables,
                                             const RenderOptions& options, EdgeCache& kept,
                                             Decisions& decided);
 
     int passes() const override { return plan_.passes(); }
     int64_t samples(int pass) const override { return plan_.total(pass); }
-    // Between the passes.
+    // Called between the passes.
     void guide() {
         if (passes() > 1) plan_.guide(sizes_);
     }
@@ -37,14 +37,15 @@ class SpecularTerm : public SampledTerm {
     };
     SpecularTerm(const SceneView& scene, const RenderOptions& options,
                  std::shared_ptr<const SurfaceRegions> regions, const FilmRectangle& film, Parts parts);
-    // What finding intersections and what jumps there leaves.
+    // Intersections of scan lines with edges, and the sweep over their chains.
     struct Found {
         int count;
         ImageTask image;
         AdjointTask sweep;
-        DroppedSamples vertices;  // none: they are without light
+        DroppedSamples vertices;  // stays empty: these vertices have no light
     };
-    // Chunks of the first pass write down, each in its own place, what the second one is guided by.
+    // Finds the intersections of a chunk. In the first pass, each chunk writes their sizes to its own entry
+    // of sizes_, by which the second pass is distributed.
     void find(const TermRun& run, int pass, int64_t first, int64_t count, Found& found,
               DroppedSamples& dropped);
     void run_samples(TermRun& run, int pass, int64_t first, int64_t count, DroppedSamples& lost) override;
@@ -56,7 +57,7 @@ class SpecularTerm : public SampledTerm {
     Parts parts_;
     ScanPlan plan_;
     std::vector<std::vector<IntersectionSize>> sizes_;  // by chunk of the first pass
-    double shift_[2][kCameraFloats] = {};  // of the camera's floats: that of the picture by a pixel
+    double shift_[2][kCameraFloats] = {};  // change of the camera's floats that shifts the picture by a pixel
 };
 
 }  // namespace edgegrad

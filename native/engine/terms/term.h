@@ -1,5 +1,5 @@
-// One summand of a derivative, as both modes of the engine run it (engine/derivatives.cpp): one or two
-// passes, each cut into chunks that depend on the problem alone and that threads take one at a time.
+// A term of a derivative, as both modes of the engine run it (engine/derivatives.cpp): one or two passes,
+// each divided into chunks, which do not depend on the number of threads.
 #pragma once
 
 #include "engine/decisions/decisions.h"
@@ -14,7 +14,7 @@
 
 namespace edgegrad {
 
-// What a chunk runs with. Forward mode reads tangents and writes to the picture, reverse mode reads the
+// The context of a chunk. Forward mode reads tangents and writes to the picture. Reverse mode reads the
 // picture's adjoint and adds to gradients.
 struct TermRun {
     const KernelTable& kernels;
@@ -40,15 +40,16 @@ class Term {
     virtual int passes() const { return 1; }
     virtual int64_t samples(int pass) const = 0;
     virtual int64_t chunks(int pass) const = 0;
-    // Whether forward mode gives one value at a place of the picture for each sample, kBoundaryChunk of them
-    // a chunk. Else a chunk adds to pixels of its own.
+    // Whether forward mode computes one splat for each sample, with kBoundaryChunk samples per chunk.
+    // Otherwise each chunk adds to its own pixels.
     virtual bool has_splats() const = 0;
-    // One chunk, in the mode of `run`.
+    // Runs one chunk, in the mode of `run`.
     virtual void run(TermRun& run, int pass, int64_t chunk) = 0;
-    // Before and after a gradient that later ones learn from.
+    // Called before and after a gradient from which later ones learn.
     virtual void record() {}
     virtual void teach() {}
-    // Whether the first sample that was left out is told by its pixel; else by its edge, among those of:
+    // Whether the first sample that was left out is reported by its pixel; otherwise by its edge, in this
+    // view:
     virtual bool drops_by_pixel() const = 0;
     virtual SceneView view(const SceneView& scene) const { return scene; }
 
@@ -60,11 +61,11 @@ class Term {
         return sum([this](int pass) { return chunks(pass); });
     }
 
-    const DerivativeTerm name;  // which share of the samples it takes
-    const Part part;            // what it computes, or the first of what it computes together
+    const DerivativeTerm name;  // whose share of the samples it takes
+    const Part part;            // the part that it computes; the first of several
 
  protected:
-    // What a chunk of a pass has left out.
+    // Counts samples that a chunk of a pass has left out.
     void drop(int pass, const DroppedSamples& lost) { dropped_.add(lost, pass == 0 ? 0 : samples(0)); }
 
  private:
@@ -83,7 +84,7 @@ struct TermPass {
     int pass;
 };
 
-// A term whose samples lie along a list.
+// A term whose samples lie along a list of segments.
 class SampledTerm : public Term {
  public:
     using Term::Term;
@@ -98,7 +99,7 @@ class SampledTerm : public Term {
     }
 
  protected:
-    // Samples [first, first + count) of a pass, count <= kBoundaryChunk.
+    // Runs samples [first, first + count) of a pass, count <= kBoundaryChunk.
     virtual void run_samples(TermRun& run, int pass, int64_t first, int64_t count, DroppedSamples& lost) = 0;
 };
 
@@ -123,7 +124,7 @@ class PictureTerm : public Term {
     }
 
  protected:
-    // A task's derivatives: into the radiance of its paths, or from the adjoint of its pixels.
+    // Runs a task: forward into the radiance of its paths, or in reverse from the adjoint of its pixels.
     virtual void run_task(TermRun& run, const ImageTask& task, DroppedSamples& lost) = 0;
 
     ImagePlan plan_;

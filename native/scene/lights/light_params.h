@@ -22,6 +22,7 @@ enum LightKind : int32_t {
 constexpr int32_t kTurningLights = 1 << kSphereLight | 1 << kDiskLight;
 // Kinds (1 << LightKind) without size, whose shadows are sharp.
 constexpr int32_t kPointlikeLights = 1 << kPointSource | 1 << kDirectionLight;
+constexpr bool is_sized(int32_t kind) { return !(kPointlikeLights >> kind & 1); }
 
 enum LightParam : int32_t {
     // Radiance; intensity for a point without size, irradiance for a direction without size.

@@ -45,16 +45,16 @@ EG_INLINE Vec3 filter_environment(const EnvironmentView& map, Float u, Float v) 
 
 // Factor of the environment's colour in the direction w.
 EG_INLINE Vec3 environment_gain(const SceneView& scene, Vec3 w) {
-    if (!scene.sky.pixels) return gray(splat(1.0f));
+    if (!scene.environment_image.pixels) return gray(splat(1.0f));
     Float u, v;
     environment_place(scene, w, u, v);
-    return filter_environment(scene.sky, u, v);
+    return filter_environment(scene.environment_image, u, v);
 }
 
 // Radiance from the direction w, for ray kinds that see the environment.
 EG_INLINE Vec3 environment_radiance(const SceneView& scene, Vec3 w) {
     const Vec3 color = splat3(scene.environment);
-    return scene.sky.pixels ? color * environment_gain(scene, w) : color;
+    return scene.environment_image.pixels ? color * environment_gain(scene, w) : color;
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -29,7 +29,7 @@ EG_INLINE Float cell_density(const EnvironmentView& map, Int column, Int row) {
 }
 
 EG_INLINE EnvironmentSample sample_environment(const SceneView& scene, Mask active, Float u, Float v) {
-    const EnvironmentView& map = scene.sky;
+    const EnvironmentView& map = scene.environment_image;
     EnvironmentSample s;
     Int row, column;
     Float within_row, within_column, upper, lower;
@@ -69,7 +69,7 @@ EG_INLINE EnvironmentSample sample_environment(const SceneView& scene, Mask acti
 
 // Density of `sample_environment` in the direction w; 0 without an image.
 EG_INLINE Float environment_pdf(const SceneView& scene, Vec3 w) {
-    const EnvironmentView& map = scene.sky;
+    const EnvironmentView& map = scene.environment_image;
     if (!map.sampled) return splat(0.0f);
     Float u, v;
     environment_place(scene, w, u, v);

@@ -20,15 +20,15 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 // Returns the lanes in which x's material may receive light of a fixed direction.
 EG_INLINE Mask receives_held(const SceneView& scene, Mask active, Int material) {
-    if (!scene.face_held) return splat(0);
-    return active & (gather(scene.material_held, select(active, material, splat(0))) != 0);
+    if (!scene.face_fixed_direction) return splat(0);
+    return active & (gather(scene.material_fixed_direction, select(active, material, splat(0))) != 0);
 }
 
 // Returns the lanes in which light from these faces to x is differentiated at a fixed direction.
 EG_INLINE Mask holds_direction(const SceneView& scene, Mask active, Int face, Int material) {
-    if (!scene.face_held) return splat(0);
+    if (!scene.face_fixed_direction) return splat(0);
     const Mask some = receives_held(scene, active & (face >= 0), material);
-    return some & (gather(scene.face_held, select(some, face, splat(0))) != 0);
+    return some & (gather(scene.face_fixed_direction, select(some, face, splat(0))) != 0);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

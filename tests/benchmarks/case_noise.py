@@ -1,9 +1,10 @@
 """Cost and noise of derivatives of the tests' scenes: ``python -m tests.benchmarks.case_noise MODULE [name ...]``.
 
 MODULE is a module below `tests` with a table CASES, such as ``support.scenes.mirrors_and_glass``. Each row has the
-processor seconds of a derivative, and the variance over seeds of 8 x 8 block means and of pixels, in the mean over the
-picture. ``--save FILE`` writes the rows. ``--before FILE`` prints ratios to saved rows instead, and their geometric
-mean: save, change a constant, build, and compare.
+processor seconds of a derivative, the variance over seeds of 8 x 8 block means and of pixels (means over the picture),
+and the fraction of blocks that are exactly 0 with one seed, though not with all. ``--save FILE`` writes the rows.
+``--before FILE`` prints ratios to saved rows instead, and their geometric mean: save, change a constant, build, and
+compare.
 """
 
 from __future__ import annotations
@@ -22,14 +23,15 @@ from tests.support.block_statistics import block_sums
 from tests.support.small_scenes import Make, along
 
 BLOCK = 8
-COLUMNS = ("seconds", "variance of blocks", "variance of pixels")
+COLUMNS = ("seconds", "variance of blocks", "variance of pixels", "missed blocks")
 
 
 def parts(case: Any, depth: int) -> tuple[Make, list[str], dict[str, Any]]:
     """The motion, the parameters and the options of a row of CASES."""
     if isinstance(case, tuple):
-        make, paths, *options = case
-        return make, paths, {"max_depth": depth, **(options[0] if options else {})}
+        make, paths, *more = case
+        given = more[0] if more else depth
+        return make, paths, {"max_depth": given.get("max_depth", depth) if isinstance(given, dict) else given}
     return case.make, [case.path], {"max_depth": case.max_depth, "bounces": case.bounces}
 
 
@@ -42,7 +44,8 @@ def measure(make: Make, paths: list[str], spp: int, seeds: int, **options: Any) 
     pictures = np.array([renderer.render_forward(rate, spp=spp, seed=seed, **options) for seed in range(seeds)])
     seconds = (time.process_time() - start) / seeds
     blocks = np.array([block_sums(picture, BLOCK) for picture in pictures]) / BLOCK**2
-    return [seconds, *(float(np.mean(np.var(values, axis=0, ddof=1))) for values in (blocks, pictures))]
+    variances = [float(np.mean(np.var(values, axis=0, ddof=1))) for values in (blocks, pictures)]
+    return [seconds, *variances, float(np.mean((blocks == 0.0) & (blocks != 0.0).any(axis=0)))]
 
 
 def main() -> None:
@@ -64,11 +67,12 @@ def main() -> None:
     for name in args.names or cases:
         make, paths, options = parts(cases[name], args.depth)
         rows[name] = measure(make, paths, args.spp, args.seeds, terms=args.terms, **options)
-        shown = np.divide(rows[name], before[name]) if name in before else rows[name]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            shown = np.divide(rows[name], before[name]) if name in before else rows[name]
         print(f"{name:>45}", *(f"{value:18.3g}" for value in shown), flush=True)
     if common := [name for name in rows if name in before]:
-        ratios = np.array([np.divide(rows[name], before[name]) for name in common])
         with np.errstate(divide="ignore", invalid="ignore"):
+            ratios = np.array([np.divide(rows[name], before[name]) for name in common])
             mean = np.exp(np.nanmean(np.log(np.where(ratios > 0.0, ratios, np.nan)), axis=0))
         print(f"{'geometric mean':>45}", *(f"{value:18.3g}" for value in mean))
     if args.save:

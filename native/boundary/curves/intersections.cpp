@@ -57,7 +57,7 @@ void search_self(const EdgeList& edges, int32_t mesh, Intersections& out) {
     const int threads = edges.threads;
     const auto m = static_cast<size_t>(mesh);
     if (tables.mesh_first_face[m + 1] - tables.mesh_first_face[m] > kSelfIntersectionFaces) return;
-    // The test costs little compared with the search (native/TUNING.md).
+    // The test is far cheaper than the search.
     if (edges.closed[m] && is_star_shaped(tables, m, threads)) return;
     std::vector<int32_t> faces(
         static_cast<size_t>(tables.mesh_first_face[m + 1] - tables.mesh_first_face[m]));

@@ -85,6 +85,7 @@ class Scene:
         learned: LearnedSampling | None,
         progress: Progress,
     ) -> tuple[dict[str, NDArray[np.float64]], list[Dropped], list[DecisionRow]]: ...
+    def picture_facts(self) -> dict[str, Any]: ...
     def decide(
         self,
         requested: dict[str, NDArray[np.int64]],

@@ -15,12 +15,12 @@ _FLAT_SILHOUETTE = "between two faces of one plane, never a silhouette"
 
 
 def edge_count(edges: int) -> str:
-    """A number of edges in words."""
+    """Return a number of edges in words."""
     return f"{edges:,} edge{'' if edges == 1 else 's'}"
 
 
 def _mirrors(words: SceneWords, part: str) -> str:
-    """By what the camera sees what a part has, in words; "": the part is zero."""
+    """Return the mirrors by which the camera sees a part's edges, in words; "": the part is zero."""
     found = words.computed(part)
     if found is None:
         return ""
@@ -58,7 +58,7 @@ def primary(words: SceneWords) -> Term:
     if counts.still:
         why.append(f"skipped: {edge_count(counts.still)} of meshes that stand still")
     if unseen is not None and unseen.meshes:
-        why.append(f"skipped: {edge_count(unseen.edges.still)} of meshes that camera rays don't meet "
+        why.append(f"skipped: {edge_count(unseen.edges.still)} of meshes that camera rays cannot hit "
                    f"({words.mesh_names(unseen)})")
     if counts.flat:
         why.append(f"skipped: {edge_count(counts.flat)} between two faces of one plane and one material, where nothing "
@@ -90,7 +90,7 @@ def shadow(words: SceneWords) -> Term:
     }.get(first.reason)
     horizon = _horizon_words(words)
     if zero is not None and first.reason != "alone" and mirrors:
-        still = "no shadow moves, but where it is seen by mirrors and smooth glass does"
+        still = "no shadow moves, but its image in mirrors and smooth glass does"
         return Term("shadow", computed, 0, of, (still, f"besides: those that the camera sees by {mirrors}"))
     if zero is not None:
         return Term("shadow", computed, 0, of, (zero, *((horizon,) if horizons is not None else ()), *curves))
@@ -104,8 +104,8 @@ def shadow(words: SceneWords) -> Term:
     outlines = words.computed("emitter outlines")
     if outlines is not None:
         why.append(f"besides: the outlines of {words.mesh_names(outlines)}, as surfaces of "
-                   f"{words.material_names(outlines)} see them: in sharp lobes the direction of light is held, and the "
-                   "interior has none of its motion")
+                   f"{words.material_names(outlines)} see them: light in sharp lobes has a fixed direction, so the "
+                   "interior term does not contain its motion")
     absent = _absent_lights(words)
     if absent:
         why.append(f"no shadows of {', '.join(absent)}: there are none")
@@ -121,7 +121,7 @@ def _absent_lights(words: SceneWords) -> list[str]:
 
 
 def _shadow_curves(words: SceneWords) -> list[str]:
-    out = words.pairs("light intersections", "besides edges: what {} hide of the light of each other where they pass "
+    out = words.pairs("light intersections", "besides edges: what {} hide of each other's light where they pass "
                       "through each other")
     for part in ("light intersections", "disk intersections"):
         out += words.pierced(part, "besides edges: what {meshes} hide of the light '{light}' where they pass through "
@@ -170,7 +170,7 @@ def indirect(words: SceneWords, max_depth: int) -> Term:
     if edges.reason in ("nothing between", "black"):
         return Term("indirect", True, 0, of, (_indirect_zero(words, edges), *curves))
     if edges.reason == "still":
-        still = "what surfaces see of each other stays, but where it is seen by mirrors and smooth glass moves"
+        still = "light between surfaces does not change, but its image in mirrors and smooth glass moves"
         seen = [f"besides: those that the camera sees by {mirrors}"] if mirrors else []
         return Term("indirect", True, 0, of, (still if mirrors else _indirect_zero(words, edges), *seen, *curves))
     why = ["edges of all meshes: what they hide of one surface from another, at any bounce"]
@@ -184,7 +184,7 @@ def indirect(words: SceneWords, max_depth: int) -> Term:
         why.append(f"seen in sharp lobes ({words.material_names(sampled)}) by samples that start at the camera, "
                    "elsewhere at edges")
     if max_depth == 3:
-        why.append("no chains of surfaces besides: paths of three segments have none")
+        why.append("paths of three segments have no further surfaces")
     return Term("indirect", True, edges.edges.kept, of, tuple(why))
 
 

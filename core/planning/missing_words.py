@@ -1,19 +1,19 @@
-"""What a derivative lacks though it may not be zero, in words."""
+"""Contributions to a derivative that are not computed and may not be zero, in words."""
 
 from __future__ import annotations
 
 from .scene_words import SceneWords
 
-# By part: a sentence about its meshes, lights or materials, and its limit.
+# For each part a sentence with its meshes, lights or materials, and its limit.
 _ABOUT_MESHES = {
-    "self intersections": "surfaces that pass through themselves: not looked for in {} of more than {limit:,} faces, "
-                          "and left out",
+    "self intersections": "surfaces that pass through themselves are left out in {}: meshes of more than {limit:,} "
+                          "faces are not searched",
     "clip borders": "the borders that the camera's clip distances cut into {}: they are no edges",
     "texel borders": "borders inside of the faces of {} that an image without interpolation draws: they are no edges",
-    "partly seen shadows": "shadows of {}, which only some kinds of rays meet: taken as those of shadow rays, or of "
-                           "diffuse ones in an environment of one colour",
+    "partly seen shadows": "shadows of {}, which only some kinds of rays can hit: computed as for shadow rays, or as "
+                           "for diffuse rays in an environment of one colour",
     "edges between surfaces": "indirect boundary: edges between two surfaces that light each other are left out, since "
-                              "some kinds of scattered rays meet {} and others don't",
+                              "some kinds of scattered rays can hit {} and others cannot",
 }
 _ABOUT_LIGHTS = {
     "blurred outlines": "the outlines of {}, suns or disks that an orthographic camera sees through its lens",
@@ -22,12 +22,12 @@ _ABOUT_LIGHTS = {
 _ABOUT_MATERIALS = {
     "slid textures": "the borders of texels of images without interpolation, where they move over {}: they are no "
                      "edges",
-    "stepped shadows": "shadows of the borders that an image without interpolation draws in what {} let through: they "
-                       "are no edges",
-    "total reflection": "where Refraction shaders stop to let light through, since it is reflected totally ({})",
+    "stepped shadows": "shadows of the borders that an image without interpolation draws in the transmittance of {}: "
+                       "they are no edges",
+    "total reflection": "borders of total reflection of Refraction shaders ({})",
 }
 _PIERCED = {
-    "parallel disks": "what the camera sees of the light '{light}' where {meshes} pass through it: a disk that faces "
+    "parallel disks": "the outline of the light '{light}' where {meshes} pass through it: a disk that faces "
                       "parallel rays",
     "light jumps": "how the light of '{light}' jumps on {meshes} just where they pass through it: its estimate has "
                    "infinite variance",
@@ -35,7 +35,7 @@ _PIERCED = {
 
 
 def missing(words: SceneWords, share: float | None) -> list[str]:
-    """Sentences on it; `share`: how much of the picture caustics are, None: not measured."""
+    """Return sentences on missing parts; `share`: fraction of the picture that is caustics, None: not measured."""
     out = []
     for part, decision in words.by_part.items():
         if decision.outcome != "missing":
@@ -49,7 +49,7 @@ def missing(words: SceneWords, share: float | None) -> list[str]:
         elif part in _PIERCED:
             out += words.pierced(part, _PIERCED[part])
         elif part == "rim lines":
-            out.append(f"lines on rough glass ({words.material_names(decision)}) where it stops to let light through "
+            out.append(f"lines on rough glass ({words.material_names(decision)}) beyond which it transmits no light "
                        f"of lights without size ({words.light_names(decision)})")
         elif part == "caustics":
             out.append(_caustics(words.material_names(decision), share))
@@ -63,21 +63,21 @@ def _mirrored(words: SceneWords) -> list[str]:
     out = []
     followed = words.computed("followed lobes")
     if followed is not None:
-        out.append(f"seen in lobes nearly as narrow as a mirror's ({words.material_names(followed)}): what is thinner "
-                   "than a quarter of a pixel in the picture may be missed")
+        out.append(f"seen in lobes nearly as narrow as a mirror's ({words.material_names(followed)}): features "
+                   "thinner than a quarter of a pixel may be missed")
     if edges.materials:
         longest = words.by_part.get("long chains")
-        out.append("seen in mirrors and through smooth glass: what is thinner than a quarter of a pixel in the picture "
-                   "may be missed; left out are lines where surfaces pass through each other or through lights, seams "
+        out.append("seen in mirrors and through smooth glass: features thinner than a quarter of a pixel may be "
+                   "missed; left out are lines where surfaces pass through each other or through lights, seams "
                    "of textures inside of smooth surfaces, borders of spots without blend, and where faces of "
                    "smooth-shaded meshes turn away from lights without size"
-                   + (f", and what chains of more than {longest.limit} surfaces show" if longest else ""))
+                   + (f", and edges seen by chains of more than {longest.limit} surfaces" if longest else ""))
     return out
 
 
 def _caustics(materials: str, share: float | None) -> str:
     much = "plan(…, measure=16) says how much of the picture they are" if share is None else (
         f"they are {share:.2g} of the picture" if share > 0.0 else "no path of the measurement met any")
-    return (f"caustics: of light that mirrors and smooth glass ({materials}) throw on other surfaces, the edges and "
-            "outlines of lights that those surfaces see there are left out: the derivative of this light may be zero "
+    return (f"caustics: edges and outlines of lights are left out in light that mirrors and smooth glass ({materials}) "
+            "throw on other surfaces: the derivative of this light may be zero "
             f"or have the wrong sign ({much})")

@@ -19,7 +19,7 @@ from ..rendering.options import TERMS
 from ..rendering.renderer import MAX_DERIVATIVE_DEPTH, Renderer
 from ..scene.bounces import MAX_DEPTH
 from ..scene.fixed_scene import FixedScene
-from ..scene.scene import Scene, validated
+from ..scene.scene import Scene
 from . import boundary_words
 from .interior import interior, unchanged
 from .missing_words import missing
@@ -108,15 +108,15 @@ def plan(
     narrow = scene.narrow if isinstance(scene, Renderer) else engine_class("auto").narrow
     measure = whole("plan", "measure", measure, 0, 1 << 24)
     max_depth = whole("plan", "max_depth", max_depth, 1, MAX_DERIVATIVE_DEPTH if wrt and narrow else MAX_DEPTH)
-    if not wrt:
-        given = scene.scene if isinstance(scene, Renderer) else validated(scene)
-        return Plan(picture_plan(FixedScene.of(given), max_depth), (), ())
     if narrow:
         diffuse_tables.check(wrt)
     with nullcontext(scene) if isinstance(scene, Renderer) else prepared(scene) as renderer:
         given = renderer.scene
+        fixed = FixedScene.of(given)
+        picture = picture_plan(fixed, renderer.picture_facts(), max_depth)
+        if not wrt:
+            return Plan(picture, (), ())
         decided = renderer.decide(wrt, max_depth=max_depth)
-    fixed = FixedScene.of(given)
     words = SceneWords.of(fixed, decided)
     share = None
     if measure and "caustics" in words.by_part:
@@ -124,7 +124,7 @@ def plan(
     made = {"interior": interior(words, wrt), "primary": boundary_words.primary(words),
             "shadow": boundary_words.shadow(words), "indirect": boundary_words.indirect(words, max_depth)}
     left_out = _simplified(given, max_depth) if narrow else missing(words, share)
-    return Plan(picture_plan(fixed, max_depth), tuple(made[name] for name in TERMS), tuple(left_out),
+    return Plan(picture, tuple(made[name] for name in TERMS), tuple(left_out),
                 unchanged(words, wrt), decided)
 
 

@@ -13,6 +13,8 @@ from ..derivatives.decisions import Decision, Decisions, EdgeCounts
 from ..derivatives.table_derivatives import Requested, TableDerivative
 from ..geometry.topology import Edges
 from ..rendering.options import RenderOptions
+from ..rendering.picture_facts import PictureFacts
+from ..tables.lights import RADIANCE
 from ..tables.tables import Tables
 from . import diffuse_tables as narrow
 from .blocks import Forward, Reverse, Sink
@@ -126,6 +128,16 @@ class Engine:
         sink = Reverse(tables, self._surfaces, asked, np.asarray(adjoint, np.float64).reshape(-1, 3))
         self._run(tables, sink, options, progress)
         return narrow.widened(tables, sink.gradient, requested)
+
+    def picture_facts(self, tables: Tables) -> PictureFacts:
+        """Return the facts of a scene that this engine renders: flat-shaded, opaque Lambertian surfaces."""
+        faces = int(tables.mesh_first_face[len(tables.mesh_names)])
+        emissive = tables.emission[tables.face_material[:faces]].any(axis=1)
+        lit = tables.lights.params[:, RADIANCE].any(axis=1)
+        return PictureFacts(
+            faces, 0, False, True, False, False, True, int(np.count_nonzero(emissive)),
+            tuple(map(int, np.flatnonzero(lit))), bool(np.any(tables.environment)), False
+        )
 
     def decide(
         self, tables: Tables, requested: Requested, options: RenderOptions, parameters: Sequence[Requested] = ()

@@ -15,6 +15,7 @@ from ..derivatives.table_derivatives import Requested, TableDerivative
 from ..geometry.topology import Edges
 from ..tables import tables as flat
 from .options import Progress, RenderOptions
+from .picture_facts import PictureFacts
 
 
 class EngineLike(Protocol):
@@ -49,6 +50,7 @@ class EngineLike(Protocol):
         *,
         progress: Progress | None,
     ) -> TableDerivative: ...
+    def picture_facts(self, tables: flat.Tables) -> PictureFacts: ...
     def decide(
         self, tables: flat.Tables, requested: Requested, options: RenderOptions, parameters: Sequence[Requested]
     ) -> Decisions: ...

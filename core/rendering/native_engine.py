@@ -24,6 +24,7 @@ from ..tables.tables import Tables
 from .call_lock import Turns
 from .non_finite import warn_of_light, warn_of_samples
 from .options import Progress, RenderOptions
+from .picture_facts import PictureFacts
 
 # The wheel's own copy of Embree, relative to the folder that holds the package.
 _LIBRARY_PATTERNS = {
@@ -205,6 +206,12 @@ class Engine:
         warn_of_samples(tables, dropped)
         shape = shapes(tables)
         return {name: np.asarray(found[name]).reshape(shape[name]) for name in wanted}
+
+    def picture_facts(self, tables: Tables) -> PictureFacts:
+        """Return the facts by which pictures of the tables skip work."""
+        with self._turns.lock():
+            self._hold(tables)
+            return PictureFacts(**self._scene.picture_facts())
 
     def decide(
         self, tables: Tables, requested: Requested, options: RenderOptions, parameters: Sequence[Requested]

@@ -49,6 +49,7 @@ from .options import (
     checked_progress,
     checked_terms,
 )
+from .picture_facts import PictureFacts
 from .taken_over import TakenOver
 
 # Largest path length with derivatives in the reference engine: emission seen directly, and direct illumination.
@@ -390,6 +391,11 @@ class Renderer:
             alone = {t: gradients(replace(options, terms=(t,))) for t in options.terms}
             warn_of_gradients(found, lambda path: [t for t in alone if not np.isfinite(alone[t][path]).all()])
         return found
+
+    def picture_facts(self) -> PictureFacts:
+        """Return the facts by which the engine skips work in pictures."""
+        self._settle(None)
+        return self._engine.picture_facts(self._tables)
 
     def decide(
         self, wrt: Sequence[str], *, max_depth: int = 2, bounces: Bounces | None = None, terms: Sequence[str] = TERMS

@@ -7,6 +7,7 @@
 #include "boundary/curves/candidates.h"
 #include "boundary/meshes/convex_meshes.h"
 #include "engine/call_scene.h"
+#include "engine/decisions/picture_facts.h"
 #include "engine/drop_count.h"
 #include "engine/image_tasks.h"
 #include "engine/workspace.h"
@@ -261,6 +262,12 @@ DroppedSamples Engine::render(const RenderOptions& options, const Progress& prog
     });
     memory_pool_.give(std::move(memory));
     return dropped.sum();
+}
+
+PictureFacts Engine::picture_facts() const {
+    require_settled();
+    return edgegrad::picture_facts(PreparedScene(api_, nullptr, tables_, nullptr, false, lights()).view(),
+                                   tables_);
 }
 
 std::shared_ptr<std::vector<ThreadMemory>> Engine::thread_memory() const {

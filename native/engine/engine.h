@@ -37,6 +37,7 @@ using Dropped = std::vector<DroppedTerm>;
 
 struct LearnedSampling;
 class Decisions;
+struct PictureFacts;
 
 class Engine {
  public:
@@ -78,6 +79,9 @@ class Engine {
     // The call reuses the results of the searches that this needs.
     Decisions decide(const RenderOptions& options, const Requested& requested,
                      const std::vector<Requested>& parameters) const;
+
+    // Returns the facts by which pictures skip work.
+    PictureFacts picture_facts() const;
 
     // For tests of light sampling.
     void probe_lights(const LightProbes& probes) const;

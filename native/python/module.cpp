@@ -12,6 +12,7 @@
 #include "boundary/curves/learned_weights.h"
 #include "embree/library.h"
 #include "engine/decisions/decisions.h"
+#include "engine/decisions/picture_facts.h"
 #include "engine/engine.h"
 #include "kernels/dispatch.h"
 #include "python/bsdfs.h"
@@ -342,6 +343,25 @@ class Scene {
         return decision_list(decided);
     }
 
+    // core/planning/picture.py
+    nb::dict picture_facts() {
+        edgegrad::PictureFacts f;
+        {
+            const WithoutInterpreter without;
+            f = engine_->picture_facts();
+        }
+        nb::dict out;
+        out["triangles"] = f.triangles, out["instances"] = f.instances;
+        out["transparent"] = f.transparent, out["lambertian"] = f.lambertian;
+        out["glossy"] = f.glossy, out["refracting"] = f.refracting, out["flat"] = f.flat;
+        out["emissive_triangles"] = f.emissive_triangles;
+        nb::list rows;
+        for (const int32_t row : f.sampled_rows) rows.append(row);
+        out["sampled_rows"] = nb::tuple(rows);
+        out["environment"] = f.environment, out["environment_image"] = f.environment_image;
+        return out;
+    }
+
     const Engine& engine() const { return *engine_; }
     const char* instruction_set() const { return kernels_.name; }
 
@@ -432,6 +452,7 @@ NB_MODULE(_native, m) {
                  return edgegrad::meet_lights(s.engine(), position, normal, w, face, r, bsdf_pdf, kind,
                                               both_sides);
              })
+        .def("picture_facts", &Scene::picture_facts)
         .def("decide", &Scene::decide, "requested"_a, "options"_a, "parameters"_a)
         .def_prop_ro("instruction_set", &Scene::instruction_set);
 }

@@ -50,7 +50,7 @@ def test_plan_tells_of_them() -> None:
     need_every_table()
     slab = through("slab", "point", "ior")(0.0)
     index = str(edgegrad.plan(slab, ["materials.glass.ior"], max_depth=4))
-    assert "no shadow moves, but where it is seen by mirrors and smooth glass does" in index
+    assert "no shadow moves, but its image in mirrors and smooth glass does" in index
     assert "those that the camera sees by mirrors and smooth glass (glass)" in index
     assert "no shadow moves" not in str(edgegrad.plan(slab, BOX, max_depth=4))
     assert "those that the camera sees by mirrors" not in str(edgegrad.plan(slab, BOX, max_depth=2))

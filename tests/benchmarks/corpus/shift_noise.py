@@ -1,9 +1,9 @@
 """Noise of one object's shift in the scenes of the comparison with Cycles.
 
-``python -m tests.benchmarks.corpus.shift_noise`` exports each scene, and shifts the mesh whose shift changes the picture
-most, at the scene's own depth. It prints the noise of block sums (8 x 8 pixels) relative to the derivative, of all terms
-and of each, and of differences with common random numbers; the fraction of the interior term's variance that one pixel
-carries; and the seconds of a gradient relative to those of a picture.
+``python -m tests.benchmarks.corpus.shift_noise`` exports each scene and shifts the mesh whose shift changes the
+picture most, at the scene's own depth. It prints the noise of block sums (8 x 8 pixels) relative to the derivative, of
+all terms and of each, and of differences with common random numbers; the fraction of the interior term's variance that
+one pixel carries; and the seconds of a gradient relative to those of a picture.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-# What a warning is about, at the start of its line.
+# The subject of a warning, at the start of its line.
 SUBJECT = re.compile(r"(object|material|light|world) '(.*?)'(?:, |: )")
 
 

@@ -1,4 +1,4 @@
-"""What the README and the documentation say can be done: their examples run, their commands and options exist."""
+"""The README and the documentation: their examples run, and their commands and options exist."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from edgegrad import losses, optimisers, parameters
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
 PAGES = sorted((ROOT / "docs").rglob("*.md"))
-# Sizes and samples of examples, and what tests run them with: what they do doesn't depend on them.
+# Sizes and samples of the examples, and smaller ones for tests.
 SMALLER = {"spp": 2, "iterations": 2, "width": 16, "height": 16, "measure": 1}
 
 

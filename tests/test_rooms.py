@@ -54,7 +54,7 @@ PYTHON = (
     ("edgegrad", "__main__"),  # the package's public names; its command line
 )
 AGAINST_PYTHON = {
-    # The options of a call are those of all engines, and stand beside the renderer that passes them on.
+    # The options of a call are those of all engines. They are in the room of the renderer that passes them on.
     ("reference.engine", "rendering.options"),
 }
 

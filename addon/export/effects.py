@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 # Larger pictures and more samples cost more and are more precise; an estimate to a percent suffices.
 PIXELS = 4096
 LIGHT_PIXELS, LIGHT_SAMPLES, LIGHT_DEPTH = 768, 8, 4
-# Building the BVH of more faces would take longer than the sentences are worth.
+# With more faces, building the BVH would take too long for a sentence in a warning.
 MOST_FACES = 500_000
 # Surfaces are told apart by two channels of their colour, relative to the third.
 CODES = 1000

@@ -1,4 +1,4 @@
-"""The derivative of some rows of a table with respect to one parameter: the element of which all such maps consist."""
+"""The derivative of some rows of a table with respect to one parameter, of which larger maps are composed."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
-"""What a picture and its derivative consist of in a given scene: what is computed, what is skipped and why.
+"""Plans: which parts of a picture and of its derivative are computed in a scene, which are skipped, and why.
 
-The engine decides what a derivative has (`Renderer.decide`), without rendering; the plan is its decisions in words.
+The engine decides this without rendering (`Renderer.decide`, `Renderer.picture_facts`). A plan puts its decisions into
+words.
 """
 
 from __future__ import annotations
@@ -84,25 +85,25 @@ def plan(
 ) -> Plan:
     """Say what the picture, and its derivatives with respect to some parameters, need.
 
-    What the engine looks for to know that (edges, intersections) is kept for the next derivative. No ray is traced and
-    no BVH is built, unless caustics are measured.
+    The next derivative uses the edges and intersections that the engine finds for the plan. No ray is traced and no BVH
+    is built, unless caustics are measured.
 
     Parameters
     ----------
     scene
         The scene, or a renderer that has it.
     wrt
-        Parameter paths; none: of the picture alone.
+        Parameter paths; empty: a plan of the picture only.
     max_depth
         Path segments, as for `edgegrad.render`.
     measure
-        Samples per pixel with which to measure how much of the picture is light whose derivative is incomplete
-        (caustics); 0: nothing is rendered. A scene that cannot have any is not rendered either.
+        Samples per pixel for a measurement of the fraction of the picture with an incomplete derivative (caustics); 0:
+        nothing is rendered. Scenes without caustics are not rendered.
 
     Raises
     ------
     ValueError
-        For a wrong scene or path, or one that has no derivative.
+        For a wrong scene, an unknown path, or a parameter that has no derivative.
     """
     wrt = names("plan", "wrt", wrt, "parameter paths")
     narrow = scene.narrow if isinstance(scene, Renderer) else engine_class("auto").narrow
@@ -129,7 +130,7 @@ def plan(
 
 
 def _simplified(scene: Scene, max_depth: int) -> list[str]:
-    """What the reference engine, which is for flat, diffuse scenes alone, lacks."""
+    """Return what the reference engine leaves out, which is exact for flat-shaded, diffuse scenes only."""
     out = [f"for exact derivatives the scene is too rich: {simplified}" for simplified in obstacles(scene)]
     closures = [closure for name in scene.used_materials for closure in scene.closures(name)]
     if max_depth >= 2 and any(c.base_color.any() or "base_color" in c.textures for c in closures):

@@ -19,9 +19,9 @@ from .picture_facts import PictureFacts
 
 
 class EngineLike(Protocol):
-    """What the native and the reference engine have in common."""
+    """The common interface of the native and the reference engine."""
 
-    decided: Decisions  # what the last derivative consisted of
+    decided: Decisions  # on the last derivative
     narrow: bool  # it has derivatives of flat, diffuse, directly lit scenes alone
 
     def __init__(self, tables: flat.Tables, threads: int) -> None: ...
@@ -74,7 +74,7 @@ def engine_class(name: str) -> type[EngineLike]:
     ValueError
         For an unknown name.
     ImportError
-        If "native" is asked for and can't be loaded.
+        If the native engine is required and cannot be loaded.
     """
     global _warned_of_fallback
     if engine_name(name) != "reference":

@@ -1,7 +1,7 @@
 """One-shot functions: a picture, its derivative along a tangent, gradients of parameters.
 
-The scene prepared last (BVH, edges) is kept and used again while the geometry stays the same to the bit;
-another geometry replaces it. To follow moving vertices by refitting, keep a `Renderer`.
+The last renderer (BVH, edges) is kept, and used again for scenes whose geometry has the same bits. Keep a `Renderer` to
+update moving vertices by refitting.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from .engine import engine_name
 from .options import MOST_THREADS, TERMS, Progress
 from .renderer import Renderer
 
-# Samples per pixel that tell how much of a picture is caustics: its mean over all pixels is asked for.
+# Samples per pixel for the fraction of a picture that is caustics, which is a mean over all pixels.
 CAUSTIC_SAMPLES = 4
 
 _last: dict[tuple[str, int], Renderer] = {}  # at most one, by engine and threads
 _lock = threading.Lock()
-_holder = 0  # the thread that has the lock
+_holder = 0  # the thread that holds the lock
 
 
 def _after_fork() -> None:
-    """Forget what a thread uses that stayed in the other process."""
+    """Forget a renderer and a lock that belong to a thread of the parent process."""
     global _lock
     if _lock.locked() and _holder != threading.get_ident():
         _last.clear()
@@ -43,10 +43,10 @@ if hasattr(os, "register_at_fork"):
 
 @contextmanager
 def prepared(scene: Scene, engine: str = "auto", threads: int = 0) -> Iterator[Renderer]:
-    """A renderer of the scene: the last one where that fits."""
+    """Yield a renderer of the scene: the last one if its geometry is the same."""
     global _holder
     engine, threads = engine_name(engine), whole("render", "threads", threads, 0, MOST_THREADS)
-    # Another thread, or a progress callback of the running call, may want one too: it gets its own.
+    # Another thread, or a progress callback of the running call, gets its own renderer.
     lock = _lock
     if not lock.acquire(blocking=False):
         yield _unwatched(scene, engine, threads)
@@ -55,7 +55,7 @@ def prepared(scene: Scene, engine: str = "auto", threads: int = 0) -> Iterator[R
         _holder = threading.get_ident()
         kept = _last.get((engine, threads))
         if kept is None or not kept.adopt(scene):
-            _last.clear()  # the old one's memory is free before the new one's is taken
+            _last.clear()  # free the memory of the old renderer first
             kept = _last[engine, threads] = _unwatched(scene, engine, threads)
         yield kept
     finally:
@@ -63,7 +63,7 @@ def prepared(scene: Scene, engine: str = "auto", threads: int = 0) -> Iterator[R
 
 
 def _unwatched(scene: Scene, engine: str, threads: int) -> Renderer:
-    """A renderer that has all of the scene anew in each call."""
+    """Make a renderer that does not look for changes of the scene."""
     return Renderer(scene, threads=threads, engine=engine, watched=False)
 
 
@@ -83,7 +83,7 @@ def render(
     Parameters
     ----------
     scene
-        What to render.
+        The scene.
     spp
         Samples per pixel, 1 … 2^24.
     max_depth
@@ -191,13 +191,13 @@ def render_backward(
 def caustic_share(
     scene: Scene, *, spp: int = CAUSTIC_SAMPLES, max_depth: int, seed: int = 0, threads: int = 0
 ) -> float:
-    """How much of the picture's light is caustics, whose derivatives lack their jumps; see `Renderer.render_caustics`.
+    """Measure the fraction of the picture's light that is caustics; see `Renderer.render_caustics`.
 
     Returns
     -------
     0 … 1: the sum of the caustics' radiance over pixels and colours by that of the picture; 0 for a black picture.
     """
-    renderer = Renderer(scene, threads=threads)  # not kept: who asks for a plan may not render
+    renderer = Renderer(scene, threads=threads)  # not kept, since a caller of `plan` may not render
     whole = renderer.render(spp=spp, max_depth=max_depth, seed=seed).sum(dtype=np.float64)
     part = renderer.render_caustics(spp=spp, max_depth=max_depth, seed=seed).sum(dtype=np.float64)
     return float(part / whole) if whole > 0.0 else 0.0

@@ -1,4 +1,4 @@
-"""What all renders are told besides the scene: `RenderOptions`, and the checks of what callers give."""
+"""`RenderOptions`, the arguments of all renders besides the scene, and their checks."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MOST_THREADS = 4096
 
 @dataclass(frozen=True)
 class RenderOptions:
-    """What engines are told besides the scene.
+    """The arguments of engines besides the scene.
 
     Attributes
     ----------

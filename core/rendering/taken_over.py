@@ -1,4 +1,4 @@
-"""Detection of changes of a scene that its renderer has not been told of.
+"""Detection of changes of a scene of which its renderer has not been informed.
 
 A renderer holds its own copy of the scene's values. If the user changes the scene and forgets to call `update`, a
 render would show the old values. `TakenOver` remembers the values at the last update and raises an error instead.

@@ -16,7 +16,7 @@ F64 = NDArray[np.float64]
 # The transform that changes nothing.
 _NOWHERE = np.eye(3, 4)
 
-# What the name of an attribute ends with that holds tangents and their sign (`Material.normal_uv`).
+# Suffix of the names of attributes that contain tangents and their sign (`Material.normal_uv`).
 TANGENT = ".tangent"
 
 

@@ -366,7 +366,7 @@ class Scene {
     const char* instruction_set() const { return kernels_.name; }
 
  private:
-    // By table, the spans of floats that are asked for.
+    // Reads the requested spans of floats by table.
     edgegrad::Requested read_requested(const nb::dict& requested) const {
         std::vector<edgegrad::TableSpan> spans;
         for (const auto& [name, rows] : requested) {

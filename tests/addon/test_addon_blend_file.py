@@ -1,6 +1,6 @@
 """A .blend is saved completely or not at all, and opened without running the Python code in it."""
 
-# ruff: noqa: E402  (what is imported below needs bpy)
+# ruff: noqa: E402  (the imports below need bpy)
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Export of bump, normals, displacement and missing images, and of what is baked on small and borrowed meshes."""
 
-# ruff: noqa: E402  (what is imported below needs bpy)
+# ruff: noqa: E402  (the imports below need bpy)
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Faces and lights that lie exactly on faces are reported with their share of the picture."""
 
-# ruff: noqa: E402  (what is imported below needs bpy)
+# ruff: noqa: E402  (the imports below need bpy)
 
 from __future__ import annotations
 

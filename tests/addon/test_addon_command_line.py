@@ -1,6 +1,6 @@
 """The commands and operators end to end: a fit is written and saved; a failure leaves every .blend as it was."""
 
-# ruff: noqa: E402  (what is imported below needs bpy)
+# ruff: noqa: E402  (the imports below need bpy)
 
 from __future__ import annotations
 
@@ -190,7 +190,7 @@ def test_cancel_keeps_the_best_if_asked(start: Any) -> None:
 
 @pytest.mark.parametrize("how", ["restore", "best"])
 def test_job_of_the_window_stops_as_asked(how: Any, start: Any) -> None:
-    """What the modal operator does with Esc and Enter; pip's bpy has no window to press them in."""
+    """The modal operator's response to Esc and Enter; the bpy module has no window for key presses."""
     session = prepared(start)
     session.request.iterations = 100_000
     as_it_was = data()
@@ -248,7 +248,7 @@ def rich(tmp_path: Any) -> Any:
 
 
 def test_scenes_are_fitted_as_they_are(rich: Any, capsys: Any) -> None:
-    """The fit renders what the render command renders, to the same depth, and what derivatives lack is a note."""
+    """The fit renders the same picture as the render command, to the same depth, and notes missing derivatives."""
     bpy.ops.wm.open_mainfile(filepath=str(rich))
     request = Request([Picture("Front", str(rich.parent / "target.exr"))], Names(("Cube",)), 1, 256)
     session = Session.prepare(bpy.context, request)

@@ -1,6 +1,6 @@
 """Blender's units: what is exported renders as Cycles renders it, with direct light only."""
 
-# ruff: noqa: E402  (what is imported below needs bpy)
+# ruff: noqa: E402  (the imports below need bpy)
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """The export reads what a render evaluates, and leaves Blender's data, modes, settings and last render as they are."""
 
-# ruff: noqa: E402  (what is imported below needs bpy)
+# ruff: noqa: E402  (the imports below need bpy)
 
 from __future__ import annotations
 

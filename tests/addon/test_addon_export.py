@@ -1,6 +1,6 @@
 """Export: geometry, cameras, visibility, and one named warning for all that can't be read."""
 
-# ruff: noqa: E402  (what is imported below needs bpy)
+# ruff: noqa: E402  (the imports below need bpy)
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Export of true displacement: vertices move as in Cycles."""
 
-# ruff: noqa: E402  (what is imported below needs bpy)
+# ruff: noqa: E402  (the imports below need bpy)
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Export of shading normals, attributes, instances and the camera's settings beyond its projection."""
 
-# ruff: noqa: E402  (what is imported below needs bpy)
+# ruff: noqa: E402  (the imports below need bpy)
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Export of hair, curves and point clouds as meshes; no object is left out in silence."""
 
-# ruff: noqa: E402  (what is imported below needs bpy)
+# ruff: noqa: E402  (the imports below need bpy)
 
 from __future__ import annotations
 

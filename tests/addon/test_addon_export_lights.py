@@ -1,6 +1,6 @@
 """Export of lights, worlds and light linking: values in closed form, and Cycles as the judge of the sky's sun."""
 
-# ruff: noqa: E402  (what is imported below needs bpy)
+# ruff: noqa: E402  (the imports below need bpy)
 
 from __future__ import annotations
 

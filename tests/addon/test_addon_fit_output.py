@@ -1,6 +1,6 @@
 """A fit's results are kept: outputs are tried before the fit, the .blend is saved first, no failure stops the rest."""
 
-# ruff: noqa: E402  (what is imported below needs bpy)
+# ruff: noqa: E402  (the imports below need bpy)
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def fit(start: Path, *more: Any, cameras: tuple[str, ...] = ("Front",)) -> int:
 
 
 def errors(capsys: Any) -> list[str]:
-    """What the command line said was wrong; anything but its own sentences is a failure."""
+    """The error messages of the command line; any other output is a failure."""
     said = capsys.readouterr().err
     assert "Traceback" not in said
     return [line.removeprefix("edgegrad: error: ") for line in said.splitlines() if "error: " in line]

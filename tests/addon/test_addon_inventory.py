@@ -1,6 +1,6 @@
-"""The inventory of Blender's settings: the installed Blender has none that it lacks, and what it names is reported."""
+"""The inventory of Blender's settings: it is complete for this Blender, and named settings are reported."""
 
-# ruff: noqa: E402  (what is imported below needs bpy)
+# ruff: noqa: E402  (the imports below need bpy)
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""What is exported where a material says nothing, only half, or what no node of Edgegrad says."""
+"""Export of materials that lack nodes, have incomplete nodes, or have nodes that Edgegrad lacks."""
 
-# ruff: noqa: E402  (what is imported below needs bpy)
+# ruff: noqa: E402  (the imports below need bpy)
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Settings of scenes, view layers, worlds and lights: exported values, and Cycles as the judge of small pictures."""
 
-# ruff: noqa: E402  (what is imported below needs bpy)
+# ruff: noqa: E402  (the imports below need bpy)
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Results come back into the original data, and what can't be written is refused by name beforehand."""
 
-# ruff: noqa: E402  (what is imported below needs bpy)
+# ruff: noqa: E402  (the imports below need bpy)
 
 from __future__ import annotations
 

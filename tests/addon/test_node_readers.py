@@ -1,6 +1,6 @@
 """Every node that the export reads, with each of its settings and outputs, has the value that Cycles computes."""
 
-# ruff: noqa: E402  (what is imported below needs bpy)
+# ruff: noqa: E402  (the imports below need bpy)
 
 from __future__ import annotations
 

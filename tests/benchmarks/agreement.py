@@ -1,4 +1,4 @@
-"""How far two renderers' mean pictures differ, beside the noise of both.
+"""The difference of two renderers' mean pictures, relative to the noise of both.
 
 Each renderer gives a few pictures with different seeds. Their spread is the noise; summed over blocks of 8 x 8 pixels
 the difference of the means is divided by its standard error, and Welch's formula gives the degrees of freedom of the

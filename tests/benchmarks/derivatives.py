@@ -42,7 +42,7 @@ F64 = NDArray[np.float64]
 
 SPP = (4, 16, 64)
 QUICK = ("tri_background", "sphere_env", "shadow_occluder", "glossy_emitter")
-# Where no number of samples brings Mitsuba's derivative to the central differences: what its estimators leave out.
+# Scenes in which Mitsuba's derivative does not converge to the central differences: its estimators lack a part.
 PEER_WRONG = ("crease", "blob_flat", "camera_move", "point_shadow", "glass_sphere", "dense_200k")
 # Mitsuba's default guiding costs up to 100 s a gradient: it is measured on demand.
 SLOW_SETTINGS = ("default guiding",)

@@ -21,9 +21,9 @@ from tests.support.scenes.glossy_ball import BODIES, TERMS, noise, scene
 Floats = NDArray[np.float64]
 Figures = dict[str, dict[str, list[float]]]  # by scene and term, over ROUGHNESS
 ROUGHNESS = (0.0, 0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.14, 0.2, 0.3, 0.5, 0.7, 1.0)
-# What is below it: nothing, a floor that gives light and scatters none, or one that the ball lights.
+# The floor: none, one that emits light and scatters none, or one that the ball lights.
 FLOORS = ("none", "glowing", "matte")
-# What the ball is under.
+# The light above the ball.
 LIGHTS = ("sky", "image", "area", "sphere", "mesh", "point", "sun")
 
 
@@ -63,7 +63,7 @@ def plot(figures: Figures, before: Figures, path: pathlib.Path) -> None:
 
 
 def main() -> None:
-    """Measure, print, and plot what is asked for."""
+    """Measure, print and plot."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--lights", nargs="+", choices=LIGHTS, default=["image"])
     parser.add_argument("--floors", nargs="+", choices=FLOORS, default=["none", "glowing"])

@@ -1,4 +1,4 @@
-"""What the two estimators of the indirect boundary cost: ``python -m tests.benchmarks.indirect_estimators [name ...]``.
+"""Cost of the two estimators of the indirect boundary: ``python -m tests.benchmarks.indirect_estimators [name ...]``.
 
 Seconds x variance of the indirect term's forward derivative: of samples that start at edges, of samples that start at
 the camera, and of both by the alpha at which the engine divides lobes between them. Relative to the edges' one: above

@@ -178,7 +178,7 @@ def tiny_mesh(triangles: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
 
 
 def measure_tiny(threads: int, triangles: int) -> list[TinyRow]:
-    """Brute force beside the BVH."""
+    """Compare testing all triangles with the BVH."""
     vertices, faces = tiny_mesh(triangles)
     traced = ray_scene(vertices, faces, threads)
     rows = []

@@ -30,7 +30,7 @@ CASES = (
     "two_triangles",
 )
 ITERATIONS = 100
-# Iterations (from 1 on) whose variances and seconds are averaged for the one that is told.
+# Iterations (from 1 on) whose variances and seconds are averaged for the report.
 WINDOWS = {1: (1, 1), 5: (4, 6), 20: (17, 23), 100: (85, 100)}
 # Those of a renderer that doesn't learn: they are alike.
 FORGETTING = 8

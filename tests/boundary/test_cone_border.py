@@ -49,7 +49,7 @@ def view_moves(kind: str) -> tuple[Make, list[str]]:
 
 
 def by_way_of_a_wall(theta: float) -> edgegrad.Scene:
-    """The spot shines on a wall beside the picture, and that on the floor."""
+    """The spot shines on a wall outside the picture, which lights the floor."""
     scene = spot_scene("point")
     scene.meshes["wall"] = rectangle((1.6, 0.6, 0.0), (0, 0, 0.9), (0, 0.7, 0), "wall")
     scene.materials["wall"] = matte(0.9, 0.8, 0.4)

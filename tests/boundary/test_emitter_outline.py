@@ -51,7 +51,7 @@ def test_plan_says_whose_light_is_held_and_whether_it_is_alone(name: str) -> Non
 
 
 def test_vertices_within_an_outline_change_nothing() -> None:
-    """Where a flat emissive sheet has its vertices is its own affair: only its border counts."""
+    """The gradient by vertices inside of a flat emissive sheet is zero; only the border changes the light."""
     need_every_table()
     vertices, faces = shapes.sheet(6, 1.4)
     lamp = Mesh(vertices[:, [0, 2, 1]] + [0.0, 1.0, 0.0], faces, ("lamp",))

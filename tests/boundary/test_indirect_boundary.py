@@ -33,7 +33,7 @@ from tests.support.small_scenes import along, box, camera, matte, need, white_wo
 
 
 def beside_differences(case: Case, terms: tuple[str, ...] = TERMS, first_seed: int = 0) -> Agreement:
-    """The derivative beside the central difference."""
+    """Compare the derivative with the central difference."""
     return agreement(
         along(case.make, [case.path]), eps=case.eps, seeds=case.seeds, spp=case.spp, reference_spp=case.reference_spp,
         reference_seeds=2 * case.seeds, thetas=case.seeds, first_seed=first_seed, terms=terms,

@@ -294,7 +294,7 @@ def test_reverse_mode_is_the_transpose(name: str) -> None:
 
 
 def test_intersections_are_found_anew_where_copies_have_moved_or_are_asked_for() -> None:
-    """What a renderer keeps of earlier calls is that of a new one."""
+    """The caches of a renderer after several calls equal those of a new one."""
     need_every_table()
     scene = boxes()
     scene.meshes["other"] = rectangle((0.9, 0.8, -0.5), (0.2, 0.0, 0.1), (0.0, 0.2, 0.0), "veil")

@@ -17,7 +17,7 @@ from tests.support.slow_cases import slow_but
 from tests.support.small_scenes import Make, along
 
 SHEET = ["meshes.sheet.vertices"]
-# But for disks that parallel rays meet.
+# Excludes disks seen by parallel rays.
 PAIRS = [(light, view) for light, view in ALL_PAIRS
          if light in LIGHTS and (getattr(LIGHTS[light], "sphere", True) or VIEWS[view].kind != "ORTHOGRAPHIC")]
 

@@ -177,7 +177,7 @@ def furnished(depth_of_card: float = 0.0) -> edgegrad.Scene:
 
 
 def test_radiance_beside_edges_is_that_of_pictures() -> None:
-    """What a moving card changes in the whole picture, from pictures of single points beside its border."""
+    """The change of the whole picture by a moving card, from radiance at points beside its border."""
     need("native")
     scene, depth, velocity = furnished(), 5, np.array([0.7, 0.4, 0.3])
     view, focal = scene.camera, scene.camera.focal

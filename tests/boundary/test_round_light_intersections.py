@@ -36,7 +36,7 @@ def low(lamp: str) -> edgegrad.Scene:
 
 
 def lit_from_all_around() -> edgegrad.Scene:
-    """All that the camera sees lies inside of a sphere, out of which the sheet reaches."""
+    """The visible part of the scene lies inside of a sphere light. The sheet extends out of the sphere."""
     scene = sheet_through("sphere")
     scene.lights["lamp"] = replace(LAMPS["sphere"], radius=2.0)
     return scene

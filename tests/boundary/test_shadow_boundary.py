@@ -44,7 +44,7 @@ def test_shadows_agree_with_central_differences(name: str) -> None:
 
 
 def test_turning_sky_is_met_by_rays_that_go_on() -> None:
-    """Where a path may be scattered once more, its rays meet the sky as vertices of their own, and turn with it."""
+    """If a path may scatter once more, rays into the environment are recorded vertices, which turn with it."""
     need_every_table()
     check_agreement(along(sky_turns(), ["world.rotation"]), max_depth=3)
 
@@ -109,7 +109,7 @@ def windowed(light: str) -> Make:
 
 
 def unseen(theta: float) -> edgegrad.Scene:
-    """A box that only shadow rays meet, a card that they don't, and one that the camera doesn't see."""
+    """A box that only shadow rays can hit, a card that they cannot hit, and a card that the camera cannot see."""
     scene = box_moves("point")(theta)
     scene.meshes["box"].visible_to = frozenset(("shadow",))
     card = mesh_moves(lambda: edgegrad.Scene(

@@ -87,6 +87,6 @@ def test_what_goes_on_across_an_edge_is_no_jump() -> None:
     assert edgegrad.plan(scene, list(tangent)).terms[1].edges > 100
     parts = {term: Renderer(scene).render_forward(tangent, spp=16, terms=[term]) for term in ("interior", "primary")}
     size = {term: float(np.linalg.norm(part)) for term, part in parts.items()}
-    # What is left is rounding of the two sides' positions and normals.
+    # The remainder is rounding of positions and normals on the two sides.
     assert size["primary"] < 1e-5 * size["interior"]
     assert size["interior"] > 1.0

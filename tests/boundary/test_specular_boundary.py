@@ -68,7 +68,7 @@ def test_differences_notice_a_missing_term(case: str) -> None:
 
 @pytest.mark.parametrize("pane", [box((0, 0, 0), (2.5, 2.5, 0.3), "glass"), ball((0, 0, 0), 1.0, "glass")])
 def test_glass_of_index_one_changes_nothing(pane: edgegrad.Mesh) -> None:
-    """What is seen through glass that hardly refracts has the derivative that it has without the glass.
+    """A box seen through glass that hardly refracts has the same derivative as without the glass.
 
     Every intersection counts once, also where rounding lets rays slip past the edge.
     """
@@ -110,7 +110,7 @@ def test_plan_tells_of_it() -> None:
 
 
 def test_rough_mirrors_show_no_edges() -> None:
-    """Where the box is seen in the mirror alone, it has an edge; where the mirror is rough, none that is computed."""
+    """The primary term has the edges that a mirror shows, and none that a rough mirror shows."""
     need("native")
     made = before_mirror("box")(0.0)
     tangent = {"meshes.box.vertices": np.ones((8, 3))}

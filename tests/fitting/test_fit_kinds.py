@@ -37,7 +37,7 @@ def shifted(pose: Any) -> Any:
     return out
 
 
-# What is to be found.
+# The values that the fit must recover.
 TRUTH: dict[str, Callable[[Any], Any]] = {
     "lights.lamp.position": lambda v: v + np.array([1.0, 0.5, -0.5]),
     "world.color": lambda v: v * np.array([1.5, 1.0, 0.5]),

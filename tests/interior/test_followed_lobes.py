@@ -136,7 +136,7 @@ def test_same_bits_for_any_number_of_threads() -> None:
 
 @pytest.mark.parametrize("kind", glossy_ball.BODIES)
 def test_noise_does_not_explode_where_roughness_goes_to_zero(kind: str) -> None:
-    """What the camera sees of a ball alone: with a little roughness hardly more noise than with none."""
+    """A ball alone has hardly more noise with little roughness than with none."""
     need("native")
 
     def noise(roughness: float) -> float:

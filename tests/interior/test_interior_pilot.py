@@ -48,7 +48,7 @@ CASES: dict[str, tuple[Callable[[], edgegrad.Scene], str, int]] = {
 
 @pytest.mark.parametrize("case", CASES)
 def test_samples_that_the_interior_is_worth(case: str) -> None:
-    """Where no edge is, all terms together are the interior term of so many samples, whatever the number of threads."""
+    """In pixels without edges, the sum of all terms is the interior term with fewer samples, for any threads."""
     small_scenes.need("native")
     make, path, samples = CASES[case]
     scene = make()

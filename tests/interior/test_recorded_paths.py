@@ -16,7 +16,7 @@ from tests.support import small_scenes
 @pytest.mark.parametrize("max_depth", [2, 3, 6])
 @pytest.mark.parametrize("name", ["floor", "clay"])
 def test_paths_that_miss_a_material_add_nothing_to_its_gradient(name: str, max_depth: int, veils: int) -> None:
-    """Asked for alone, a colour's gradient is the one that it has among others, where all paths are recorded."""
+    """The gradient of one requested colour equals that among other parameters, where all paths are recorded."""
     small_scenes.need("native")
     scene = with_material(metallic=0.5, roughness=0.4)
     scene.materials["veil"] = Material(np.full(3, 0.8), alpha=0.4)
@@ -66,7 +66,7 @@ RESTING: dict[str, Callable[[], Scene]] = {
 @pytest.mark.parametrize("mesh", ["box", "floor"])
 @pytest.mark.parametrize("case", RESTING)
 def test_paths_that_meet_nothing_that_moves_add_nothing(case: str, mesh: str, max_depth: int) -> None:
-    """Asked for alone, a mesh's gradient is the one that it has among all meshes', where all paths are recorded."""
+    """The gradient of one requested mesh equals that among all meshes, where all paths are recorded."""
     small_scenes.need("native")
     scene = RESTING[case]()
     renderer = Renderer(scene, threads=1)

@@ -26,7 +26,7 @@ F64 = NDArray[np.float64]
 SCENE = everything()
 FLAT = tables.flatten(SCENE)
 PATHS = [path for path in parameters.paths(SCENE) if not path.endswith(WITHOUT) and ".textures." not in path]
-# What the picture doesn't depend on in this scene.
+# Parameters on which the picture does not depend in this scene.
 ZERO = {
     *(f"meshes.{name}.attributes.unread" for name in ("moved", "copies", "lamps", "Cube.001", "still")),
     "images.unread.pixels", "materials.wood.normal", "materials.wood.alpha", "materials.wood.specular_tint",
@@ -77,7 +77,7 @@ def moved(path: str, value: F64, direction: F64, step: float) -> F64:
 
 @pytest.mark.parametrize("path", PATHS)
 def test_tangents_are_the_differences_of_the_tables(path: str) -> None:
-    """Central differences of fourth order; what is left is the rounding of float32 tables."""
+    """Central differences of fourth order; their error is the rounding of float32 tables."""
     scene = everything()
     value = np.asarray(parameters.get(scene, path), np.float64)
     direction = direction_of(path, value, np.random.default_rng(1))

@@ -109,7 +109,7 @@ ONE_SIDED.update({
 
 @pytest.mark.parametrize("name", ONE_SIDED)
 def test_the_ends_of_the_range_have_one_sided_derivatives(name: str) -> None:
-    """Behind what is opaque now there is light that would come through."""
+    """Surfaces that are opaque at theta = 0 have one-sided derivatives, by the light behind them."""
     need_every_table()
     make, path, direction = ONE_SIDED[name]
     found, exact = sums_of_differences(deepcopy(make()), path, direction, 0.01, one_sided=True, spp=96)

@@ -74,7 +74,7 @@ def strengths(of: Scene, *sources: str) -> dict[str, NDArray[np.float64]]:
 
 @pytest.mark.parametrize("source", SOURCES)
 def test_the_derivative_along_a_lone_strength_is_the_picture(source: str) -> None:
-    """Light is linear in what gives it, sample by sample: also where rays meet lights that emitter samples find."""
+    """Each sample is linear in the emission, also if rays hit lights that emitter samples find."""
     small_scenes.need("native")
     lit = scene(source)
     renderer = Renderer(lit, threads=1)

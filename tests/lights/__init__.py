@@ -1,1 +1,1 @@
-"""Tests of lights: their samples, their choice, and what they light."""
+"""Tests of lights: their samples, their choice, and the surfaces that they light."""

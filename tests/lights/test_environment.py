@@ -1,4 +1,4 @@
-"""Samples of the environment's image, and what it lights."""
+"""Samples of the environment's image, and surfaces lit by it."""
 
 from __future__ import annotations
 

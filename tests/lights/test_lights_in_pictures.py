@@ -43,7 +43,7 @@ def test_linking_shadows_and_receivers() -> None:
 
 
 def test_lights_with_a_size_are_seen_where_they_may_be() -> None:
-    """The camera sees the light's radiance, and what stands behind it too; it casts no shadow."""
+    """The camera sees the light's radiance, and surfaces behind it as well; the light casts no shadow."""
     floor = {"floor": rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0), "floor")}
     everything = frozenset(("camera", "diffuse", "glossy", "transmission", "shadow"))
     for light, radiance in (

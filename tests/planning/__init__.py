@@ -1,1 +1,1 @@
-"""Tests of what is computed, skipped and said."""
+"""Tests of plans and of the decisions that they describe."""

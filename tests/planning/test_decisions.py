@@ -1,4 +1,4 @@
-"""What the engine decides on a derivative: parts that are called zero are, and a plan says what a call then does."""
+"""Decisions on derivatives: parts that are decided to be zero are zero, and a call decides the same as its plan."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ from tests.torture.scenes import Case, case, paths_of
 FEW, MANY = 330, 4000
 SPP = 32
 COLLECTIONS = ("lights.", "world.", "lights.", "camera.", "meshes.")
-# Of what is called zero, relative to the largest pixel of the derivative: sums of float32 in another order.
+# Tolerance for parts that are zero, relative to the largest pixel of the derivative: sums of float32 in another order.
 ROUNDING = 1e-6
-# Parts that are no integral by themselves, or follow from others.
+# Parts that are no separate integral, or follow from others.
 NO_INTEGRALS = {"unseen meshes", "followed lobes", "contact", "transparency", "favoured lobes", "edge-on faces"}
 
 
 def scene_of(seed: int) -> Case:
-    """A random scene; of three two with one parameter alone, by which most parts are zero."""
+    """A random scene. Two of three scenes have one requested parameter only, so that most parts are zero."""
     made = case(seed)
     kind = COLLECTIONS[seed % len(COLLECTIONS)]
     paths = [path for path in paths_of(made.scene) if path.startswith(kind)]
@@ -47,17 +47,17 @@ def said(decided: Decisions) -> set[tuple[str, str, str]]:
 
 
 def is_checked(made: Case, decision: Decision) -> bool:
-    """Whether a part that is zero can be computed to see that. Longer paths than the picture's are another integral."""
+    """Whether a part that is zero can be forced. Paths longer than the picture's are another integral."""
     if decision.outcome != "zero" or decision.part in NO_INTEGRALS:
         return False
     if decision.reason == "not rendered" and decision.part != "shading":
         return False
-    # Looking for lines that stand still gives those between surfaces other samples, of the same mean.
+    # A search for static intersections changes the samples of other intersections, with the same mean.
     return (decision.part, decision.reason) != ("light intersections", "no light")
 
 
 def check(made: Case, forced: Counter[str]) -> str:
-    """What is wrong with the decisions on a scene; "": nothing. Counts the parts that are computed though zero."""
+    """Return an error in the decisions on a scene, or "". Counts the forced parts."""
     tangent, _ = directions(made)
     renderer = Renderer(made.scene, threads=1)
     options = {**made.options, "spp": SPP}
@@ -81,7 +81,7 @@ def check(made: Case, forced: Counter[str]) -> str:
 def _derivative(
     renderer: Renderer, tangent: dict[str, Any], options: dict[str, Any], force: Sequence[str] = ()
 ) -> NDArray[np.float32]:
-    """The derivative in one pass over edges: in two, a part without noise takes samples from others."""
+    """Return the derivative with one pass over edges. With two, a part without noise takes samples from others."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, "checked_options",
                       lambda *a: replace(checked_options(*a), two_passes=False, force=tuple(force)))
@@ -91,7 +91,7 @@ def _derivative(
 def _differs(
     renderer: Renderer, tangent: dict[str, Any], options: dict[str, Any], image: NDArray[np.float32], parts: list[str]
 ) -> bool:
-    """Whether the derivative is another one where the engine computes these parts."""
+    """Whether the derivative changes if the engine computes these parts."""
     found = _derivative(renderer, tangent, options, parts)
     slack = ROUNDING * float(np.nanmax(np.abs(image), initial=0.0))
     return not np.allclose(found, image, rtol=0.0, atol=slack, equal_nan=True)
@@ -161,7 +161,7 @@ def rippled() -> Scene:
 
 
 def test_decisions_trace_no_ray() -> None:
-    """A plan of a scene builds no BVH; derivatives after it have the bits of others."""
+    """A plan builds no BVH, and does not change the bits of later derivatives."""
     need("native")
     made = rippled()
     renderer = Renderer(made, threads=1, engine="native")

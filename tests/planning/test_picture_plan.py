@@ -1,4 +1,4 @@
-"""What a plan says of the picture: the facts of both engines, and their words."""
+"""The plan of a picture: the facts of both engines, and their words."""
 
 from __future__ import annotations
 

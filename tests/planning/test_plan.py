@@ -1,4 +1,4 @@
-"""The plan: each rule in words, and that what it skips is exactly zero."""
+"""The plan: the words of each decision, and that skipped terms are exactly zero."""
 
 from __future__ import annotations
 
@@ -49,14 +49,14 @@ def with_neighbour(scene: Scene) -> Scene:
 
 
 def within_room(scene: Scene) -> Scene:
-    """Closed walls around the object and the camera, who sees it light them."""
+    """Closed walls around the object and the camera, which sees the light of the object on the walls."""
     like = scene.meshes["object"]
     scene.meshes = {**scene.meshes, "room": Mesh(20.0 * like.vertices, like.faces, ("clay",))}
     return scene
 
 
 def veiled(scene: Scene) -> Scene:
-    """The object lets a part of the light through, by faces of another share beside each other."""
+    """Every second face of the object is partly transparent."""
     scene.materials["veil"] = replace(scene.materials["clay"], alpha=0.3)
     mesh = scene.meshes["object"]
     mesh.vertices = 0.6 * mesh.vertices + [0.0, 0.0, 0.5]
@@ -159,7 +159,7 @@ def test_emission_seen_directly_may_change_as_its_surface_moves(scene: Scene) ->
 
 
 def over_clay() -> Scene:
-    """A black box that glows over a floor which it lights."""
+    """A black box that emits light onto a floor."""
     scene = with_floor(box())
     scene.materials["lamp"] = edgegrad.Material(np.zeros(3), emission=np.ones(3))
     scene.meshes["object"].materials = ("lamp",)
@@ -184,7 +184,7 @@ NOT_ZERO: dict[str, tuple[Scene, list[str], str]] = {
 
 @pytest.mark.parametrize("rule", NOT_ZERO)
 def test_what_is_computed_is_not_zero(rule: str) -> None:
-    """The same scenes without the reason to skip: the rules say nothing too much."""
+    """The same scenes without the reason to skip, so that no decision skips too much."""
     scene, wrt, name = NOT_ZERO[rule]
     depth = 3 if name == "indirect" else 2
     assert term(plan(scene, wrt, max_depth=depth), name).computed

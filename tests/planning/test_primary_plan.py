@@ -1,4 +1,4 @@
-"""What the primary boundary term skips is exactly zero, and what it keeps is not."""
+"""Skipped parts of the primary boundary term are exactly zero, and computed parts are not."""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ def test_what_the_camera_sees_in_a_mirror_is_no_caustic() -> None:
 
 
 def test_caustics_and_the_rest_are_the_picture() -> None:
-    """What is left where the mirror is black is the direct light, and the caustics are the rest."""
+    """With a black mirror only direct light remains, and caustics are the difference."""
     need_every_table()
     both = floor_by_a_mirror(MIRROR, both_sides=True)
     picture, caustics = parts(both, spp=1024)

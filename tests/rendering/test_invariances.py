@@ -94,7 +94,7 @@ def test_derivative_stays(name: str) -> None:
     need("native")
     make, motion = CASES[name]
     one, other = derivatives(plain(), MOTION), derivatives(make(), motion)
-    # Where both have the same samples the difference is smaller than independent ones let expect.
+    # With equal samples the difference is smaller than with independent samples.
     outcome = compare(other, one.mean(axis=0), one.std(axis=0, ddof=1) / np.sqrt(SEEDS))
     check(outcome)
     assert outcome.noticed(ALARM) < NOTICED

@@ -188,7 +188,7 @@ def test_even_samples_of_the_interior_leave_time_for_the_others() -> None:
     shares = dict(zip(TERMS, measured(variances, samples).shares(), strict=True))
     assert shares["interior"] == 1.0
     assert sum(variances[t] / (samples[t] * shares[t]) for t in samples) < 1.1
-    # Where the interior is nearly all of it, it gets more.
+    # If nearly all variance is in the interior term, that term gets more samples.
     noisy = measured({**variances, "interior": 2e6}, samples).shares()
     assert noisy[TERMS.index("interior")] == 2.0
 

@@ -102,7 +102,7 @@ def test_missing_boundary_is_named(case: str) -> None:
 
 
 def test_environment_map_is_that_of_the_file() -> None:
-    """The world's image, looked up as `World` says, is the file's map as its own definition says."""
+    """The world's image, looked up as `World` specifies, equals the file's map."""
     rng = np.random.default_rng(5)
     bitmap = rng.uniform(size=(6, 9, 3))
     image = peer_scenes._environment(bitmap).pixels

@@ -72,7 +72,7 @@ def test_light_of_a_tiny_lamp_is_that_of_a_small_one(shape: str) -> None:
 
 
 def test_faces_that_meet_at_an_obtuse_angle_do_so_in_large_worlds() -> None:
-    """Where rays beside an edge start depends on the angle of its faces, a product of many lengths."""
+    """The origin of rays beside an edge depends on the angle between its faces, a product of many lengths."""
     need("native")
     vertices, faces = shapes.sheet(4)
     vertices[:, 2] = 0.1 * np.sin(4.0 * vertices[:, 0])

@@ -19,7 +19,7 @@ from tests.support.rich_scene import everything
 
 GROUPS = ("inputs", "shading", "math", "vector_math", "mapping", "mix", "colors", "ranges", "textures")
 P = e.Attribute("P")
-# Operations of two or three operands of which all but the first are constants.
+# Operations of two or three operands, all constant except the first.
 CONSTANTS: dict[str, e.Expression] = {
     **{op: e.Math(op, P, 0.7, 0.4) for op in e.MATH_OPERATIONS},
     **{f"vector {op}": e.VectorMath(op, P, (0.7, -0.4, 0.2), (0.4, 0.1, 0.9), 0.8) for op in e.VECTOR_OPERATIONS},
@@ -79,7 +79,7 @@ def test_places_do_what_the_numbers_do(group: str) -> None:
         moved[name] = replace(material, textures={"emission": with_numbers(expression, other)})
     changed = evaluate(replace(scene, materials=moved), where)[..., :3]
     got = evaluate(scene, where, tables=made)[..., :3]
-    # Steps lie elsewhere for a few points: what is rounded before them differs.
+    # For a few points a step falls on the other side, because of rounding.
     wrong = np.abs(got - changed) > 1e-3 * np.maximum(1.0, np.abs(changed))
     assert wrong.mean() < 0.002, [list(cases)[k] for k in np.flatnonzero(wrong.any(axis=(1, 2)))]
     assert (np.abs(changed - plain[..., :3]) > 1e-4).any(axis=(1, 2)).mean() > 0.5

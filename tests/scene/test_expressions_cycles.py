@@ -1,6 +1,6 @@
 """Expressions against the shader nodes that they stand for, evaluated by Cycles at the same operands."""
 
-# ruff: noqa: E402  (what is imported below needs bpy)
+# ruff: noqa: E402  (the imports below need bpy)
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_nodes(group: str, tmp_path: Path) -> None:
     ours = at_values([expression for _, expression in cases.values()], p, q, pictures)
     wrong = {}
     for name, a, b in zip(cases, ours, theirs, strict=True):
-        # Where a node has no alpha, Cycles' column is 1.
+        # For nodes without alpha, Cycles' column is 1.
         count = 4 if np.any(b[:, 3] != 1.0) else 3
         error = np.abs(a - b)[:, :count] / np.maximum(1.0, np.abs(b[:, :count]))
         if not error.max() < TOLERANCE.get(group, 5e-6):

@@ -29,7 +29,7 @@ def under_image() -> Scene:
     )
 
 
-# Path, the size of the values that it gets, and what the sentence names.
+# Path, the size of its values, and the words of the error.
 TOO_LARGE: list[tuple[str, float, str]] = [
     ("camera.filter_width", 1e30, "camera: filter_width must not exceed"),
     ("camera.filter_width", 1e60, "camera: filter_width must not exceed"),

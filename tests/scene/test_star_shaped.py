@@ -40,7 +40,7 @@ def split(cuts: int = 3) -> edgegrad.Mesh:
 
 
 def opened(cuts: int = 3) -> edgegrad.Mesh:
-    """A face is missing: what is left may be anything's patch."""
+    """A face is missing, so that the mesh encloses no volume."""
     mesh = bumpy(cuts)
     mesh.faces = mesh.faces[1:]
     return mesh

@@ -139,7 +139,7 @@ def test_bsdfs_against_differences(shader: str, below: bool) -> None:
             found = bsdfs.forward(tangents)
             decided = check_derivative(found, partial(bsdfs.along, name, change), 1e-3)
             small = np.abs(found).max() < 1e-3 * np.abs(bsdfs.along(name, change, 0.0)).max()
-            # A tenth of the points: what is wrong in a formula is wrong at more.
+            # At most a tenth of the points: an error in a formula would affect more.
             assert decided > 0.1 or small, (name, place)
 
 

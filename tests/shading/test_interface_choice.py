@@ -24,7 +24,7 @@ AIM = np.array([np.sin(CRITICAL - 0.008), 0.0, np.cos(CRITICAL - 0.008)])
 def pane(angle: float = 0.0) -> edgegrad.Scene:
     """From inside of the glass the camera looks at its surface at the critical angle.
 
-    What is let through comes from a white sky, what is reflected from a black wall behind the camera.
+    Transmitted light comes from a white environment, reflected light from a black wall behind the camera.
     """
     glass = rectangle((0, 0, 0), (20 * np.cos(angle), 0, 20 * np.sin(angle)), (0, 20, 0), "glass")
     wall = rectangle((0, 0, -3), (200, 0, 0), (0, 200, 0), "black")
@@ -93,7 +93,7 @@ def test_slope_of_what_passes() -> None:
     lit = error > 0
     z = (samples.mean(0) - truth)[lit] / error[lit]
     check(chi_square_tail(float((z**2).sum()), int(lit.sum())))
-    # How often they pass, and what those count for: neither is the picture's.
+    # The probability of transmission and the weights both differ from the picture's.
     more = np.minimum(0.2 * abs(slope), 0.25) * (share > 0)
     chance = (share + more) / (1 + 2 * more)
     often, picked = (samples != 0).mean(), pixel_means(chance, across, along)

@@ -1,6 +1,6 @@
 """Normal maps against Cycles: the same light at every pixel, without noise."""
 
-# ruff: noqa: E402  (what is imported below needs bpy)
+# ruff: noqa: E402  (the imports below need bpy)
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Shader inputs beyond their ranges, which only links can give, compared with Cycles."""
 
-# ruff: noqa: E402  (what is imported below needs bpy)
+# ruff: noqa: E402  (the imports below need bpy)
 
 from __future__ import annotations
 

@@ -96,7 +96,7 @@ def end_on(angle: float) -> Error:
 
 
 def past_the_camera(distance: float) -> Error:
-    """An edge from before the camera to behind it, that passes it at a distance, farther than what is clipped."""
+    """An edge from the front of the camera to its back, which passes it farther away than the clip distance."""
     corners = np.array([[0.5, 0.25, -1.0], [-0.5, -0.25 - 2.0 * distance, 9.0], [0.75, -0.5, -2.0]])
     return covered(corners, replace(EYE, clip_start=0.1 * distance))
 
@@ -186,7 +186,7 @@ def placed(scale: float, shift: float) -> Error:
 
 # ---------------------------------------------------------------- lights
 def together(scene: Scene, lengths: Iterable[str]) -> Error:
-    """What is left of the derivative if all that has a place moves together, relative to the largest single one."""
+    """The derivative by a common motion of all objects, relative to the largest derivative by one object."""
     renderer = Renderer(scene, threads=1)
     shift = np.array([0.5, 0.25, -0.75])
     options: dict[str, Any] = {"spp": 16, "seed": 3}

@@ -1,1 +1,1 @@
-"""What the tests share: scenes, meshes, statistics, and the judges of other renderers."""
+"""Shared code of the tests: scenes, meshes, statistics, and comparisons with other renderers."""

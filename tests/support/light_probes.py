@@ -26,7 +26,7 @@ def lit(lights: Mapping[str, Light], meshes: Mapping[str, edgegrad.Mesh] | None 
 
 
 class Probe:
-    """What the kernels of one instruction set compute for the lights of a scene."""
+    """Light sampling by the kernels of one instruction set."""
 
     def __init__(self, scene: edgegrad.Scene, instruction_set: str = "") -> None:
         self.tables = flatten(scene, np.zeros(3))

@@ -43,7 +43,7 @@ class UnsupportedFeature(NotImplementedError):
 
 
 def load_picture(path: str | pathlib.Path) -> tuple[edgegrad.Scene, dict[str, NDArray[Any]]]:
-    """Scene at theta = 0 and the reference arrays of any file, with ``max_depth`` as a 0-d array beside them."""
+    """Scene at theta = 0 and the reference arrays of any file, and ``max_depth`` as a 0-d array."""
     data, arrays = read(path)
     arrays["max_depth"] = np.asarray(int(data["max_depth"]))
     return to_edgegrad(data), arrays

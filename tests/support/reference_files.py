@@ -1,4 +1,4 @@
-"""Where the files of the reference cases are."""
+"""Paths of the files of the reference cases."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ def normal_mapped(faces: NDArray[np.int32], vertices: F64, tangents: bool) -> An
 
 
 class Probe:
-    """Arrays of a scene and of points in it, at random but for what is given."""
+    """Arrays of a scene and of points in it: the given ones, and random values for all others."""
 
     def __init__(self, kind: int, *, smooth: bool = True, instances: bool = False, tangents: bool = False,
                  camera: int = PERSPECTIVE, lens: float = 0.0, blades: int = 0, image: bool = True,

@@ -1,4 +1,4 @@
-"""Cases of which some run with the slow tests alone (``pytest -m slow``)."""
+"""Cases, some of which run only with the slow tests (``pytest -m slow``)."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ STEP = 0.1
 SUMS, CANCELLED = 1e-4, 1e-5 * STEP
 # The part of the brightest light that counts as one of the picture's values.
 UNSEEN = 1e-3
-# What a scene may be refused for: limits that no scene's author can see in advance.
+# Errors for limits that the author of a scene cannot know in advance.
 LIMITS = ("textures need more than",)
 
 
@@ -104,7 +104,7 @@ def _examine(case: Case, found: Findings) -> None:
 
 
 def directions(case: Case) -> tuple[dict[str, F64], NDArray[np.float32]]:
-    """A tangent of the parameters that are asked for, relative to their sizes, and an adjoint picture."""
+    """A tangent of the requested parameters, relative to their sizes, and an adjoint picture."""
     rng = np.random.default_rng(case.options["seed"])
     tangent = {path: STEP * _sizes(case, path) * rng.normal(size=_value(case, path).shape) for path in case.wrt}
     return tangent, rng.normal(size=(*case.scene.camera.size, 3)).astype(np.float32)

@@ -35,7 +35,7 @@ ROUNDING = 2e-4
 
 @dataclass
 class Outcome:
-    """What a comparison has found.
+    """The result of a comparison.
 
     Attributes
     ----------

@@ -19,7 +19,7 @@ MEGABYTE = 1 << 20
 
 @contextmanager
 def room(megabytes: int) -> Iterator[None]:
-    """So much memory beyond what is in use."""
+    """Limit the memory to the memory in use and some megabytes."""
     used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (used + megabytes * MEGABYTE, resource.RLIM_INFINITY))
     try:

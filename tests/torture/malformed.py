@@ -210,7 +210,7 @@ def with_node(kind: type, options: dict[str, Any], argument: str, make: Callable
 
 
 def outcome(case: Case) -> str:
-    """ "right", "refused", or what is wrong about it."""
+    """Return "right", "refused", or a description of the error."""
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         warnings.simplefilter("ignore", PendingDeprecationWarning)  # of `np.matrix`

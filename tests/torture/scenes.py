@@ -66,7 +66,7 @@ def paths_of(scene: Scene) -> list[str]:
 
 
 def kinds_of(scene: Scene, scale: float) -> tuple[str, ...]:
-    """What is in a scene, in words."""
+    """Describe the contents of a scene."""
     leaves = [leaf for name in scene.used_materials for leaf in scene.closures(name)]
     found = {f"material {leaf.kind}" for leaf in leaves}
     found |= {f"light {type(lamp).__name__}" for lamp in scene.lights.values()}

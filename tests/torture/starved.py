@@ -68,7 +68,7 @@ class Subject:
 
     @property
     def place(self) -> bytes:
-        """Where the mesh is."""
+        """The position of the mesh."""
         return self.scene.meshes[self.mesh].vertices.tobytes()
 
 
@@ -81,7 +81,7 @@ def say(**line: Any) -> None:
 
 
 def attempt(call: Callable[[], bytes | None], shim: ctypes.CDLL, n: int) -> str:
-    """What a call does when its n-th allocation fails: "done", or the error's type."""
+    """Run a call whose n-th allocation fails; return "done", or the type of the error."""
     try:
         shim.arm(n)
         call()

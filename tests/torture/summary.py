@@ -1,4 +1,4 @@
-"""What a run has found, as a table by what is in the scenes."""
+"""A table of the results of a run, by the contents of the scenes."""
 
 from __future__ import annotations
 

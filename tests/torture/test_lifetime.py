@@ -45,7 +45,7 @@ ENDLESS = {
 
 
 def selected(cases: list[Any], fast: list[Any]) -> list[Any]:
-    """All cases, of which those that aren't named are slow ones."""
+    """All cases; those without a name here are slow tests."""
     return [
         case if case in fast else pytest.param(*([case] if isinstance(case, str) else case), marks=pytest.mark.slow)
         for case in cases
@@ -53,7 +53,7 @@ def selected(cases: list[Any], fast: list[Any]) -> list[Any]:
 
 
 def run(code: str) -> str:
-    """What a process prints that ends well and in silence."""
+    """The output of a process that ends without error or warning."""
     script = textwrap.dedent(PRELUDE) + textwrap.dedent(code)
     done = subprocess.run(
         [sys.executable, "-X", "faulthandler", "-c", script], cwd=ROOT, capture_output=True, text=True, timeout=HANGS,
@@ -138,7 +138,7 @@ def test_a_forked_process_goes_on_with_everything(threads: int) -> None:
 
 @pytest.mark.parametrize("call", ENDLESS)
 def test_a_fork_while_another_thread_computes(call: str) -> None:
-    """Its renderer says in one sentence what is the matter; all else works."""
+    """Its renderer raises an error of one sentence; all other objects work."""
     run(f"""
         {IN_CHILD}
         expected = edgegrad.render(scene, **quick)

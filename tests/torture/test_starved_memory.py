@@ -1,4 +1,4 @@
-"""Where memory runs out, calls raise MemoryError, and what they were called on is usable afterwards."""
+"""Calls that run out of memory raise MemoryError, and their objects stay usable."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What is rendered in place of subsurface scattering and volumes, and how much that leaves out."""
+"""Approximations of subsurface scattering and volumes, and warnings about their error."""

@@ -1,4 +1,4 @@
-"""What is left out of a material with a volume. Volumes are not rendered; surfaces around them are."""
+"""Warnings about materials with a volume. Volumes are left out; the surfaces around them are rendered."""
 
 from __future__ import annotations
 

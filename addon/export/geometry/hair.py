@@ -62,7 +62,7 @@ class Hair:
 
     @property
     def label(self) -> str:
-        """What it is called in warnings."""
+        """The name in warnings."""
         kind = f", particle system '{self.modifier.particle_system.name}'" if self.modifier is not None else ""
         return f"object '{self.object.original.name}'{kind}"
 

@@ -1,4 +1,4 @@
-"""What a table of settings consists of, and how settings are looked up in it."""
+"""Tables of settings, and their look-up."""
 
 from __future__ import annotations
 

@@ -82,7 +82,7 @@ def _noise(low: Lowering, node: p.Noise) -> Components:
     return vector(*out) if color else repeated(out[0])
 
 
-# What the native texture gives, by output.
+# The native texture's output for each output of the node.
 _VORONOI_OUTPUTS = {"DISTANCE": 0, "RADIUS": 0, "COLOR": 1, "POSITION": 2, "W": 2}
 
 

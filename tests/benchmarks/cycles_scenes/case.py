@@ -1,4 +1,4 @@
-"""What a comparison's scene is: a builder, how deep and how finely it is rendered, and what is known to differ."""
+"""A scene of the comparison: its builder, its depth and samples, and its known differences."""
 
 from __future__ import annotations
 

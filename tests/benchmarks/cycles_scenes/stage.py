@@ -1,4 +1,4 @@
-"""What the builders share: an empty scene, nodes from nested calls, common meshes, lamps and cameras."""
+"""Shared code of the builders: an empty scene, nodes from nested calls, common meshes, lamps and cameras."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a case of a node is, and the operands of all of them."""
+"""The cases of nodes, and their operands."""
 
 from __future__ import annotations
 

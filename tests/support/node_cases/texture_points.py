@@ -32,7 +32,7 @@ class Points:
 
 
 def points(count: int, **given: Any) -> Points:
-    """Points with what is given, and zeros."""
+    """Points with the given values, and zeros for all others."""
     values: dict[str, Any] = {
         f.name: np.zeros((count, 3) if f.name in ("position", "normal", "true_normal", "view") else count,
                          np.int32 if f.name in ("face", "ray_kind", "backside", "program") else np.float32)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def inputs() -> Cases:
-    """The operands themselves, and what is implied between kinds of sockets."""
+    """The operands themselves, and implicit conversions between kinds of sockets."""
     return {
         "vector": (lambda n: n.p, P),
         "component": (lambda n: n.component(n.q, 2), QZ),

@@ -84,7 +84,7 @@ def veiled() -> edgegrad.Scene:
 
 
 def windowed() -> edgegrad.Scene:
-    """Bounced light past a sheet of which one half lets light through: what parts them is never a silhouette."""
+    """Bounced light past a sheet with one transparent half. The border of the halves is never a silhouette."""
     scene = bounced_light()
     sheet = rectangle((0.1, 0.5, 0.1), (0.0, 0.05, 0.5), (0.5, 0.1, 0.0), "clay")
     sheet.materials = ("clay", "pane")

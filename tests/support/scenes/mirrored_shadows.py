@@ -89,7 +89,7 @@ def veiled(theta: float) -> edgegrad.Scene:
 
 
 def bounced(moving: str) -> Make:
-    """A wall that alone is lit, and lights what is seen in the mirror past a box; half of its light passes a veil."""
+    """A lit wall that lights the scene in the mirror past a box; half of its light passes a veil."""
 
     def make(theta: float) -> edgegrad.Scene:
         scene = in_mirror(scene_under("point"), theta if moving == "mirror" else 0.0)
@@ -142,6 +142,6 @@ def depth_of(name: str) -> int:
 
 
 def options_of(name: str) -> dict[str, int]:
-    """Few samples, of many pixels: what is thinner than a quarter of one may be missed."""
+    """Few samples of many pixels, since features thinner than a quarter of a pixel may be missed."""
     few = {"spp": 128, "seeds": 16} if name.startswith("bounced") else {"spp": 64, "seeds": 8}
     return {**few, "reference_spp": 256, "max_depth": depth_of(name)}

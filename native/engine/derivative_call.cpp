@@ -1,7 +1,6 @@
 #include "engine/derivative_call.h"
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 
 #include "boundary/meshes/solids.h"
@@ -9,16 +8,11 @@
 #include "engine/decisions/interior_rules.h"
 #include "engine/decisions/missing_parts.h"
 #include "engine/decisions/transparent_closures.h"
-#include "engine/terms/curve_terms.h"
 #include "scene/contact_meshes.h"
 #include "scene/sharp_lobes.h"
-#include "tasks/adjoint_task.h"
 #include "tasks/block_sizes.h"
 #include "tasks/boundary_kind.h"
 #include "tasks/dropped_samples.h"
-#include "tasks/horizon_task.h"
-#include "tasks/image_task.h"
-#include "tasks/workspace_view.h"
 
 namespace edgegrad {
 

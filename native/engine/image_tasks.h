@@ -2,9 +2,7 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 
-#include "scene/camera_row.h"
 #include "tasks/block_sizes.h"
 #include "tasks/image_task.h"
 #include "tasks/render_options.h"

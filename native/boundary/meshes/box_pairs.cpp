@@ -1,6 +1,5 @@
 #include "boundary/meshes/box_pairs.h"
 
-#include <numeric>
 
 namespace edgegrad {
 namespace {

@@ -1,11 +1,9 @@
 #include "boundary/meshes/solids.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
 #include "scene/mesh_instances.h"
-#include "util/double_vector.h"
 #include "util/parallel.h"
 
 namespace edgegrad {

@@ -2,7 +2,6 @@
 // engine computes parts by these decisions, and returns them as data, which core/planning puts into words.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdint>

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..rendering.picture_facts import PictureFacts
 from ..scene.light import AreaLight, PointLight, SpotLight, SunLight
 from ..scene.names import listed
 from ..scene.scene import Scene
+from ..tables.picture_facts import PictureFacts
 
 _KINDS = {AreaLight: "area light", PointLight: "point light", SpotLight: "spot", SunLight: "sun"}
 

@@ -13,8 +13,8 @@ from ..derivatives.decisions import Decision, Decisions, EdgeCounts
 from ..derivatives.table_derivatives import Requested, TableDerivative
 from ..geometry.topology import Edges
 from ..rendering.options import RenderOptions
-from ..rendering.picture_facts import PictureFacts
 from ..tables.lights import RADIANCE
+from ..tables.picture_facts import PictureFacts
 from ..tables.tables import Tables
 from . import diffuse_tables as narrow
 from .blocks import Forward, Reverse, Sink

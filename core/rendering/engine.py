@@ -14,8 +14,8 @@ from ..derivatives.decisions import Decisions
 from ..derivatives.table_derivatives import Requested, TableDerivative
 from ..geometry.topology import Edges
 from ..tables import tables as flat
+from ..tables.picture_facts import PictureFacts
 from .options import Progress, RenderOptions
-from .picture_facts import PictureFacts
 
 
 class EngineLike(Protocol):

@@ -20,11 +20,11 @@ from .. import _native
 from ..derivatives.decisions import Decision, Decisions, EdgeCounts
 from ..derivatives.table_derivatives import Requested, TableDerivative, shapes
 from ..geometry.topology import Edges
+from ..tables.picture_facts import PictureFacts
 from ..tables.tables import Tables
 from .call_lock import Turns
 from .non_finite import warn_of_light, warn_of_samples
 from .options import Progress, RenderOptions
-from .picture_facts import PictureFacts
 
 # The wheel's own copy of Embree, relative to the folder that holds the package.
 _LIBRARY_PATTERNS = {

@@ -37,6 +37,7 @@ from ..scene.placement import is_moved
 from ..scene.scene import Scene
 from ..tables import tables as flat
 from ..tables.materials import LAMBERTIAN
+from ..tables.picture_facts import PictureFacts
 from .engine import engine_class
 from .learning import Gradient, Learning
 from .non_finite import warn_of_gradients, warn_of_picture
@@ -49,7 +50,6 @@ from .options import (
     checked_progress,
     checked_terms,
 )
-from .picture_facts import PictureFacts
 from .taken_over import TakenOver
 
 # Largest path length with derivatives in the reference engine: emission seen directly, and direct illumination.

@@ -72,7 +72,7 @@ class Scene:
     def forward(
         self,
         tangent: dict[str, NDArray[np.float64]],
-        wanted: dict[str, NDArray[np.int64]],
+        requested: dict[str, NDArray[np.int64]],
         options: RenderOptions,
         learned: LearnedSampling | None,
         progress: Progress,
@@ -80,7 +80,7 @@ class Scene:
     def backward(
         self,
         adjoint: NDArray[np.float32],
-        wanted: dict[str, NDArray[np.int64]],
+        requested: dict[str, NDArray[np.int64]],
         options: RenderOptions,
         learned: LearnedSampling | None,
         progress: Progress,

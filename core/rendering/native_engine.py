@@ -34,11 +34,11 @@ _LIBRARY_PATTERNS = {
 }
 
 
-# Held while a BVH is built or refitted, and by a fork: Embree's workers, which a forked process doesn't have, must not
-# hold a lock then. The kernels' threads need no such care, since each call starts its own.
+# Held while a BVH is built or refitted, and during a fork. A forked process lacks Embree's workers, so these must not
+# hold a lock at that time. The kernels' threads are no problem, since each call starts its own.
 _builds = threading.RLock()
 _last_build = -math.inf  # when it ended
-# Seconds after a build in which its workers have gone to sleep, which takes a lock.
+# Seconds after a build until its workers sleep; they take a lock to fall asleep.
 SETTLED = 0.1
 
 
@@ -66,7 +66,7 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(
         before=_before_fork, after_in_parent=_builds.release, after_in_child=_after_fork_in_child
     )
-# Python ends a daemon thread by unwinding it, which native code doesn't survive.
+# Python ends a daemon thread by unwinding its stack, which would crash native code.
 atexit.register(_native.end_calls)
 
 
@@ -100,7 +100,7 @@ def embree_version() -> str:
 
 
 def learned_sampling() -> _native.LearnedSampling:
-    """What gradients of one more view learn: nothing yet."""
+    """Make an empty record of the sample weights that gradients of one view learn."""
     return _native.LearnedSampling()
 
 
@@ -127,39 +127,39 @@ class Engine:
         with _building():
             self._scene = _native.Scene(tables, threads, instruction_set, library)
         self._turns = Turns("renderer")
-        self.decided: Decisions = ()  # of the last derivative
-        # Whose materials, textures and environment the native scene has; None: some of them, since an update failed.
+        self.decided: Decisions = ()  # on the last derivative
+        # The tables whose materials, textures and environment the native scene has; None: unknown, an update failed.
         self._held: Tables | None = tables
 
     def set_edges(self, edges: Edges) -> None:
-        """The scene's edges (`Tables.edges`), which derivatives need."""
+        """Set the edges of the scene (`Tables.edges`), which derivatives need."""
         with self._turns.lock():
             self._scene.set_edges(edges)
 
     @property
     def instruction_set(self) -> str:
-        """Name of the instruction set in use."""
+        """The name of the instruction set in use."""
         return str(self._scene.instruction_set)
 
     def update(self, tables: Tables) -> None:
-        """Take other values of the same topology; moved meshes are refitted."""
+        """Update all values of a scene with the same topology; the BVHs of moved meshes are refitted."""
         with self._turns.lock():
             self._update(tables)
 
     def update_values(self, tables: Tables) -> None:
-        """Take other materials, lights, environment and camera; the geometry is the same."""
+        """Update materials, lights, environment and camera; the geometry stays the same."""
         with self._turns.lock():
             self._update_values(tables)
 
     def move_vertices(self, mesh: int, vertices: NDArray[np.float64], tables: Tables) -> None:
-        """Take other vertices (n, 3) of one mesh, in world space."""
+        """Update the vertices (n, 3) of one mesh, given in world space."""
         with self._turns.lock(), _building():
             self._scene.move_vertices(mesh, vertices, tables.origin)
 
     def render(
         self, tables: Tables, options: RenderOptions, *, progress: Progress | None = None
     ) -> NDArray[np.float32]:
-        """(H, W, 3) picture seen by the camera of `tables`, or the part of it that is caustics."""
+        """Render the (H, W, 3) picture of the camera in `tables`, or its caustics only."""
         with self._turns.lock():
             self._hold_to_trace(tables)
             image, dropped, pixel = self._scene.render(options, progress)
@@ -171,15 +171,15 @@ class Engine:
         self,
         tables: Tables,
         tangent: TableDerivative,
-        wanted: Requested,
+        requested: Requested,
         options: RenderOptions,
         *,
         learned: _native.LearnedSampling | None = None,
         progress: Progress | None = None,
     ) -> NDArray[np.float32]:
-        """(H, W, 3) derivative of the picture along `tangent`."""
+        """Return the (H, W, 3) derivative of the picture along `tangent`."""
         floats = {name: np.ascontiguousarray(values, np.float64).ravel() for name, values in tangent.items()}
-        spans = _float_spans(tables, wanted)
+        spans = _float_spans(tables, requested)
         with self._turns.lock():
             self._hold_to_trace(tables)
             image, dropped, decided = self._scene.forward(floats, spans, options, learned, progress)
@@ -191,21 +191,21 @@ class Engine:
         self,
         tables: Tables,
         adjoint: NDArray[np.float32],
-        wanted: Requested,
+        requested: Requested,
         options: RenderOptions,
         *,
         learned: _native.LearnedSampling | None = None,
         progress: Progress | None = None,
     ) -> TableDerivative:
-        """Gradient of sum(adjoint * picture) with respect to the tables that `wanted` names."""
-        spans = _float_spans(tables, wanted)
+        """Return the gradient of sum(adjoint * picture) with respect to the `requested` tables."""
+        spans = _float_spans(tables, requested)
         with self._turns.lock():
             self._hold_to_trace(tables)
             found, dropped, decided = self._scene.backward(adjoint, spans, options, learned, progress)
             self.decided = _decisions(decided)
         warn_of_samples(tables, dropped)
         shape = shapes(tables)
-        return {name: np.asarray(found[name]).reshape(shape[name]) for name in wanted}
+        return {name: np.asarray(found[name]).reshape(shape[name]) for name in requested}
 
     def picture_facts(self, tables: Tables) -> PictureFacts:
         """Return the facts by which pictures of the tables skip work."""
@@ -224,7 +224,7 @@ class Engine:
             return _decisions(self._scene.decide(spans, options, each))
 
     def _hold(self, tables: Tables) -> None:
-        """Make the native scene that of the tables, whose materials and textures may be those of derivatives."""
+        """Update the native scene to the tables, which may have the materials and textures of a derivative."""
         held = self._held
         if held is None or not (
             tables.textures is held.textures and tables.environment_pixels is held.environment_pixels
@@ -235,7 +235,7 @@ class Engine:
         self._scene.set_camera(tables)
 
     def _hold_to_trace(self, tables: Tables) -> None:
-        """`_hold`, with the BVH, which decisions do not need."""
+        """Update the native scene as `_hold` does, and build its BVH, which decisions do not need."""
         self._hold(tables)
         if not self._scene.has_bvh:
             with _building():
@@ -258,8 +258,8 @@ def _decisions(rows: list[_native.DecisionRow]) -> Decisions:
                  for part, term, outcome, reason, edges, *found in rows)
 
 
-def _float_spans(tables: Tables, wanted: Requested) -> dict[str, NDArray[np.int64]]:
-    """Spans of rows as spans of floats."""
+def _float_spans(tables: Tables, requested: Requested) -> dict[str, NDArray[np.int64]]:
+    """Convert spans of rows to spans of floats."""
     shape = shapes(tables)
     return {name: np.ascontiguousarray(spans * int(np.prod(shape[name][1:])), np.int64)
-            for name, spans in wanted.items()}
+            for name, spans in requested.items()}

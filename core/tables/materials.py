@@ -68,6 +68,8 @@ def material_table(scene: Scene, area_lights: list[NDArray[np.float64]]) -> Mate
                 for key in (own, name):
                     closures_of[key].append(len(closures))
                 closures.append((part, float(material.weights[k]), True))
+            if is_padded(material):
+                closures.append((Material(np.zeros(3)), 0.0, True))
         else:
             closures_of[own].append(len(closures))
             closures.append((material, 1.0, False))
@@ -86,6 +88,11 @@ def material_table(scene: Scene, area_lights: list[NDArray[np.float64]]) -> Mate
         params,
         {name: tuple(rows) for name, rows in closures_of.items()},
     )
+
+
+def is_padded(material: Material | Mixture) -> bool:
+    """Whether the table adds a closure of weight 0: kernels read weights only for materials of several closures."""
+    return isinstance(material, Mixture) and len(material.parts) == 1
 
 
 def flags(m: Material, asked: Collection[str] = ()) -> int:

@@ -106,7 +106,8 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const Scene
         for (int32_t closure = first; closure < last; ++closure) {
             const int32_t flags = tables.closure_flags[static_cast<size_t>(closure)];
             const bool textured =
-                view_.textures.closure_program && view_.textures.closure_program[closure] >= 0;
+                view_.textures.closure_program && (view_.textures.closure_program[closure] >= 0 ||
+                                                   view_.textures.closure_weight_program[closure] >= 0);
             // Coat and sheen absorb a fraction that depends on the direction.
             const float* row = view_.closure_params + static_cast<ptrdiff_t>(closure) * kMaterialParams;
             const bool layered = row[kCoatWeight] > 0.0f || row[kSheenWeight] > 0.0f;

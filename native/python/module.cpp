@@ -431,9 +431,9 @@ NB_MODULE(_native, m) {
         .def("move_vertices", &Scene::move_vertices, "mesh"_a, "vertices"_a, "origin"_a)
         .def("set_camera", &Scene::set_camera, "tables"_a)
         .def("render", &Scene::render, "options"_a, "progress"_a.none())
-        .def("forward", &Scene::forward, "tangent"_a, "wanted"_a, "options"_a, "learned"_a.none(),
+        .def("forward", &Scene::forward, "tangent"_a, "requested"_a, "options"_a, "learned"_a.none(),
              "progress"_a.none())
-        .def("backward", &Scene::backward, "adjoint"_a, "wanted"_a, "options"_a, "learned"_a.none(),
+        .def("backward", &Scene::backward, "adjoint"_a, "requested"_a, "options"_a, "learned"_a.none(),
              "progress"_a.none())
         .def("sample_environment_light",
              [](const Scene& s, nb::handle u, nb::handle v) {

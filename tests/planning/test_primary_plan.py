@@ -80,7 +80,7 @@ def hidden() -> Scene:
 
 ZERO: dict[str, tuple[Scene, list[str], str]] = {
     "flat inside": (scene_of(large_sheet()), [VERTICES], "between two faces of one plane"),
-    "not seen by the camera": (hidden(), [VERTICES], "that camera rays don't meet (object)"),
+    "not seen by the camera": (hidden(), [VERTICES], "that camera rays cannot hit (object)"),
     "a round aperture does not turn": (
         box_scene(replace(camera(), aperture_radius=0.1, focus_distance=3.0)), ["camera.aperture_rotation"],
         "the camera stands still",

@@ -98,6 +98,22 @@ def test_a_mixture_is_the_weighted_sum() -> None:
     np.testing.assert_allclose(image.mean(axis=(0, 1)), expected, rtol=3e-3)
 
 
+def test_a_mixture_of_one_part_has_its_weight() -> None:
+    scene = sheets(base_color=np.zeros(3))
+    scene.materials = {
+        "front": Mixture(("glow",), np.array([0.3])),
+        "back": scene.materials["back"],
+        "glow": Material(np.zeros(3), np.array([1.0, 2.0, 3.0])),
+    }
+    renderer = Renderer(scene)
+    assert renderer.render(spp=4, max_depth=1).mean(axis=(0, 1)) == pytest.approx([0.3, 0.6, 0.9], rel=1e-5)
+    path = "materials.front.weights"
+    change = renderer.render_forward({path: np.ones(1)}, spp=4, max_depth=1)
+    assert change.mean(axis=(0, 1)) == pytest.approx([1.0, 2.0, 3.0], rel=1e-5)
+    scene.materials["front"].textures = {"0": expression.Math("ADD", 0.2, 0.3)}
+    assert Renderer(scene).render(spp=4, max_depth=1).mean(axis=(0, 1)) == pytest.approx([0.5, 1.0, 1.5], rel=1e-5)
+
+
 @pytest.mark.parametrize("sky", [True, False])
 def test_shadows_of_clear_sheets_multiply(sky: bool) -> None:
     """Light of a lamp, or of the sky, that must pass three sheets of different colours."""

@@ -23,7 +23,7 @@ from ...scene.material import SMOOTH_NORMAL, Material, Mixture
 from ...scene.mesh import Mesh
 from ...scene.placement import has_uv_tangents
 from ...scene.scene import Scene
-from ..materials import COLUMNS
+from ..materials import COLUMNS, is_padded
 from . import lower_color, lower_image, lower_math, lower_normal, lower_procedural  # noqa: F401  (their rules are registered)
 from .lowering import Lowering, Resources
 from .ops import OPCODES, Builder, Number, Output, Value
@@ -151,8 +151,16 @@ def compile_textures(
     scene, tracked = _tracked(scene, requested)
     resources = Resources(origin=(float(start[0]), float(start[1]), float(start[2])))
     programs = _Programs(resources)
-    closure_program, closure_weight_program, closure_normal_program = [], [], []
-    closure_uv, closure_tangent = [], []
+    closure_program: list[int] = []
+    closure_weight_program: list[int] = []
+    closure_normal_program: list[int] = []
+    closure_uv: list[int] = []
+    closure_tangent: list[int] = []
+
+    def untextured() -> None:
+        for column in (closure_program, closure_weight_program, closure_normal_program, closure_uv, closure_tangent):
+            column.append(-1)
+
     for name, material in scene.materials.items():
         for k, closure in enumerate(scene.closures(name)):
             part = material.parts[k] if isinstance(material, Mixture) else name
@@ -164,11 +172,11 @@ def compile_textures(
             uv, tangent = _tangent_attributes(closure, resources) if has_tangents else (-1, -1)
             closure_uv.append(uv)
             closure_tangent.append(tangent)
+        if is_padded(material):
+            untextured()
     for light in scene.lights.values():
         if isinstance(light, AreaLight):
-            for column in (closure_program, closure_weight_program, closure_normal_program, closure_uv,
-                           closure_tangent):  # fmt: skip
-                column.append(-1)
+            untextured()
     return TextureTables(
         code=np.array(programs.code, np.int32).reshape(-1, 2 + _OUTPUTS + _INPUTS),
         program_first=np.array(programs.first, np.int32),

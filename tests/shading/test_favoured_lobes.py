@@ -82,5 +82,5 @@ def test_the_plan_says_it() -> None:
     def words(*wrt: str) -> str:
         return str(plan(ball(), list(wrt)))
 
-    assert "how wide lobes are" in words(ROUGHNESS, COAT)
-    assert "how wide lobes are" not in words(ROUGHNESS, "materials.clay.base_color")
+    assert "only roughness is requested" in words(ROUGHNESS, COAT)
+    assert "only roughness is requested" not in words(ROUGHNESS, "materials.clay.base_color")

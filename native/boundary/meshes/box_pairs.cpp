@@ -1,6 +1,5 @@
 #include "boundary/meshes/box_pairs.h"
 
-
 namespace edgegrad {
 namespace {
 

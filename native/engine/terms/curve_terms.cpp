@@ -1,6 +1,5 @@
 #include "engine/terms/curve_terms.h"
 
-
 #include "boundary/curves/light_intersections.h"
 #include "tasks/boundary_kind.h"
 #include "tasks/boundary_task.h"

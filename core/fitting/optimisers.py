@@ -77,13 +77,18 @@ class AdamMatrix(Adam):
     sideways while it turns back. For beta1 = beta2 and each eigenvector q_i of V with the eigenvalue w_i, c_i = q_i.m
     obeys c_i^2 <= w_i by Cauchy-Schwarz, so no direction exceeds `step`.
 
+    Both means remember fewer gradients than Adam's. An object that is off sideways is also pulled in depth, by a
+    gradient that ends once it is in place. m and V^(1/2) forget this pull equally fast, so a longer memory would carry
+    the object on in depth at nearly full steps.
+
     Without a further rule, a direction that does not change the picture (the rotation of a ball) would follow its
     noise. If the gradients are pure noise, the expectation of c_i^2 is rho w_i, with rho given by beta1 and the number
     of steps (Balles & Hennig 2018). Hence directions with c_i^2 < rho w_i do not move, and directions with
     c_i^2 > `CERTAIN` rho w_i make full steps.
     """
 
-    beta2: float = 0.9
+    beta1: float = 0.8
+    beta2: float = 0.8
 
     def update(self, value: F64, gradient: F64, factor: float = 1.0) -> F64:
         self.count += 1

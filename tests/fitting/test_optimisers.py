@@ -83,6 +83,16 @@ def test_adam_matrix_steps_alike_in_all_axes_and_follows_a_narrow_valley() -> No
     assert left(AdamMatrix(0.05)) < 0.1 < 0.9 < left(AdamUniform(0.05))
 
 
+def test_adam_matrix_soon_turns_back_when_the_gradient_of_a_direction_turns() -> None:
+    """A strong direction keeps its gradient; that of a weak one turns and becomes smaller after 12 steps."""
+    optimiser, place = AdamMatrix(0.1), [np.zeros(2)]
+    for k in range(24):
+        place.append(optimiser.update(place[-1], np.array([-30.0, -1.0 if k < 12 else 0.2])))
+    moves = np.diff([x[1] for x in place])
+    assert (moves[:12] > 0.0).all()
+    assert (moves[21:] < 0.0).all()
+
+
 def test_adam_matrix_does_not_wander_by_noise() -> None:
     rng = np.random.default_rng(1)
 

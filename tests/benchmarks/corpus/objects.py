@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
+from edgegrad.scene import parameters
 from edgegrad.scene.placement import placed_meshes
 
 # Objects that cover less of the picture say little; those that cover more are floors and walls.
@@ -39,6 +40,26 @@ def candidates(scene: edgegrad.Scene) -> list[Candidate]:
         if LEAST_SHARE <= share <= MOST_SHARE:
             found.append(Candidate(name, share, placed.vertices.min(axis=0), placed.vertices.max(axis=0)))
     return sorted(found, key=lambda one: -one.share)
+
+
+def clear_of_others(scene: edgegrad.Scene, one: Candidate, share: float) -> NDArray[np.float64]:
+    """(3,) shift like `sideways`, to the right or to the left: where more of the object is seen.
+
+    An object that starts behind another one, or inside it, has no gradient by what it hides there.
+    """
+    path = f"meshes.{one.name}.transform"
+    truth = np.array(parameters.get(scene, path), np.float64)
+    right = sideways(scene, one, share)
+    across = scene.camera.to_world[:3, 0]
+    left = right - 2.0 * (right @ across) * across
+    seen = []
+    for shift in (right, left):
+        moved = truth.copy()
+        moved[:3, 3] += shift
+        parameters.put(scene, path, moved)
+        seen.append(_share(scene, one.name))
+    parameters.put(scene, path, truth)
+    return right if seen[0] >= seen[1] else np.asarray(left)
 
 
 def _share(scene: edgegrad.Scene, name: str) -> float:

@@ -64,9 +64,9 @@ class Row:
 
 def build(case: Case, path: Path, samples: int) -> None:
     """Build a case's scene and save it."""
-    scene = stage.empty()
-    case.build()
-    cycles_peer.prepare(scene, samples, case.bounces, case.limits)
+    stage.empty()
+    case.build()  # may open a file, which replaces the scene
+    cycles_peer.prepare(bpy.context.scene, samples, case.bounces, case.limits)
     bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True, check_existing=False)
 
 

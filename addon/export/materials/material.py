@@ -21,6 +21,7 @@ from ..nodes import links as nodes
 from ..nodes.expressions import Reader, Unreadable, number
 from ..nodes.images import Images
 from ..nodes.read_normals import displaced_normal
+from .coats import separate_coat
 from .shader_nodes import read_shader
 from .shaders import Closure, Part, parts, product
 
@@ -224,7 +225,7 @@ class _Reading:
 
     def read(self, output: Any, report: Report) -> None:
         found = list(parts(self.reader, nodes.feed(output.inputs["Surface"])))
-        closures = [(part, self._closure(part)) for part in found]
+        closures = [layer for part in found for layer in separate_coat(self.reader, part, self._closure(part))]
         if not _has_transparent_shadow(self.material):
             closures = [_opaque_to_light(*one) for one in closures]
         merged = _merge_emission(closures)

@@ -86,11 +86,6 @@ def _principled(closure: Closure) -> None:
         _principled_subsurface(closure)
     if _is_set(closure, "Thin Film Thickness"):
         closure.note("its thin film is left out")
-    if _is_set(closure, "Coat Weight"):
-        # Cycles' coat has the smooth normal unless its own input is linked.
-        base, coat = (by_identifier(closure.node.inputs, name) for name in ("Normal", "Coat Normal"))
-        if coat is not None and feed(base, closure.groups).output != feed(coat, closure.groups).output:
-            closure.note("its coat uses the normal of the base, while Cycles' has a normal of its own")
     if _is_set(closure, "Thin Wall"):
         closure.note("its thin wall is left out")
 

@@ -70,10 +70,11 @@ def _code(file: Path, name: str = "") -> str:
 
 @cache
 def _shared(family: Path) -> str:
-    """Code that the builders of a family share: its module's, and that of the modules of this folder it imports."""
+    """Code that the builders of a family share: its module's, and that of the modules it imports from these folders."""
     relative = (part for part in ast.parse(family.read_text()).body if isinstance(part, ast.ImportFrom) and part.level)
-    names = {name for part in relative for name in ([part.module] if part.module else [x.name for x in part.names])}
-    imported = (family.with_name(f"{name}.py") for name in sorted(names) if name != Path(__file__).stem)
+    found = {family.parents[part.level - 1] / f"{name}.py" for part in relative
+             for name in ([part.module] if part.module else [one.name for one in part.names])}  # fmt: skip
+    imported = (file for file in sorted(found) if file != Path(__file__))
     return "\n".join([_code(family), *map(_shared, imported)])
 
 

@@ -30,8 +30,8 @@ from .geometry.visibility import visible_to, warn_about_layer, warn_about_visibi
 from .inventory.naming import name_scene, name_settings
 from .materials.caustics import drop_caustics
 from .materials.material import MaterialReading, read_material
+from .nodes.camera_view import CameraView
 from .nodes.images import Images
-from .nodes.read_normals import pixel_size
 from .surroundings.camera import export_camera
 from .surroundings.environment import bake_world
 from .surroundings.lamp_bake import bake_lamps
@@ -121,7 +121,7 @@ def _export(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int, code
     report = Report()
     views = [export_camera(camera.evaluated_get(depsgraph), scene, report)
              for camera in (evaluation.camera, *more_cameras)]  # fmt: skip
-    view = views[0]
+    view, seen = views[0], CameraView.of(views[0])
     out = Export(edgegrad.Scene(camera=view), read_settings(scene), report=report, views=views)
     if evaluation.unread_layers:
         names = ", ".join(f"'{name}'" for name in evaluation.unread_layers)
@@ -133,15 +133,14 @@ def _export(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int, code
     # iterator, since reading may create data and thus invalidate the iterator.
     materials = walk.materials()
     for material in materials:
-        out.materials[_key(material)] = read_material(material, images, report, _world_to_camera(view),
-                                                      pixel_size(view))  # fmt: skip
+        out.materials[_key(material)] = read_material(material, images, report, seen)
         if material is not None:
             name_settings(material, f"material '{material.name}'", scene, report)
     world = read_world(scene, depsgraph.view_layer, images, report)
     name_scene(scene, depsgraph.view_layer, evaluation.camera, world.world, report)
     displacements = {}
     for material in materials:
-        found = read_displacement(material, images, report, _world_to_camera(view))
+        found = read_displacement(material, images, report, seen)
         if found is not None:
             displacements[_key(material)] = found
     needed = {name: reading.attributes() for name, reading in out.materials.items()}
@@ -167,12 +166,6 @@ def _export(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int, code
     warn_about_coincident(out)
     append_effects(out)
     return out
-
-
-def _world_to_camera(view: edgegrad.Camera) -> NDArray[np.float64]:
-    # In Cycles' camera space, Z is the depth.
-    flip = np.diag(np.array([1.0, 1.0, -1.0, 1.0]))
-    return np.asarray(flip @ np.linalg.inv(view.to_world), np.float64)
 
 
 def _key(material: Any) -> str:

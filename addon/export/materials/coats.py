@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad import expression as e
-from edgegrad.expression import Expression, Operand
+from edgegrad.expression import Operand
 from edgegrad.scene.material import SMOOTH_NORMAL
 
 from ..nodes.expressions import Reader, Unreadable
@@ -80,8 +80,8 @@ def _separated(reader: Reader, part: Part, material: edgegrad.Material, normal: 
     alpha: Operand = material.textures.get("alpha", material.alpha)
     out = [(replace(part, weight=product(part.weight, product(alpha, passed))), below),
            (replace(part, weight=product(part.weight, alpha)), coat)]  # fmt: skip
-    if isinstance(alpha, Expression) or alpha != 1.0:
-        clear = e.Math("SUBTRACT", 1.0, alpha) if isinstance(alpha, Expression) else 1.0 - alpha
+    if alpha != 1.0:
+        clear = e.Math("SUBTRACT", 1.0, alpha) if "alpha" in material.textures else 1.0 - material.alpha
         out.append((replace(part, weight=product(part.weight, clear)),
                     edgegrad.Material(np.ones(3), kind="TRANSPARENT")))  # fmt: skip
     return out

@@ -11,13 +11,14 @@ import numpy as np
 
 import edgegrad
 from edgegrad import expression as e
-from edgegrad.expression import Expression, Operand, images_of, nodes_of
+from edgegrad.expression import Expression, images_of, nodes_of
 from edgegrad.scene.material import SMOOTH_NORMAL
 
 from ...problem import Report
 from ..approximated.volumes import describe_volume
 from ..geometry import attributes
 from ..nodes import links as nodes
+from ..nodes.camera_view import CameraView
 from ..nodes.expressions import Reader, Unreadable, number
 from ..nodes.images import Images
 from ..nodes.read_normals import displaced_normal
@@ -142,8 +143,7 @@ class MaterialReading:
         return names
 
 
-def read_material(material: Any, images: Images, report: Report, world_to_camera: Any = None,
-                  pixel_size: Operand = 1e-3) -> MaterialReading:  # fmt: skip
+def read_material(material: Any, images: Images, report: Report, view: CameraView | None = None) -> MaterialReading:
     """Read a material; report a warning for each approximation, and a line on what was read.
 
     Parameters
@@ -152,7 +152,7 @@ def read_material(material: Any, images: Images, report: Report, world_to_camera
         Blender's material (original), or None for faces without one.
     images
         Receives the images that the material reads.
-    world_to_camera, pixel_size
+    view
         As in `Reader`.
     """
     if material is None:
@@ -174,7 +174,7 @@ def read_material(material: Any, images: Images, report: Report, world_to_camera
         if nodes.source(output.inputs["Surface"]) is None:
             reading.value = edgegrad.Material(np.ones(3), kind="TRANSPARENT")
             return reading
-    reader = _Reading(material, images, world_to_camera, pixel_size, reading)
+    reader = _Reading(material, images, view, reading)
     reader.displace(output)
     reader.read(output, report)
     return reading
@@ -207,12 +207,11 @@ def _black() -> edgegrad.Material:
 class _Reading:
     """The translation of the node tree of one material."""
 
-    def __init__(self, material: Any, images: Images, world_to_camera: Any, pixel_size: Operand,
-                 reading: MaterialReading) -> None:  # fmt: skip
+    def __init__(self, material: Any, images: Images, view: CameraView | None, reading: MaterialReading) -> None:
         self.material = material
         self.reading = reading
         self.normal: Expression | None = None  # of the displaced surface
-        self.reader = Reader(images, self._bake, material.pass_index, world_to_camera, pixel_size, owner=material)
+        self.reader = Reader(images, self._bake, material.pass_index, view, owner=material)
 
     def displace(self, output: Any) -> None:
         """Read the displacement of the material as bump, unless it only moves vertices (`displacement`)."""

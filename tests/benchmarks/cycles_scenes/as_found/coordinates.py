@@ -126,3 +126,35 @@ def object_masks() -> None:
     stage.add("Head", stage.monkey("Head", stage.material("Dirt", dirt)), (0.2, 0.2, 0.8), scale=0.7)
     stage.add("Ball", stage.sphere("Ball", stage.material("Lines", lines), radius=0.7, segments=16, smooth=False),
               (1.9, 0.0, 0.7))  # fmt: skip
+
+
+def _by_window() -> None:
+    stage.studio(width=5.0)
+    image = _checks()
+
+    def shader(tree: Any) -> Any:
+        place = stage.node(tree, "ShaderNodeTexCoord").outputs["Window"]
+        color = stage.node(tree, "ShaderNodeTexImage", {"Vector": place}, image=image, interpolation="Closest")
+        return stage.node(tree, "ShaderNodeEmission", {"Color": color})
+
+    stage.row([stage.material("Window", shader)], radius=1.0)
+    scene = bpy.context.scene
+    scene.camera.data.shift_x, scene.camera.data.shift_y = 0.1, -0.2
+    scene.render.pixel_aspect_y = 1.3
+
+
+@case("Window coordinates in a region of the picture, with shift and pixel aspect")
+def window_in_region() -> None:
+    """Projected backgrounds."""
+    _by_window()
+    render = bpy.context.scene.render
+    render.use_border = render.use_crop_to_border = True
+    render.border_min_x, render.border_max_x, render.border_min_y, render.border_max_y = 0.2, 0.9, 0.1, 0.85
+
+
+@case("Window coordinates of an orthographic camera")
+def orthographic_window() -> None:
+    """The same in parallel projection."""
+    _by_window()
+    lens = bpy.context.scene.camera.data
+    lens.type, lens.ortho_scale = "ORTHO", 5.0

@@ -38,13 +38,6 @@ def startup_sculpting() -> None:
     stage.lamp("POINT", "Lamp", 500.0, (3.0, -3.0, 4.0))
 
 
-@case("The start-up file of visual effects: view layers with a shadow catcher and a holdout collection",
-      differs=("A shadow catcher is rendered as an ordinary object, which the export says.",))  # fmt: skip
-def startup_vfx() -> None:
-    """Foreground and background layers."""
-    _template("VFX")
-
-
 @case("Startup materials on a floor: the grey default, faces of several slots, a plane that glows")
 def first_steps() -> None:
     """What a first tutorial ends with: unsmoothed monkey, plane, area lamp, default world."""

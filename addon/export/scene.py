@@ -26,9 +26,10 @@ from .geometry.displacement import displace, read_displacement, warn_about_adapt
 from .geometry.linking import linked, uses_linking
 from .geometry.meshes import Placed, PlacedMeshes
 from .geometry.object_types import RENDERED, OtherGeometry, warn_about_type
-from .geometry.visibility import visible_to, warn_about_layer, warn_about_visibility
+from .geometry.visibility import is_holdout, visible_to, warn_about_visibility
 from .inventory.naming import name_scene, name_settings
 from .materials.caustics import drop_caustics
+from .materials.holdouts import hold_out
 from .materials.material import MaterialReading, read_material
 from .nodes.camera_view import CameraView
 from .nodes.images import Images
@@ -148,6 +149,7 @@ def _export(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int, code
                                      for name, names in needed.items()})  # fmt: skip
     displace(meshes.groups(), displacements, needed, report)
     bake_materials(out, meshes, images, depsgraph, bake)
+    hold_out(out, meshes)
     if world.baked:
         bake_world(world, images, bake, report)
     out.scene.meshes = meshes.build(out.meshes)
@@ -218,10 +220,10 @@ class _Walk:
                     lights[name], out.lights[name] = light, source
                 continue
             warn_about_visibility(ob.original, out.report)
-            warn_about_layer(holder.original, self.depsgraph.view_layer, out.report)
             warn_about_adaptive(ob.original, self.depsgraph.scene, out.report)
             slots = tuple(_key(material) for material in self._slots(ob))
-            placed = Placed(ob, source, holder.original.name, slots, visible, instance.random_id, self.linking)
+            held = is_holdout(holder, self.depsgraph.view_layer)
+            placed = Placed(ob, source, holder.original.name, slots, visible, held, instance.random_id, self.linking)
             if ob.type == "MESH" and instance.show_self and self.depsgraph.view_layer.use_solid:
                 self.meshes.add(placed, set().union(*(needed[slot] for slot in slots)))
             self.others.add(instance, placed, needed, out.materials)

@@ -41,6 +41,8 @@ class Placed:
         Names of the materials.
     visible
         Kinds of rays that can hit the object.
+    holdout
+        Whether the camera sees black in its place.
     random_id
         Blender's random number of the instance.
     apart
@@ -52,6 +54,7 @@ class Placed:
     holder: str
     slots: tuple[str, ...]
     visible: frozenset[str]
+    holdout: bool
     random_id: int
     apart: bool
 
@@ -68,6 +71,7 @@ class Group:
     slots: tuple[str, ...]
     visible: frozenset[str]
     terminator: float
+    holdout: bool = False
     sources: list[Source] = field(default_factory=list)
     holders: list[str] = field(default_factory=list)
     corner_count: int = 0
@@ -117,12 +121,12 @@ class PlacedMeshes:
         flat = abs(np.linalg.det(placed.source.matrix[:3, :3])) < 1e-30
         terminator = float(_terminator(ob))
         single = flat or any(is_of_object(name) for name in names)
-        key = (shape, placed.slots, placed.visible, terminator, placed.holder if placed.apart else None,
-               len(self._groups) if single else None)  # fmt: skip
+        key = (shape, placed.slots, placed.visible, placed.holdout, terminator,
+               placed.holder if placed.apart else None, len(self._groups) if single else None)  # fmt: skip
         if key not in self._groups:
             values = ObjectValues(ob, placed.source.matrix, placed.random_id)
             self._groups[key] = Group(arrays, attributes(values), placed.slots, placed.visible, terminator,
-                                      corner_count=corner_count)  # fmt: skip
+                                      placed.holdout, corner_count=corner_count)  # fmt: skip
         self._groups[key].sources.append(placed.source)
         self._groups[key].holders.append(placed.holder)
 

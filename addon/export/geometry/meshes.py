@@ -119,6 +119,12 @@ class PlacedMeshes:
                 self._report.warn(where, "has no faces; it is left out")
             return
         flat = abs(np.linalg.det(placed.source.matrix[:3, :3])) < 1e-30
+        if flat and np.ptp(arrays.positions, axis=0).min() > 0.0:
+            self._report.warn(
+                where,
+                "has a scale of zero along an axis, so its faces lie on each other; rounding "
+                "decides which of them is seen and, in Cycles, whether they shadow each other",
+            )
         terminator = float(_terminator(ob))
         single = flat or any(is_of_object(name) for name in names)
         key = (shape, placed.slots, placed.visible, placed.holdout, terminator,

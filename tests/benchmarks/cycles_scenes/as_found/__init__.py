@@ -9,5 +9,6 @@ from . import (  # noqa: F401  (importing a family registers its cases)
     images,
     layers_and_files,
     lights,
+    odd_data,
     scatter,
 )

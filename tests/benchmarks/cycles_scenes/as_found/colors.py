@@ -38,7 +38,9 @@ def _ramp(tree: Any, value: Any, interpolation: str, mode: str = "RGB", hue: str
     ramp = made.color_ramp
     ramp.elements.new(0.35)
     ramp.elements.new(0.6)
-    for one, color in zip(ramp.elements, ((0.1, 0.1, 0.3), (0.8, 0.2, 0.1), (0.2, 0.7, 0.3), (0.9, 0.9, 0.7)), strict=True):
+    for one, color in zip(
+        ramp.elements, ((0.1, 0.1, 0.3), (0.8, 0.2, 0.1), (0.2, 0.7, 0.3), (0.9, 0.9, 0.7)), strict=True
+    ):
         one.color = (*color, 1.0)
     ramp.color_mode = mode
     if mode == "RGB":
@@ -58,7 +60,9 @@ def color_ramps() -> None:
             tree, "ShaderNodeBsdfDiffuse", {"Color": _ramp(tree, stage.node(
                 tree, "ShaderNodeTexNoise", {"Scale": 3.0}), interpolation, mode, hue)}))  # fmt: skip
 
-    stage.row([made(one) for one in ("LINEAR", "CONSTANT", "EASE", "CARDINAL", "B_SPLINE")], y=-0.6, radius=0.5, gap=1.1)
+    stage.row(
+        [made(one) for one in ("LINEAR", "CONSTANT", "EASE", "CARDINAL", "B_SPLINE")], y=-0.6, radius=0.5, gap=1.1
+    )
     stage.row([made("LINEAR", *one) for one in (("HSV", "NEAR"), ("HSV", "FAR"), ("HSV", "CW"), ("HSL", "CCW"))],
               y=0.7, radius=0.5, gap=1.1)  # fmt: skip
 
@@ -66,6 +70,7 @@ def color_ramps() -> None:
 @case("Curves of colours, vectors and numbers; hue and saturation, invert, brightness, gamma in chains")
 def color_curves() -> None:
     """Curves with handles, extended and not, and clamped values."""
+
     def curves(tree: Any, texture: Any) -> Any:
         made = stage.node(tree, "ShaderNodeRGBCurve", {"Fac": 0.8, "Color": texture})
         for k, (x, y) in enumerate(((0.3, 0.6), (0.7, 0.4), (0.4, 0.2), (0.5, 0.7))):
@@ -110,6 +115,7 @@ def color_curves() -> None:
 @case("All blend modes of Mix, clamped and not")
 def blend_modes() -> None:
     """The mixes of paint programs."""
+
     def blended(mode: str) -> Callable[[Any, Any], Any]:
         def chain(tree: Any, texture: Any) -> Any:
             other = stage.node(tree, "ShaderNodeTexNoise", {"Scale": 4.0}).outputs["Color"]
@@ -125,6 +131,7 @@ def blend_modes() -> None:
 @case("More blend modes of Mix: hue, saturation, colour, value; Math and Map Range")
 def blend_modes_of_hue() -> None:
     """Rarer nodes."""
+
     def blended(mode: str) -> Callable[[Any, Any], Any]:
         return lambda tree, texture: stage.node(tree, "ShaderNodeMixRGB", {
             0: 0.8, 1: texture, 2: (0.2, 0.6, 0.9)}, blend_type=mode)  # fmt: skip

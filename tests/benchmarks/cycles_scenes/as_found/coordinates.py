@@ -48,7 +48,9 @@ def projections() -> None:
     image = _checks()
     _row(("Generated", "Object"), -0.7, image, projection="BOX", projection_blend=0.3)
     _row(("Generated", "Normal"), 0.6, image, projection="SPHERE", extension="CLIP")
-    stage.add("Block", stage.cube("Block", bpy.data.materials["Object -0.7"], size=0.8), (2.0, -0.7, 0.6), (0.2, 0.3, 0.5))
+    stage.add(
+        "Block", stage.cube("Block", bpy.data.materials["Object -0.7"], size=0.8), (2.0, -0.7, 0.6), (0.2, 0.3, 0.5)
+    )
     tube = stage.material("Tube", lambda tree: stage.node(tree, "ShaderNodeBsdfDiffuse", {"Color": stage.node(
         tree, "ShaderNodeTexImage", {"Vector": stage.node(tree, "ShaderNodeTexCoord").outputs["Generated"]},
         image=image, projection="TUBE", extension="MIRROR")}))  # fmt: skip
@@ -109,7 +111,8 @@ def object_masks() -> None:
     def gradient(tree: Any) -> Any:
         place = stage.node(tree, "ShaderNodeTexCoord", object=empty)
         color = stage.node(tree, "ShaderNodeValToRGB", {"Fac": stage.node(
-            tree, "ShaderNodeTexGradient", {"Vector": place.outputs["Object"]}, gradient_type="SPHERICAL")})  # fmt: skip
+            tree, "ShaderNodeTexGradient", {"Vector": place.outputs["Object"]},
+            gradient_type="SPHERICAL")})  # fmt: skip
         return stage.node(tree, "ShaderNodeBsdfPrincipled", {"Base Color": color})
 
     def dirt(tree: Any) -> Any:
@@ -122,7 +125,9 @@ def object_masks() -> None:
             "Fac": wire, 1: stage.node(tree, "ShaderNodeBsdfDiffuse", {"Color": (0.6, 0.6, 0.6)}),
             2: stage.node(tree, "ShaderNodeEmission", {"Color": (0.1, 0.4, 1.0)})})  # fmt: skip
 
-    stage.add("Block", stage.cube("Block", stage.material("Gradient", gradient), size=1.2), (-1.6, -0.2, 0.6), (0, 0, 0.4))
+    stage.add(
+        "Block", stage.cube("Block", stage.material("Gradient", gradient), size=1.2), (-1.6, -0.2, 0.6), (0, 0, 0.4)
+    )
     stage.add("Head", stage.monkey("Head", stage.material("Dirt", dirt)), (0.2, 0.2, 0.8), scale=0.7)
     stage.add("Ball", stage.sphere("Ball", stage.material("Lines", lines), radius=0.7, segments=16, smooth=False),
               (1.9, 0.0, 0.7))  # fmt: skip

@@ -122,8 +122,11 @@ def gltf_alpha() -> None:
         seen = stage.node(tree, "ShaderNodeMixShader", {
             "Fac": path.outputs["Is Camera Ray"], 1: stage.node(tree, "ShaderNodeBsdfTransparent"),
             2: stage.node(tree, "ShaderNodeEmission", {"Color": _texture(tree, image)})})  # fmt: skip
-        return stage.node(tree, "ShaderNodeMixShader", {
-            "Fac": _texture(tree, image).outputs["Alpha"], 1: stage.node(tree, "ShaderNodeBsdfTransparent"), 2: seen})
+        return stage.node(
+            tree,
+            "ShaderNodeMixShader",
+            {"Fac": _texture(tree, image).outputs["Alpha"], 1: stage.node(tree, "ShaderNodeBsdfTransparent"), 2: seen},
+        )
 
     def background(tree: Any) -> Any:
         path = stage.node(tree, "ShaderNodeLightPath")
@@ -159,5 +162,12 @@ def gltf_extensions() -> None:
         shader(made.node_tree)
         return made
 
-    stage.row([glass(0.0), glass(1.0), stage.principled("Specular", (0.2, 0.3, 0.6), Specular_Tint=(1, 0.4, 0.2, 1.0)),
-               stage.principled("Sheen", (0.3, 0.05, 0.1), Sheen_Weight=1.0, Sheen_Roughness=0.3)], radius=0.6)
+    stage.row(
+        [
+            glass(0.0),
+            glass(1.0),
+            stage.principled("Specular", (0.2, 0.3, 0.6), Specular_Tint=(1, 0.4, 0.2, 1.0)),
+            stage.principled("Sheen", (0.3, 0.05, 0.1), Sheen_Weight=1.0, Sheen_Roughness=0.3),
+        ],
+        radius=0.6,
+    )

@@ -20,7 +20,13 @@ def _room() -> None:
     stage.add("Back", stage.plane("Back", wall, size=6.0), (0, 3, 1), (math.pi / 2, 0, 0))
     stage.add("Right", stage.plane("Right", wall, size=6.0), (3, 0, 1), (0, -math.pi / 2, 0))
     for k, (y, z, size) in enumerate(((-2.0, 1.0, (2.0, 6.0)), (2.0, 1.0, (2.0, 6.0)))):
-        stage.add(f"Left {k}", stage.plane(f"Left {k}", wall, size=1.0), (-3, y, z), (0, math.pi / 2, 0), (size[1], size[0], 1))
+        stage.add(
+            f"Left {k}",
+            stage.plane(f"Left {k}", wall, size=1.0),
+            (-3, y, z),
+            (0, math.pi / 2, 0),
+            (size[1], size[0], 1),
+        )
     stage.add("Sofa", stage.cube("Sofa", stage.principled("Cloth", (0.2, 0.3, 0.5), Sheen_Weight=0.5), size=1.0),
               (1.2, 1.4, 0.4), (0, 0, 0.2), (1.6, 0.8, 0.8))  # fmt: skip
     stage.add("Vase", stage.sphere("Vase", stage.principled("Glaze", (0.7, 0.2, 0.1), Coat_Weight=1.0), radius=0.4),
@@ -35,18 +41,23 @@ def interior_with_portal() -> None:
     tree = stage.world((0.6, 0.8, 1.0), 3.0)
     tree.nodes["Background"].inputs["Strength"].default_value = 3.0
     stage.lamp("SUN", "Sun", 4.0, (0, 0, 5), None, angle=0.01).rotation_euler = (0.4, -0.9, 0.2)
-    portal = stage.lamp("AREA", "Portal", 1.0, (-3.0, 0.0, 1.0), (0.0, 0.0, 1.0), shape="RECTANGLE", size=2.0, size_y=3.0)
+    portal = stage.lamp(
+        "AREA", "Portal", 1.0, (-3.0, 0.0, 1.0), (0.0, 0.0, 1.0), shape="RECTANGLE", size=2.0, size_y=3.0
+    )
     portal.data.cycles.is_portal = True
 
     def pane(tree: Any) -> Any:
         path = stage.node(tree, "ShaderNodeLightPath")
-        either = stage.node(tree, "ShaderNodeMath", {0: path.outputs["Is Shadow Ray"], 1: path.outputs["Is Diffuse Ray"]},
+        either = stage.node(tree, "ShaderNodeMath", {0: path.outputs["Is Shadow Ray"],
+                                                     1: path.outputs["Is Diffuse Ray"]},
                             operation="MAXIMUM")  # fmt: skip
         return stage.node(tree, "ShaderNodeMixShader", {
             "Fac": either, 1: stage.node(tree, "ShaderNodeBsdfGlass", {"IOR": 1.45}),
             2: stage.node(tree, "ShaderNodeBsdfTransparent")})  # fmt: skip
 
-    stage.add("Pane", stage.plane("Pane", stage.material("Pane", pane), size=2.0), (-2.95, 0.0, 1.0), (0, math.pi / 2, 0))
+    stage.add(
+        "Pane", stage.plane("Pane", stage.material("Pane", pane), size=2.0), (-2.95, 0.0, 1.0), (0, math.pi / 2, 0)
+    )
 
 
 @case("An interior by night: emission planes, a lamp shade that glows, spots with soft edges", bounces=6, samples=128)
@@ -112,7 +123,9 @@ def falloffs() -> None:
 
 def _outside() -> None:
     stage.add("Ground", stage.plane("Ground", stage.principled("Ground", (0.3, 0.3, 0.25)), size=40.0))
-    stage.add("House", stage.cube("House", stage.principled("Plaster", (0.8, 0.75, 0.6)), size=2.0), (0, 0, 1), (0, 0, 0.4))
+    stage.add(
+        "House", stage.cube("House", stage.principled("Plaster", (0.8, 0.75, 0.6)), size=2.0), (0, 0, 1), (0, 0, 0.4)
+    )
     stage.row([stage.principled("Chrome", Metallic=1.0, Roughness=0.1), stage.principled("Red", (0.7, 0.1, 0.1))],
               y=-1.8, gap=3.0)  # fmt: skip
     stage.camera((2.0, -8.0, 2.5), (0, 0, 0.8), 35.0)
@@ -127,7 +140,7 @@ def _sky(kind: str, **settings: Any) -> None:
     tree.links.new(sky.outputs[0], background.inputs["Color"])
 
 
-@case("A sky with its sun: multiple scattering, low sun", samples=96)
+@case("A sky with its sun: multiple scattering, low sun", samples=192)
 def sky_with_sun() -> None:
     """The default of the Sky Texture."""
     kinds = bpy.types.ShaderNodeTexSky.bl_rna.properties["sky_type"].enum_items.keys()
@@ -160,13 +173,17 @@ def hdri_mapped() -> None:
     """As backgrounds are moved to fit a picture."""
     _outside()
     y, x = np.mgrid[0:64, 0:128]
-    pixels = np.stack([0.3 + 0.2 * np.sin(x / 20.0), 0.5 + 0.0 * x, 0.9 - 0.008 * y], axis=-1) * np.where(y < 34, 1.0, 0.3)[..., None]
+    pixels = (
+        np.stack([0.3 + 0.2 * np.sin(x / 20.0), 0.5 + 0.0 * x, 0.9 - 0.008 * y], axis=-1)
+        * np.where(y < 34, 1.0, 0.3)[..., None]
+    )
     pixels[12:15, 30:33] = (60.0, 50.0, 35.0)
     image = stage.image("HDRI", pixels, "Linear Rec.709", is_float=True)
     tree = stage.world()
     place = stage.node(tree, "ShaderNodeTexCoord").outputs["Generated"]
     mapping = stage.node(tree, "ShaderNodeMapping", {
-        "Vector": place, "Rotation": (0.1, 0.2, 0.9), "Location": (0.0, 0.0, -0.1), "Scale": (1.0, 1.0, 1.3)})  # fmt: skip
+        "Vector": place, "Rotation": (0.1, 0.2, 0.9), "Location": (0.0, 0.0, -0.1),
+        "Scale": (1.0, 1.0, 1.3)})  # fmt: skip
     texture = stage.node(tree, "ShaderNodeTexEnvironment", {"Vector": mapping}, image=image)
     color = stage.node(tree, "ShaderNodeHueSaturation", {"Saturation": 0.6, "Color": texture})
     tree.links.new(color.outputs[0], tree.nodes["Background"].inputs["Color"])

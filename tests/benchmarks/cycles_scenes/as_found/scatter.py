@@ -6,7 +6,6 @@ import math
 from typing import Any
 
 import bpy
-import numpy as np
 from mathutils import Matrix
 
 from .. import stage
@@ -30,7 +29,9 @@ def modifiers() -> None:
     halves = mirror.modifiers.new("Mirror", "MIRROR")
     halves.use_axis = halves.use_bisect_axis = (True, False, False)
     mirror.modifiers.new("Subdivision", "SUBSURF").render_levels = 2
-    cutter = stage.add("Cutter", stage.sphere("Cutter", stage.diffuse("Cut", (0.1, 0.3, 0.7)), radius=0.6), (2.6, -1.2, 0.9))
+    cutter = stage.add(
+        "Cutter", stage.sphere("Cutter", stage.diffuse("Cut", (0.1, 0.3, 0.7)), radius=0.6), (2.6, -1.2, 0.9)
+    )
     cutter.hide_render = True
     cut = stage.add("Cut", stage.cube("Cut", made, size=1.0), (2.9, -0.8, 0.5))
     boolean = cut.modifiers.new("Boolean", "BOOLEAN")
@@ -88,15 +89,17 @@ def smoothing() -> None:
     for face in second.data.polygons:
         face.use_smooth = True
     second.modifiers.new("Weighted", "WEIGHTED_NORMAL").keep_sharp = True
-    third = stage.add("Marked", stage.cylinder("Marked", shiny, radius=0.6, top=0.3, depth=1.0, segments=12, smooth=True),
-                      (1.2, 0, 0.5))  # fmt: skip
+    cone = stage.cylinder("Marked", shiny, radius=0.6, top=0.3, depth=1.0, segments=12, smooth=True)
+    third = stage.add("Marked", cone, (1.2, 0, 0.5))  # fmt: skip
     for edge in third.data.edges:
         edge.use_edge_sharp = edge.index % 3 == 0
     fourth = stage.add("Split", stage.sphere("Split", shiny, radius=0.6, segments=12), (2.6, 0, 0.6))
     fourth.modifiers.new("Split", "EDGE_SPLIT").split_angle = math.radians(40.0)
 
 
-@case("Scatter by geometry nodes: instances on points, random turns and sizes, realised and not, by collection", bounces=2)
+@case(
+    "Scatter by geometry nodes: instances on points, random turns and sizes, realised and not, by collection", bounces=2
+)
 def node_scatter() -> None:
     """Grass, stones and trees of tutorials."""
     stage.studio(width=6.0)
@@ -131,8 +134,8 @@ def node_scatter() -> None:
         return group
 
     for k in range(2):
-        ground = stage.add(f"Ground {k}", stage.grid(f"Ground {k}", _two_tone("Ground"), size=2.4), (-1.4 + 2.8 * k, 0, 0.2),
-                           (0.2, 0.1, 0.3))  # fmt: skip
+        patch = stage.grid(f"Ground {k}", _two_tone("Ground"), size=2.4)
+        ground = stage.add(f"Ground {k}", patch, (-1.4 + 2.8 * k, 0, 0.2), (0.2, 0.1, 0.3))  # fmt: skip
         ground.modifiers.new("Scatter", "NODES").node_group = scattered(f"Scatter {k}", k > 0)
 
 
@@ -209,7 +212,8 @@ def millimetres() -> None:
     """Jewellery: one thousandth of the usual size."""
     stage.studio(width=6.0)
     stage.row([stage.principled("Gold", (0.9, 0.7, 0.3), Metallic=1.0, Roughness=0.15),
-               stage.simple("Gem", "ShaderNodeBsdfGlass", {"IOR": 2.0, "Color": (0.9, 0.95, 1.0)})], gap=1.6)  # fmt: skip
+               stage.simple("Gem", "ShaderNodeBsdfGlass", {"IOR": 2.0, "Color": (0.9, 0.95, 1.0)})],
+              gap=1.6)  # fmt: skip
     _scaled(0.001)
 
 

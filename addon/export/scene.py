@@ -33,6 +33,7 @@ from .materials.holdouts import hold_out
 from .materials.material import MaterialReading, read_material
 from .nodes.camera_view import CameraView
 from .nodes.images import Images
+from .surroundings.backdrop import add_backdrop
 from .surroundings.camera import export_camera
 from .surroundings.environment import bake_world
 from .surroundings.lamp_bake import bake_lamps
@@ -161,6 +162,8 @@ def _export(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int, code
     for name, reading in out.materials.items():
         out.scene.materials[name] = reading.value
         out.scene.materials |= reading.parts
+    if world.backdrop is not None:
+        add_backdrop(out, world.backdrop, images, bake)
     out.scene.images = images.found
     expose(out.scene, out.settings.exposure)
     drop_caustics(out.scene, out.settings, report)

@@ -212,3 +212,19 @@ def areas_with_spread() -> None:
     for k, (shape, spread) in enumerate((("SQUARE", 0.4), ("RECTANGLE", 1.2), ("DISK", 2.0), ("ELLIPSE", 0.05))):
         stage.lamp("AREA", f"Area {k}", 120.0, (-3.0 + 2.0 * k, -2.5, 2.0), (-2.0 + 1.5 * k, 0.0, 0.3), shape=shape,
                    size=0.8, size_y=0.3, spread=spread)  # fmt: skip
+
+
+@case("A picture behind the scene for the camera, corrected by nodes, and a sky that lights it", samples=64)
+def camera_sees_photo() -> None:
+    """As archviz scenes place photographs outside of windows."""
+    _outside()
+    tree = stage.world()
+    photo = stage.image("Photo", np.random.default_rng(9).uniform(0.1, 0.9, (8, 16, 3)))
+    texture = stage.node(tree, "ShaderNodeTexEnvironment", image=photo)
+    warm = stage.node(tree, "ShaderNodeBrightContrast", {"Color": texture, "Bright": 0.1, "Contrast": 0.2})
+    sky = stage.node(tree, "ShaderNodeTexSky", sky_type="HOSEK_WILKIE", sun_direction=(0.3, -0.5, 0.5))
+    shown = stage.node(tree, "ShaderNodeBackground", {"Color": warm})
+    light = stage.node(tree, "ShaderNodeBackground", {"Color": sky, "Strength": 0.6})
+    path = stage.node(tree, "ShaderNodeLightPath")
+    mixed = stage.node(tree, "ShaderNodeMixShader", {"Fac": path.outputs["Is Camera Ray"], 1: light, 2: shown})
+    tree.links.new(mixed.outputs[0], tree.get_output_node("CYCLES").inputs["Surface"])

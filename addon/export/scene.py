@@ -155,9 +155,7 @@ def _export(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int, code
         bake_world(world, images, bake, report)
     out.scene.meshes = meshes.build(out.meshes)
     _link_lights(out)
-    bake_lamps(out, bake)
     out.scene.world = world.value
-    out.scene.lights = {**out.scene.lights, **world.suns}
     out.scene.materials = {}
     for name, reading in out.materials.items():
         out.scene.materials[name] = reading.value
@@ -165,6 +163,8 @@ def _export(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int, code
     if world.backdrop is not None:
         add_backdrop(out, world.backdrop, images, bake)
     out.scene.images = images.found
+    bake_lamps(out, bake)
+    out.scene.lights = {**out.scene.lights, **world.suns}
     expose(out.scene, out.settings.exposure)
     drop_caustics(out.scene, out.settings, report)
     _warn_of_frames(out)

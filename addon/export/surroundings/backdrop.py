@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from ..scene import Export
 
 NAME = "(world) seen by camera rays"
-AROUND, UP = 48, 24  # faces of the sphere
+AROUND = 48  # faces of the sphere around its equator
 WITHIN_CLIP = 0.98  # of the clip distance, beyond which the camera sees nothing
 FARTHEST = 1e5  # metres; a clip distance beyond it is as good as none
 AWAY = 10.0  # radius relative to the scene's size, if the camera has no clip distance
@@ -47,9 +47,9 @@ def add_backdrop(out: Export, seen: WorldReading, images: Images, resolution: in
     glow = edgegrad.Material(np.zeros(3), kind="DIFFUSE", textures={"emission": emission})
     out.scene.materials = {**out.scene.materials, NAME: glow}
     camera = out.scene.camera
-    vertices, faces = _sphere(_radius(out))
-    sphere = edgegrad.Mesh(vertices + camera.to_world[:3, 3], faces, materials=(NAME,), visible_to=frozenset({"camera"}))
-    out.scene.meshes = {**out.scene.meshes, NAME: sphere}
+    vertices, faces = _sphere(_radius(out), AROUND)
+    out.scene.meshes = {**out.scene.meshes, NAME: edgegrad.Mesh(
+        vertices + camera.to_world[:3, 3], faces, materials=(NAME,), visible_to=frozenset({"camera"}))}  # fmt: skip
     out.meshes[NAME] = Source("", "", np.eye(4), instance=True, part=NAME)
 
 
@@ -64,12 +64,14 @@ def _radius(out: Export) -> float:
     return AWAY * float(max([1.0, *far]))
 
 
-def _sphere(radius: float) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-    turn, rise = np.meshgrid(np.arange(AROUND) * 2.0 * np.pi / AROUND, np.linspace(0.0, np.pi, UP + 1))
+def _sphere(radius: float, around: int) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """Vertices and faces of a sphere with this many faces around its equator, which face outwards."""
+    up = around // 2
+    turn, rise = np.meshgrid(np.arange(around) * 2.0 * np.pi / around, np.linspace(0.0, np.pi, up + 1))
     vertices = radius * np.stack([np.sin(rise) * np.cos(turn), np.sin(rise) * np.sin(turn), np.cos(rise)], axis=-1)
-    row, column = (x.ravel() for x in np.meshgrid(np.arange(UP), np.arange(AROUND), indexing="ij"))
-    a, b = row * AROUND + column, row * AROUND + (column + 1) % AROUND
-    upper, lower = np.stack([a, a + AROUND, b + AROUND], axis=1), np.stack([a, b + AROUND, b], axis=1)
+    row, column = (x.ravel() for x in np.meshgrid(np.arange(up), np.arange(around), indexing="ij"))
+    a, b = row * around + column, row * around + (column + 1) % around
+    upper, lower = np.stack([a, a + around, b + around], axis=1), np.stack([a, b + around, b], axis=1)
     # At the poles one triangle of each pair has no area.
-    faces = np.concatenate([upper[row < UP - 1], lower[row > 0]])
+    faces = np.concatenate([upper[row < up - 1], lower[row > 0]])
     return vertices.reshape(-1, 3), faces.astype(np.int32)

@@ -82,8 +82,7 @@ def organised() -> None:
     scene.view_layers.new("Second").layer_collection.children["Shown"].exclude = True
 
 
-@case("Holdout objects before a transparent film",
-      differs=("A holdout is rendered as an ordinary object, which the export says.",))  # fmt: skip
+@case("Holdout objects before a transparent film")
 def holdouts() -> None:
     """Objects that cut holes."""
     stage.studio(width=5.0)

@@ -22,6 +22,7 @@ from ..nodes.read_inputs import rows
 if TYPE_CHECKING:
     from ..scene import Export
 
+LIGHT = "light"  # `Source.part` of the bodies
 SIGNS = np.array(np.meshgrid((-1, 1), (-1, 1), (-1, 1))).reshape(3, -1).T  # of the normals of an octahedron's faces
 LEAST_RADIUS = 1e-3  # of a light without a size, relative to the distance of what it lights
 # Nodes whose value depends on the distance from the light.
@@ -76,7 +77,7 @@ def replace_light(out: Export, name: str, tint: NDArray[np.float64], factors: ND
     while key in out.scene.meshes:
         key += " (light)"
     out.scene.meshes = {**out.scene.meshes, key: mesh}
-    source.part = "light"
+    source.part = LIGHT
     out.meshes[key] = source
     del out.lights[name]
     out.scene.lights = {other: one for other, one in out.scene.lights.items() if other != name}

@@ -221,6 +221,9 @@ class _Reading:
             self.normal = displaced_normal(self.reader, nodes.feed(output.inputs["Displacement"]))
         except Unreadable as error:
             self.reader.note(f"the bump of its displacement is left out, since {error} can't be read")
+        if self.material.displacement_method == "BOTH" and self.normal is not None and _follows_position(self.normal):
+            self.reader.note("the bump beside its displacement follows the displaced surface; Cycles takes its slopes "
+                             "beside the place before displacement, which differ a little")  # fmt: skip
 
     def read(self, output: Any, report: Report) -> None:
         found = list(parts(self.reader, nodes.feed(output.inputs["Surface"])))
@@ -303,6 +306,12 @@ class _Reading:
         if self.reader.notes:
             out.append("approximated as warned")
         return "; ".join(out)
+
+
+def _follows_position(value: Expression) -> bool:
+    """Whether an expression varies with the position in space, and not only with UV maps and other attributes."""
+    own = (attributes.layer(attributes.OBJECT), attributes.layer(attributes.GENERATED), e.Coordinates("POSITION"))
+    return any(node in own for node in nodes_of(value) if isinstance(node, e.Attribute | e.Coordinates))
 
 
 def _has_transparent_shadow(material: Any) -> bool:

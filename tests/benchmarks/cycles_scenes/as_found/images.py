@@ -31,7 +31,7 @@ def _noise(seed: int, color: Any) -> Any:
     return np.random.default_rng(seed).uniform(0.2, 1.0, (8, 8, 1)).repeat(4, 0).repeat(4, 1) * np.array(color)
 
 
-def _shown(image: Any, name: str, scale: float = 1.0, color: str = "Color", **user: Any) -> Any:
+def _shown(image: Any, name: str, scale: float = 1.0, color: str = "Color", **user: int) -> Any:
     def shader(tree: Any) -> Any:
         place = stage.node(tree, "ShaderNodeMapping", {
             "Vector": stage.node(tree, "ShaderNodeTexCoord").outputs["UV"], "Scale": (scale,) * 3})  # fmt: skip
@@ -72,7 +72,7 @@ def sequences() -> None:
         Path(_saved(f"frame_{k:04}.png", _noise(k, color))).rename(folder / f"frame_{k:04}.png")
     image = bpy.data.images.load(str(folder / "frame_0001.png"))
     image.source = "SEQUENCE"
-    settings = {"frame_duration": 3, "use_auto_refresh": True}
+    settings: dict[str, Any] = {"frame_duration": 3, "use_auto_refresh": True}
     stage.row([_shown(image, "Second frame", frame_start=1, **settings), _shown(
         image, "Shifted", frame_start=1, frame_offset=1, **settings), _shown(
         image, "Cyclic", frame_start=-1, use_cyclic=True, **settings)])  # fmt: skip

@@ -130,6 +130,9 @@ def odd_images() -> None:
     one = stage.image("One", np.full((1, 1, 3), 0.4))
     wide = stage.image("Wide", np.random.default_rng(1).uniform(0, 1, (1, 300, 3)))
     bright = stage.image("Bright", np.random.default_rng(2).uniform(-1, 9, (8, 8, 3)), "Linear Rec.709", is_float=True)
-    made = [stage.material(one_.name, lambda tree, image=one_: stage.node(tree, "ShaderNodeBsdfDiffuse", {
-        "Color": stage.node(tree, "ShaderNodeTexImage", image=image)})) for one_ in (one, wide, bright)]  # fmt: skip
-    stage.row(made)
+
+    def shown(image: Any) -> Any:
+        return stage.material(image.name, lambda tree: stage.node(tree, "ShaderNodeBsdfDiffuse", {
+            "Color": stage.node(tree, "ShaderNodeTexImage", image=image)}))  # fmt: skip
+
+    stage.row([shown(image) for image in (one, wide, bright)])

@@ -22,6 +22,8 @@ class Case:
     ----------
     name, title
         Key, and what it shows in a few words.
+    feature
+        What its family is about: the module's name.
     build
         Makes it in an empty scene.
     bounces
@@ -44,6 +46,7 @@ class Case:
     differs: tuple[str, ...]
     limits: Mapping[str, float]
     source: str
+    feature: str
 
     def fingerprint(self, *settings: object) -> str:
         """Hash of what decides Cycles' picture: the builder, what builders share, settings, Blender's version."""
@@ -78,6 +81,12 @@ def _shared(family: Path) -> str:
     return "\n".join([_code(family), *map(_shared, imported)])
 
 
+def _feature(family: Path) -> str:
+    """What a family is about, in words: "lamp settings", "as found: lights"."""
+    folders = family.relative_to(Path(__file__).parent).with_suffix("").parts
+    return ": ".join(folders).replace("_", " ")
+
+
 def case(
     title: str, *, bounces: int = 3, samples: int = 48, differs: Sequence[str] = (), **limits: float
 ) -> Callable[[Builder], Builder]:
@@ -87,7 +96,7 @@ def case(
         name = build.__name__
         family = Path(build.__code__.co_filename)
         source = _shared(family) + _code(family, name)
-        CASES[name] = Case(name, title, build, bounces, samples, tuple(differs), limits, source)
+        CASES[name] = Case(name, title, build, bounces, samples, tuple(differs), limits, source, _feature(family))
         return build
 
     return register

@@ -29,7 +29,7 @@ LEAST_RADIUS = 1e-3  # of a light without a size, relative to the distance of wh
 OF_DISTANCE = ("LIGHT_FALLOFF", "LIGHT_PATH")
 
 
-def is_directed(out: Export, name: str, light: Any) -> bool:
+def may_be_directed(out: Export, name: str, light: Any) -> bool:
     """Whether a light can become a sphere: its nodes do not depend on the distance, and nothing is linked to it."""
     exported, source = out.scene.lights[name], out.lights[name]
     return (isinstance(exported, edgegrad.PointLight | edgegrad.SpotLight) and exported.casts_shadow

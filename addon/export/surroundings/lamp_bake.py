@@ -17,13 +17,14 @@ from numpy.typing import NDArray
 from ..bakes.bake import Temporary, temporary
 from ..bakes.bake_scene import BakeScene, own_groups, show_to
 from ..nodes.ray_kinds import SAMPLED
-from .directed_lamps import is_directed, replace_light
+from .directed_lamps import may_be_directed, replace_light
 from .lamp_nodes import read_emission
 
 if TYPE_CHECKING:
     from ..scene import Export
 
 PIXELS = 64
+UNIFORM = 0.05  # spread of a light that counts as the same in all directions, relative to its maximum
 DIRECTIONS = 256  # pixels around the panorama of a light that shines differently in different directions
 ALBEDO = 0.8  # of the sphere, which is lit directly only
 
@@ -45,7 +46,7 @@ def bake_lamps(out: Export, resolution: int) -> None:
         if getattr(light, "use_temperature", False):
             tint = tint * np.array(light.temperature_color, np.float64)
         reach = _reach(out, source.matrix[:3, 3])
-        directed = directions(light, reach) if resolution > 0 and is_directed(out, name, light) else None
+        directed = directions(light, reach) if resolution > 0 and may_be_directed(out, name, light) else None
         if directed is not None:
             replace_light(out, name, tint, directed, reach)
             out.report.tell(where, "shines differently in different directions, so it is a small body that glows")
@@ -83,12 +84,23 @@ def mean_emission(light: Any, reach: float = 1.0) -> NDArray[np.float64] | None:
 
 
 def directions(light: Any, reach: float) -> NDArray[np.float64] | None:
-    """(H, W, 3) factor of the power of a point light or spot by direction; None if Cycles can't tell."""
+    """(H, W, 3) factor of the power of a point or spot light by direction; None: it does not vary, or Cycles fails."""
     try:
         with temporary() as keep:
+            everywhere = lit_sphere(keep, light, reach, PIXELS)
+            shone = everywhere[_shines(light, len(everywhere))]
+            if np.ptp(shone, axis=(0, 1)).max() <= UNIFORM * shone.max():
+                return None
             return lit_sphere(keep, light, reach, DIRECTIONS, cone=True)
     except RuntimeError:
         return None
+
+
+def _shines(light: Any, height: int) -> NDArray[np.bool_]:
+    """(height,) rows of a panorama in the axes of a light to which it shines: a spot shines along its -Z."""
+    from_axis = np.pi * (1.0 - (np.arange(height) + 0.5) / height)
+    reach = 0.5 * light.spot_size if light.type == "SPOT" else np.pi
+    return np.asarray(from_axis <= max(reach, from_axis.min()))
 
 
 def _copy(keep: Temporary, light: Any, **settings: Any) -> Any:
@@ -121,10 +133,7 @@ def _area(keep: Temporary, light: Any) -> NDArray[np.float64]:
 def _point(keep: Temporary, light: Any, reach: float) -> NDArray[np.float64]:
     """Measure the mean intensity of a point light in all directions, or of a spot in its cone."""
     picture = lit_sphere(keep, light, reach, PIXELS)
-    from_axis = np.pi * (1.0 - (np.arange(len(picture)) + 0.5) / len(picture))  # a spot shines along its -Z
-    rows = np.sin(from_axis)
-    if light.type == "SPOT":
-        rows = np.where(from_axis <= max(0.5 * light.spot_size, from_axis.min()), rows, 0.0)
+    rows = np.sin(np.pi * (np.arange(len(picture)) + 0.5) / len(picture)) * _shines(light, len(picture))
     return np.asarray(np.average(picture.mean(axis=1), axis=0, weights=rows))
 
 

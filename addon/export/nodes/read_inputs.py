@@ -72,6 +72,8 @@ def _geometry(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand
         return e.Coordinates(known[output.identifier])
     if output.identifier == "Backfacing":
         return e.Backfacing()
+    if output.identifier == "Pointiness":
+        return attributes.layer(attributes.POINTINESS)
     raise unreadable(node, groups, output.identifier)
 
 

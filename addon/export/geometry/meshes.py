@@ -18,13 +18,17 @@ from edgegrad.scene.placement import is_tangent, placed_tangents, stretches
 from ...problem import Report
 from .attributes import TANGENT, ObjectValues, is_of_object, read_attributes
 from .mesh import MeshArrays, evaluated_mesh, read_mesh
-from .normals import given_normals
+from .normals import coarse_share, given_normals
 
 if TYPE_CHECKING:
     from ..scene import Source
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
+
+
+# Share of a mesh's area that must be coarse for a warning.
+COARSE_AREA = 0.05
 
 
 @dataclass(frozen=True)
@@ -83,6 +87,7 @@ class PlacedMeshes:
     def __init__(self, report: Report) -> None:
         self._report = report
         self._arrays: dict[int, MeshArrays] = {}
+        self._coarse: set[int] = set()  # keys of `_arrays`
         self._groups: dict[tuple[Any, ...], Group] = {}
 
     def add(self, placed: Placed, names: set[str]) -> None:
@@ -93,7 +98,14 @@ class PlacedMeshes:
     def _add(self, placed: Placed, data: Any, pointer: int, names: set[str]) -> None:
         if pointer not in self._arrays:
             self._arrays[pointer] = read_mesh(data)
+            if coarse_share(self._arrays[pointer].positions, self._arrays[pointer].faces,
+                            self._arrays[pointer].smoothing, self._arrays[pointer].normals) > COARSE_AREA:  # fmt: skip
+                self._coarse.add(pointer)
         arrays = self._arrays[pointer]
+        if pointer in self._coarse:
+            where = f"object '{placed.source.object}'"
+            self._report.warn(where, "is smooth but coarse: light from below its triangles is left out, with which "
+                              "Cycles lights them where their smooth normals allow it")  # fmt: skip
         self.place(placed, pointer, arrays, len(data.loops), names,
                    lambda values: read_attributes(data, arrays, sorted(names), values))  # fmt: skip
 

@@ -87,7 +87,6 @@ class PlacedMeshes:
     def __init__(self, report: Report) -> None:
         self._report = report
         self._arrays: dict[int, MeshArrays] = {}
-        self._coarse: set[int] = set()  # keys of `_arrays`
         self._groups: dict[tuple[Any, ...], Group] = {}
 
     def add(self, placed: Placed, names: set[str]) -> None:
@@ -98,14 +97,7 @@ class PlacedMeshes:
     def _add(self, placed: Placed, data: Any, pointer: int, names: set[str]) -> None:
         if pointer not in self._arrays:
             self._arrays[pointer] = read_mesh(data)
-            if coarse_share(self._arrays[pointer].positions, self._arrays[pointer].faces,
-                            self._arrays[pointer].smoothing, self._arrays[pointer].normals) > COARSE_AREA:  # fmt: skip
-                self._coarse.add(pointer)
         arrays = self._arrays[pointer]
-        if pointer in self._coarse:
-            where = f"object '{placed.source.object}'"
-            self._report.warn(where, "is smooth but coarse: light from below its triangles is left out, with which "
-                              "Cycles lights them where their smooth normals allow it")  # fmt: skip
         self.place(placed, pointer, arrays, len(data.loops), names,
                    lambda values: read_attributes(data, arrays, sorted(names), values))  # fmt: skip
 
@@ -159,6 +151,7 @@ class PlacedMeshes:
         out: dict[str, edgegrad.Mesh] = {}
         for group in self._groups.values():
             first = group.sources[0]
+            self._warn_of_coarse(group)
             if len(group.sources) == 1:
                 name = unused_name(first, group.holders[0], out)
                 out[name] = _in_world(group, first.matrix)
@@ -169,6 +162,18 @@ class PlacedMeshes:
                 out[name] = replace(_in_own_space(group), instances=np.stack([s.matrix for s in group.sources]))
             sources[name] = first
         return out
+
+
+    def _warn_of_coarse(self, group: Group) -> None:
+        """Warn of meshes whose smooth normals lie far from those of their triangles; hair and points are made so."""
+        arrays = group.arrays
+        if not group.corner_count:
+            return
+        if coarse_share(arrays.positions, arrays.faces, arrays.smoothing, arrays.normals) > COARSE_AREA:
+            for name in dict.fromkeys(source.object for source in group.sources):
+                self._report.warn(f"object '{name}'", "is smooth but coarse: light from below its triangles is left "
+                                  "out, with which Cycles lights them where their smooth normals allow "
+                                  "it")  # fmt: skip
 
 
 def _terminator(ob: Any) -> float:

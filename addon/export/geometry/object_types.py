@@ -54,7 +54,7 @@ class OtherGeometry:
         self._camera = camera
         self._use_hair = bool(getattr(depsgraph.view_layer, "use_strand", True))
         shape = getattr(getattr(depsgraph.scene, "cycles_curves", None), "shape", "RIBBONS")
-        self._linear = shape == "THICK_LINEAR"
+        self._linear, self._ribbons = shape == "THICK_LINEAR", shape == "RIBBONS"
         self._report = report
         self._strands = 0
         self._built: dict[Any, Any] = {}
@@ -81,7 +81,7 @@ class OtherGeometry:
                         partial(build_points, ob, self._camera, report=self._report,
                                 translucent=_lets_light_through(materials[slots[0]])))  # fmt: skip
             return
-        make = HairMeshes(self._camera, self._linear, self._report, self._strands)
+        make = HairMeshes(self._camera, self._linear, self._report, self._strands, self._ribbons)
         for hair in self._hair(instance):
             slot = slots[hair.slot(len(slots))]
             through = _lets_light_through(materials[slot])

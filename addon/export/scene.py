@@ -62,7 +62,7 @@ class Source:
     holder
         Full name of the object, or of its instancer.
     part
-        Name of a part of the object that is a mesh of its own: a hair system.
+        Name of a part of the object that is a mesh of its own: a hair system, the body of a lamp, a world's backdrop.
     displaced
         Whether its material has moved its vertices.
     """

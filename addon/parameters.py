@@ -13,6 +13,7 @@ from edgegrad.scene import parameters as values
 
 from . import write_back
 from .export import Export
+from .export.surroundings.directed_lamps import LIGHT
 from .problem import Problem
 
 
@@ -65,6 +66,9 @@ class Names:
                 out.append(f"materials.{name}.{fieldname}")
         for name in self.power:
             light = export.scene.lights.get(name)
+            if any(source.object == name and source.part == LIGHT for source in export.meshes.values()):
+                raise Problem(f"light '{name}': its nodes make it shine differently in different directions, so its "
+                              "power can't be fitted; unlink them, or fit another light")
             if light is None:
                 raise Problem(f"light '{name}': {_among('no light of this name is rendered', export.lights)}")
             write_back.check_light(name)

@@ -26,12 +26,14 @@ from .geometry.displacement import displace, read_displacement, warn_about_adapt
 from .geometry.linking import linked, uses_linking
 from .geometry.meshes import Placed, PlacedMeshes
 from .geometry.object_types import RENDERED, OtherGeometry, warn_about_type
-from .geometry.visibility import visible_to, warn_about_layer, warn_about_visibility
+from .geometry.visibility import is_holdout, visible_to, warn_about_visibility
 from .inventory.naming import name_scene, name_settings
 from .materials.caustics import drop_caustics
+from .materials.holdouts import hold_out
 from .materials.material import MaterialReading, read_material
+from .nodes.camera_view import CameraView
 from .nodes.images import Images
-from .nodes.read_normals import pixel_size
+from .surroundings.backdrop import add_backdrop
 from .surroundings.camera import export_camera
 from .surroundings.environment import bake_world
 from .surroundings.lamp_bake import bake_lamps
@@ -60,7 +62,7 @@ class Source:
     holder
         Full name of the object, or of its instancer.
     part
-        Name of a part of the object that is a mesh of its own: a hair system.
+        Name of a part of the object that is a mesh of its own: a hair system, the body of a lamp, a world's backdrop.
     displaced
         Whether its material has moved its vertices.
     """
@@ -121,7 +123,7 @@ def _export(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int, code
     report = Report()
     views = [export_camera(camera.evaluated_get(depsgraph), scene, report)
              for camera in (evaluation.camera, *more_cameras)]  # fmt: skip
-    view = views[0]
+    view, seen = views[0], CameraView.of(views[0])
     out = Export(edgegrad.Scene(camera=view), read_settings(scene), report=report, views=views)
     if evaluation.unread_layers:
         names = ", ".join(f"'{name}'" for name in evaluation.unread_layers)
@@ -133,15 +135,14 @@ def _export(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int, code
     # iterator, since reading may create data and thus invalidate the iterator.
     materials = walk.materials()
     for material in materials:
-        out.materials[_key(material)] = read_material(material, images, report, _world_to_camera(view),
-                                                      pixel_size(view))  # fmt: skip
+        out.materials[_key(material)] = read_material(material, images, report, seen)
         if material is not None:
             name_settings(material, f"material '{material.name}'", scene, report)
     world = read_world(scene, depsgraph.view_layer, images, report)
     name_scene(scene, depsgraph.view_layer, evaluation.camera, world.world, report)
     displacements = {}
     for material in materials:
-        found = read_displacement(material, images, report, _world_to_camera(view))
+        found = read_displacement(material, images, report, seen)
         if found is not None:
             displacements[_key(material)] = found
     needed = {name: reading.attributes() for name, reading in out.materials.items()}
@@ -149,30 +150,27 @@ def _export(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int, code
                                      for name, names in needed.items()})  # fmt: skip
     displace(meshes.groups(), displacements, needed, report)
     bake_materials(out, meshes, images, depsgraph, bake)
+    hold_out(out, meshes)
     if world.baked:
         bake_world(world, images, bake, report)
     out.scene.meshes = meshes.build(out.meshes)
     _link_lights(out)
-    bake_lamps(out, bake)
     out.scene.world = world.value
-    out.scene.lights = {**out.scene.lights, **world.suns}
     out.scene.materials = {}
     for name, reading in out.materials.items():
         out.scene.materials[name] = reading.value
         out.scene.materials |= reading.parts
+    if world.backdrop is not None:
+        add_backdrop(out, world.backdrop, images, bake)
     out.scene.images = images.found
+    bake_lamps(out, bake)
+    out.scene.lights = {**out.scene.lights, **world.suns}
     expose(out.scene, out.settings.exposure)
     drop_caustics(out.scene, out.settings, report)
     _warn_of_frames(out)
     warn_about_coincident(out)
     append_effects(out)
     return out
-
-
-def _world_to_camera(view: edgegrad.Camera) -> NDArray[np.float64]:
-    # In Cycles' camera space, Z is the depth.
-    flip = np.diag(np.array([1.0, 1.0, -1.0, 1.0]))
-    return np.asarray(flip @ np.linalg.inv(view.to_world), np.float64)
 
 
 def _key(material: Any) -> str:
@@ -225,10 +223,10 @@ class _Walk:
                     lights[name], out.lights[name] = light, source
                 continue
             warn_about_visibility(ob.original, out.report)
-            warn_about_layer(holder.original, self.depsgraph.view_layer, out.report)
             warn_about_adaptive(ob.original, self.depsgraph.scene, out.report)
             slots = tuple(_key(material) for material in self._slots(ob))
-            placed = Placed(ob, source, holder.original.name, slots, visible, instance.random_id, self.linking)
+            held = is_holdout(holder, self.depsgraph.view_layer)
+            placed = Placed(ob, source, holder.original.name, slots, visible, held, instance.random_id, self.linking)
             if ob.type == "MESH" and instance.show_self and self.depsgraph.view_layer.use_solid:
                 self.meshes.add(placed, set().union(*(needed[slot] for slot in slots)))
             self.others.add(instance, placed, needed, out.materials)

@@ -112,7 +112,8 @@ def test_displacement_is_bump(method: str) -> None:
     m = export.scene.materials["M"]
     assert isinstance(m.textures["smooth_normal"], e.Bump) and "normal" not in m.textures
     assert export.scene.meshes["Cube"].attributes[attributes.SCALE] == pytest.approx(2.0)
-    assert export.report.lines == []
+    # Cycles takes the slopes of both at once in another way, which differs a little.
+    assert bool(export.report.lines) == (method == "BOTH")
 
 
 def test_missing_images_are_magenta() -> None:

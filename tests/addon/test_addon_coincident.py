@@ -112,3 +112,18 @@ def test_work_grows_as_the_number_of_planes_not_of_pairs(monkeypatch: pytest.Mon
         bs.add(f"Tile {k}", bs.plane(f"Tile {k}", 0.2, paints[k % 2]), (0.2 * (k % 10) - 0.9, 0.2 * (k // 10) - 0.9, 0))
     assert not reported()
     assert sum(compared) < 2000
+
+
+def test_a_mesh_that_lies_twice_at_the_same_place_but_for_rounding_is_named() -> None:
+    points = np.array([(-1.0, -1.0, 0.0), (1.0, -1.0, 0.1), (0.3, 1.0, 0.2)])
+    again = (points[::-1] * (1.0 + 2e-7)).tolist()
+    bs.add("Twice", bs.mesh("Twice", [*points.tolist(), *again], [(0, 1, 2), (3, 4, 5)], bs.material("Grey")))
+    (line,) = reported()
+    assert "'Twice'" in line and "lie twice" in line
+
+
+def test_a_body_that_is_flattened_by_its_scale_is_named_and_a_plane_is_not() -> None:
+    bs.add("Plane", bs.plane("Plane", 1.0, bs.material("Grey")), (2, 0, 0), scale=(1, 1, 0))
+    assert not bs.export().report.lines
+    bs.add("Cube", bs.cube("Cube", bs.material("Red")), scale=(1, 1, 0))
+    assert any("'Cube'" in line and "scale of zero" in line for line in bs.export().report.lines)

@@ -77,7 +77,7 @@ def test_lights_that_are_not_normalized(kind: Any, settings: Any, factor: Any) -
 
 
 def test_light_nodes() -> None:
-    light = bs.light("POINT", energy=2.0).data
+    light = bs.light("AREA", energy=2.0).data
     if bpy.app.version < (5, 1, 0):
         light.use_nodes = True
     emission = next(node for node in light.node_tree.nodes if node.type == "EMISSION")

@@ -36,6 +36,7 @@ class Row:
 
     scene: str
     title: str
+    feature: str
     bounces: int
     samples: int
     cycles_seconds: float
@@ -54,19 +55,19 @@ class Row:
 
     @property
     def verdict(self) -> str:
-        """"agrees", "known", "differs" or "fails"."""
+        """"agrees"; "named" if the pictures differ for known reasons and the export says so; "differs" or "fails"."""
         if self.figures is None:
             return "fails"
         if self.figures.agrees:
             return "agrees"
-        return "known" if self.differs else "differs"
+        return "named" if self.differs and self.notes else "differs"
 
 
 def build(case: Case, path: Path, samples: int) -> None:
     """Build a case's scene and save it."""
-    scene = stage.empty()
-    case.build()
-    cycles_peer.prepare(scene, samples, case.bounces, case.limits)
+    stage.empty()
+    case.build()  # may open a file, which replaces the scene
+    cycles_peer.prepare(bpy.context.scene, samples, case.bounces, case.limits)
     bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True, check_existing=False)
 
 
@@ -102,7 +103,7 @@ def compare(case: Case, output: Path, samples: int | None = None, seeds: int = S
     samples = samples or case.samples
     output.mkdir(parents=True, exist_ok=True)
     theirs, cycles_seconds = by_cycles(case, output, samples, seeds)
-    row = Row(case.name, case.title, case.bounces, samples, cycles_seconds, differs=case.differs)
+    row = Row(case.name, case.title, case.feature, case.bounces, samples, cycles_seconds, differs=case.differs)
     try:
         ours, row.edgegrad_seconds, row.notes = by_edgegrad(samples, seeds)
         row.figures, _ = agreement.compare(ours, theirs)
@@ -129,7 +130,18 @@ def line(row: Row) -> str:
             f"{figures.rmse:.2%} ({figures.noise:.2%}) | {figures.pixel_rmse:.1%} ({figures.pixel_noise:.1%}) | "
             f"{figures.their_noise:.1%} / {figures.our_noise:.1%} | "
             f"{row.cycles_seconds:.2f} / {row.edgegrad_seconds:.2f} | {row.speed_up:.1f}× | "
-            f"{row.verdict if row.verdict in ('agrees', 'known') else f'**{row.verdict}**'} |")
+            f"{row.verdict if row.verdict in ('agrees', 'named') else f'**{row.verdict}**'} |")
+
+
+def by_feature(rows: Sequence[Row]) -> list[str]:
+    """Lines of a table: how many scenes of each feature agree, differ and are named, or differ silently."""
+    verdicts = ("agrees", "named", "differs", "fails")
+    lines = ["| feature | scenes | agree | differ, named | differ, not named | fail |", "|---|---|---|---|---|---|"]
+    features = {row.feature: [one.verdict for one in rows if one.feature == row.feature] for row in rows}
+    for feature, found in (*features.items(), ("**all**", [row.verdict for row in rows])):
+        counts = [str(found.count(verdict)) if found.count(verdict) else "" for verdict in verdicts]
+        lines.append(f"| {feature} | {len(found)} | {' | '.join(counts)} |")
+    return lines
 
 
 def markdown(rows: Sequence[Row], machine: dict[str, Any]) -> str:
@@ -145,6 +157,8 @@ def markdown(rows: Sequence[Row], machine: dict[str, Any]) -> str:
         f"the noise is at most {agreement.EXCESS_LIMIT:.0%} of the picture's mean. RMSE relative to the mean, in "
         "brackets what the noise alone would give. Noise and seconds are of one picture of one seed (Cycles' are kept "
         "with its pictures); their last column is the quotient of seconds times variance.\n",
+        *by_feature(rows),
+        "",
         HEADER,
         *map(line, rows),
         "\n## Known differences\n",

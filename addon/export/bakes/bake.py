@@ -66,6 +66,13 @@ def temporary() -> Iterator[Temporary]:
         held.remove()
 
 
+def new_scene() -> Any:
+    """An empty scene at the frame of the exported one, which decides the frames of movies and image sequences."""
+    out, source = bpy.data.scenes.new("Edgegrad bake"), bpy.context.scene
+    out.frame_current, out.frame_subframe = source.frame_current, source.frame_subframe
+    return out
+
+
 @dataclass
 class CopiedObject:
     """What bakes need of an instance, which Blender's iterator invalidates.
@@ -122,7 +129,7 @@ class ObjectBaker:
         self._resolution = resolution
         self._slots = slots
         self._mesh = copied.mesh
-        self._scene = keep(bpy.data.scenes.new("Edgegrad bake"))
+        self._scene = keep(new_scene())
         self._scene.render.engine = "CYCLES"
         cycles = self._scene.cycles
         cycles.device, cycles.samples = "CPU", SAMPLES

@@ -15,7 +15,7 @@ from edgegrad.images import read_image
 
 from ...problem import Problem
 from ..nodes.links import reached
-from .bake import Temporary
+from .bake import Temporary, new_scene
 
 SAMPLES = 16
 
@@ -30,7 +30,7 @@ class BakeScene:
     """
 
     def __init__(self, keep: Temporary, where: str) -> None:
-        scene = self.scene = keep(bpy.data.scenes.new("Edgegrad bake"))
+        scene = self.scene = keep(new_scene())
         self._where = where
         scene.render.engine = "CYCLES"
         scene.render.resolution_percentage = 100

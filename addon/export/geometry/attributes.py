@@ -16,6 +16,7 @@ from edgegrad.expression import Attribute
 
 from .mesh import MeshArrays
 from .normals import bits, corner_normals
+from .pointiness import pointiness
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -26,6 +27,7 @@ BAKED_UV = "(baked UV)"
 GENERATED = "(generated)"
 OBJECT = "(object coordinates)"
 OBJECT_NORMAL = "(object normal)"
+POINTINESS = "(pointiness)"
 RANDOM, INDEX, COLOR, LOCATION = "(object random)", "(object index)", "(object color)", "(object location)"
 SCALE = "(object scale)"
 PROPERTY = "(object property) "
@@ -146,6 +148,8 @@ def _read(mesh: Any, arrays: MeshArrays, name: str, of: ObjectValues) -> Any:
         return arrays.positions[arrays.faces]
     if name == OBJECT_NORMAL:
         return corner_normals(mesh)[arrays.corners]
+    if name == POINTINESS:
+        return pointiness(mesh)[arrays.faces]
     if name == ACTIVE_COLOR:
         index = mesh.color_attributes.render_color_index
         return _layer(mesh.color_attributes[index], mesh, arrays) if 0 <= index < len(mesh.color_attributes) else None

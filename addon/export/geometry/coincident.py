@@ -34,6 +34,8 @@ MOST_TRIANGLES = 2_000_000
 ROUNDING = 5e-7
 # Widths of the classes of planes: of normals, and of distances relative to the size of the scene.
 NORMAL_STEP, DISTANCE_STEP = 1e-4, 1e-5
+# Distance of triangles that count as the same, relative to the size of the scene.
+TWIN_STEP = 4e-6
 RAYS_ACROSS = 100  # rays across the picture
 MOST_PAIRS = 1 << 22  # points and triangles that are compared at once
 MOST_BOXES = 32  # in one plane that are compared with each other
@@ -54,7 +56,7 @@ class Triangles:
     owner
         (n,) index in `owners` of the mesh and material; instances of a mesh have their own.
     doubled
-        (n,) whether another triangle of the owner has the same corners.
+        (n,) whether another triangle of the owner lies at the same place.
     """
 
     corners: F64
@@ -135,18 +137,25 @@ def _triangles(scene: edgegrad.Scene, names: list[str]) -> Triangles:
     # Any direction without a special relation to axes and diagonals tells the two sides of a plane apart.
     normal[normal @ (1.0, 0.7548, 0.5698) < 0.0] *= -1.0
     distance = np.einsum("nk,nk->n", normal, every[:, 0] + every[:, 1] + every[:, 2]) / 3.0
-    return Triangles(every, normal, distance, kept, _doubled(every, kept),
-                     owners, middle, max(float((high - low).max()), 1e-6))  # fmt: skip
+    size = max(float((high - low).max()), 1e-6)
+    return Triangles(every, normal, distance, kept, _doubled(every, length[whole], kept, size), owners, middle, size)
 
 
-def _doubled(corners: F64, owner: I64) -> NDArray[np.bool_]:
-    """(n,) whether another triangle of the same owner has the same corners in any order."""
-    of_corner = np.sort(bits(corners.reshape(-1, 3).astype(np.float32)).reshape(-1, 3), axis=1)
-    key = bits(of_corner.view(np.int64), owner)
-    order = np.argsort(key)
-    same = key[order[1:]] == key[order[:-1]]
-    out = np.zeros(len(key), bool)
-    out[order[1:][same]] = out[order[:-1][same]] = True
+def _doubled(corners: F64, area: F64, owner: I64, size: float) -> NDArray[np.bool_]:
+    """(n,) whether another triangle of the same owner has the same centre and area, but for rounding.
+
+    Modifiers that mirror or copy a mesh onto itself round its vertices differently.
+    """
+    out = np.zeros(len(corners), bool)
+    step = TWIN_STEP * size
+    width = np.sqrt(area)
+    large = width > 4.0 * step
+    place = np.column_stack([corners[:, 0] + corners[:, 1] + corners[:, 2], width]) / (3.0 * step)
+    for shift in (0.0, 0.5):  # values on both sides of a border between cells are in one cell if it is shifted
+        key = bits(np.floor(place + shift).astype(np.int64), owner)
+        order = np.argsort(key)
+        same = (key[order[1:]] == key[order[:-1]]) & large[order[1:]] & large[order[:-1]]
+        out[order[1:][same]] = out[order[:-1][same]] = True
     return out
 
 

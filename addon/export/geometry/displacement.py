@@ -21,6 +21,7 @@ from edgegrad.tables.materials import COLUMNS, WIDTH
 from edgegrad.tables.textures.program import compile_textures
 
 from ...problem import Report
+from ..nodes.camera_view import CameraView
 from ..nodes.expressions import Reader, Unreadable, reads
 from ..nodes.images import Images
 from ..nodes.links import Groups, by_identifier, feed
@@ -70,7 +71,7 @@ class Displacement:
         return names - set(OWN)
 
 
-def read_displacement(material: Any, images: Images, report: Report, world_to_camera: Any) -> Displacement | None:
+def read_displacement(material: Any, images: Images, report: Report, view: CameraView) -> Displacement | None:
     """Read the displacement of a material that moves vertices; None: there is none.
 
     Parameters
@@ -88,7 +89,7 @@ def read_displacement(material: Any, images: Images, report: Report, world_to_ca
         return None
     where = f"material '{material.name}'"
     own = Images(coded=images.coded)
-    reader = Reader(own, None, material.pass_index, world_to_camera)
+    reader = Reader(own, None, material.pass_index, view)
     try:
         value = reader.value(by_identifier(output.inputs, "Displacement"))
     except Unreadable as error:

@@ -104,6 +104,9 @@ def _numbers(system: Any) -> range:
     return range(hidden, parents + children)
 
 
+WIDE = 4.0  # pixels, above which ribbons are visibly not tubes
+
+
 @dataclass
 class HairMeshes:
     """Turns hair into meshes.
@@ -116,12 +119,15 @@ class HairMeshes:
         Whether Cycles draws all strands as straight tubes between their points.
     strands
         Number of all strands of the scene, which share the triangles that memory allows.
+    ribbons
+        Whether Cycles draws strands as ribbons that have the normals of tubes.
     """
 
     camera: Camera
     linear: bool
     report: Report
     strands: int
+    ribbons: bool = False
 
     def build(self, hair: Hair, values: ObjectValues, names: set[str], translucent: bool) -> Built | None:
         """Return the mesh of some hair, and its attributes of these names; None: no strand can be seen.
@@ -148,7 +154,12 @@ class HairMeshes:
         thickness = 2.0 * strands.radius * (1.0 if stretches(linear) else scale)
         strands.along |= {INTERCEPT: share[:, None], THICKNESS: thickness[:, None]}
         strands.each[LENGTH] = total[:, None]
-        sides, smooth = sides_for(2.0 * scale * float(np.quantile(strands.radius, 0.9)) / pixel, translucent)
+        width = 2.0 * scale * float(np.quantile(strands.radius, 0.9)) / pixel
+        sides, smooth = sides_for(width, translucent)
+        if self.ribbons and width > WIDE:
+            self.report.warn(hair.label, f"its strands, {width:.2g} pixels wide, are tubes; Cycles' ribbons lie in the "
+                             "middle of the tubes, so that shadows and reflections near them start "
+                             "elsewhere")  # fmt: skip
         if translucent and sides != RIBBON:
             self.report.warn(hair.label, "light that passes through its wide strands meets their surface twice, not "
                              "once as in Cycles")  # fmt: skip

@@ -18,13 +18,17 @@ from edgegrad.scene.placement import is_tangent, placed_tangents, stretches
 from ...problem import Report
 from .attributes import TANGENT, ObjectValues, is_of_object, read_attributes
 from .mesh import MeshArrays, evaluated_mesh, read_mesh
-from .normals import given_normals
+from .normals import coarse_share, given_normals
 
 if TYPE_CHECKING:
     from ..scene import Source
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
+
+
+# Share of a mesh's area that must be coarse for a warning.
+COARSE_AREA = 0.05
 
 
 @dataclass(frozen=True)
@@ -41,6 +45,8 @@ class Placed:
         Names of the materials.
     visible
         Kinds of rays that can hit the object.
+    holdout
+        Whether the camera sees black in its place.
     random_id
         Blender's random number of the instance.
     apart
@@ -52,6 +58,7 @@ class Placed:
     holder: str
     slots: tuple[str, ...]
     visible: frozenset[str]
+    holdout: bool
     random_id: int
     apart: bool
 
@@ -68,6 +75,7 @@ class Group:
     slots: tuple[str, ...]
     visible: frozenset[str]
     terminator: float
+    holdout: bool = False
     sources: list[Source] = field(default_factory=list)
     holders: list[str] = field(default_factory=list)
     corner_count: int = 0
@@ -115,14 +123,20 @@ class PlacedMeshes:
                 self._report.warn(where, "has no faces; it is left out")
             return
         flat = abs(np.linalg.det(placed.source.matrix[:3, :3])) < 1e-30
+        if flat and np.ptp(arrays.positions, axis=0).min() > 0.0:
+            self._report.warn(
+                where,
+                "has a scale of zero along an axis, so its faces lie on each other; rounding "
+                "decides which of them is seen and, in Cycles, whether they shadow each other",
+            )
         terminator = float(_terminator(ob))
         single = flat or any(is_of_object(name) for name in names)
-        key = (shape, placed.slots, placed.visible, terminator, placed.holder if placed.apart else None,
-               len(self._groups) if single else None)  # fmt: skip
+        key = (shape, placed.slots, placed.visible, placed.holdout, terminator,
+               placed.holder if placed.apart else None, len(self._groups) if single else None)  # fmt: skip
         if key not in self._groups:
             values = ObjectValues(ob, placed.source.matrix, placed.random_id)
             self._groups[key] = Group(arrays, attributes(values), placed.slots, placed.visible, terminator,
-                                      corner_count=corner_count)  # fmt: skip
+                                      placed.holdout, corner_count=corner_count)  # fmt: skip
         self._groups[key].sources.append(placed.source)
         self._groups[key].holders.append(placed.holder)
 
@@ -137,6 +151,7 @@ class PlacedMeshes:
         out: dict[str, edgegrad.Mesh] = {}
         for group in self._groups.values():
             first = group.sources[0]
+            self._warn_of_coarse(group)
             if len(group.sources) == 1:
                 name = unused_name(first, group.holders[0], out)
                 out[name] = _in_world(group, first.matrix)
@@ -147,6 +162,18 @@ class PlacedMeshes:
                 out[name] = replace(_in_own_space(group), instances=np.stack([s.matrix for s in group.sources]))
             sources[name] = first
         return out
+
+
+    def _warn_of_coarse(self, group: Group) -> None:
+        """Warn of meshes whose smooth normals lie far from those of their triangles; hair and points are made so."""
+        arrays = group.arrays
+        if not group.corner_count:
+            return
+        if coarse_share(arrays.positions, arrays.faces, arrays.smoothing, arrays.normals) > COARSE_AREA:
+            for name in dict.fromkeys(source.object for source in group.sources):
+                self._report.warn(f"object '{name}'", "is smooth but coarse: light from below its triangles is left "
+                                  "out, with which Cycles lights them where their smooth normals allow "
+                                  "it")  # fmt: skip
 
 
 def _terminator(ob: Any) -> float:

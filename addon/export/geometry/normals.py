@@ -121,3 +121,22 @@ def angle_weighted(vertices: F64, faces: I32, smoothing: I32, count: int) -> F64
     total = np.stack([np.bincount(group, weight * of_corner[:, k], count) for k in range(3)], axis=1)
     length = np.linalg.norm(total, axis=1, keepdims=True)
     return np.divide(total, length, out=np.zeros_like(total), where=length > 1e-20)
+
+
+# Angle between the smooth normal and a triangle above which the triangle is coarse; triangles that are looked at.
+COARSE = np.deg2rad(20.0)
+MOST_TRIANGLES = 20_000
+
+
+def coarse_share(positions: NDArray[np.float32], faces: NDArray[np.int32], smoothing: NDArray[np.int32] | None,
+                 normals: NDArray[np.float32] | None) -> float:  # fmt: skip
+    """Share of a mesh's area whose smooth normals lie far from those of its triangles."""
+    if smoothing is None or normals is None or not len(faces):
+        return 0.0
+    some = slice(None, None, len(faces) // MOST_TRIANGLES + 1)
+    corners, smoothing = positions[faces[some]].astype(np.float64), smoothing[some]
+    flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.linalg.norm(flat, axis=1)
+    cosine = np.einsum("fck,fk->fc", normals[smoothing], flat) / np.maximum(area, 1e-30)[:, None]
+    coarse = np.where(smoothing >= 0, cosine, 1.0).min(axis=1) < np.cos(COARSE)
+    return float(area[coarse].sum() / max(area.sum(), 1e-30))

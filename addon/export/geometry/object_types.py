@@ -54,7 +54,7 @@ class OtherGeometry:
         self._camera = camera
         self._use_hair = bool(getattr(depsgraph.view_layer, "use_strand", True))
         shape = getattr(getattr(depsgraph.scene, "cycles_curves", None), "shape", "RIBBONS")
-        self._linear = shape == "THICK_LINEAR"
+        self._linear, self._ribbons = shape == "THICK_LINEAR", shape == "RIBBONS"
         self._report = report
         self._strands = 0
         self._built: dict[Any, Any] = {}
@@ -75,17 +75,17 @@ class OtherGeometry:
     def add(self, instance: Any, placed: Placed, needed: dict[str, set[str]],
             materials: Mapping[str, MaterialReading]) -> None:  # fmt: skip
         """Add the hair or the points of an instance; `needed` has the attributes that each material reads."""
-        through = {name for name in placed.slots if _lets_light_through(materials[name])}
         ob, slots = placed.object, placed.slots
         if ob.type == "POINTCLOUD" and instance.show_self:
             self._place(placed, "", slots[0], needed[slots[0]],
                         partial(build_points, ob, self._camera, report=self._report,
-                                translucent=slots[0] in through))  # fmt: skip
+                                translucent=_lets_light_through(materials[slots[0]])))  # fmt: skip
             return
-        make = HairMeshes(self._camera, self._linear, self._report, self._strands)
+        make = HairMeshes(self._camera, self._linear, self._report, self._strands, self._ribbons)
         for hair in self._hair(instance):
             slot = slots[hair.slot(len(slots))]
-            self._place(placed, hair.part, slot, needed[slot], partial(make.build, hair, translucent=slot in through))
+            through = _lets_light_through(materials[slot])
+            self._place(placed, hair.part, slot, needed[slot], partial(make.build, hair, translucent=through))
 
     def _place(self, placed: Placed, part: str, slot: str, names: set[str], build: Callable[..., Any]) -> None:
         values = ObjectValues(placed.object, placed.source.matrix, placed.random_id)

@@ -28,17 +28,13 @@ def visible_to(ob: Any, holder: Any, view_layer: Any) -> frozenset[str]:
     return frozenset(rays)
 
 
+def is_holdout(holder: Any, view_layer: Any) -> bool:
+    """Whether an object (or instancer) is a holdout by itself or by a collection of the view layer."""
+    return bool(holder.original.holdout_get(view_layer=view_layer))
+
+
 def warn_about_visibility(ob: Any, report: Report) -> None:
     """Warn of visibility settings of an object that Edgegrad does not support."""
     where = f"object '{ob.name}'"
-    if ob.is_holdout:
-        report.warn(where, "is a holdout, which can't be rendered; it is rendered as an ordinary object")
     if ob.is_shadow_catcher:
         report.warn(where, "is a shadow catcher, which can't be rendered; it is rendered as an ordinary object")
-
-
-def warn_about_layer(ob: Any, view_layer: Any, report: Report) -> None:
-    """Warn of objects (or their instancers) that the view layer makes a holdout by their collection."""
-    if ob.holdout_get(view_layer=view_layer) and not ob.is_holdout:
-        report.warn(f"object '{ob.name}'", f"is a holdout by its collection in view layer '{view_layer.name}', which "
-                    "can't be rendered; it is rendered as an ordinary object")  # fmt: skip

@@ -7,16 +7,8 @@ function reads them, with all their settings.
 
 from __future__ import annotations
 
-from typing import Any
-
 from .table import PASSES, VOLUMES, Named, Table
 
-
-def _has_frames(node: Any, scene: Any) -> bool:
-    return node.image is not None and node.image.source in ("SEQUENCE", "MOVIE")
-
-
-_FRAMES = Named("its image has several frames; the one that Blender has loaded is used", acts=_has_frames)
 _INSTANCER = Named("it uses the UV map of the object, not of its instancer", False)
 
 # Settings of all nodes of a kind: the colours of textures of Blender 2.7, which Cycles ignores, and a hidden input.
@@ -101,9 +93,8 @@ NODES: dict[str, Table] = {
         "distribution fresnel_type Base_Color Edge_Tint IOR Extinction Roughness Anisotropy Rotation Normal Tangent "
         "Thin_Film_IOR",
         named={"Thin_Film_Thickness": Named("its thin film is left out", 0.0)}),
-    "TEX_ENVIRONMENT": Table("image texture_mapping projection interpolation Vector", named={"image_user": _FRAMES}),
-    "TEX_IMAGE": Table("image texture_mapping projection interpolation projection_blend extension Vector",
-                       named={"image_user": _FRAMES}),
+    "TEX_ENVIRONMENT": Table("image image_user texture_mapping projection interpolation Vector"),
+    "TEX_IMAGE": Table("image image_user texture_mapping projection interpolation projection_blend extension Vector"),
     "CAMERA": Table(),
     # Until Blender 4.x:
     "COMBHSV": Table("H S V"),

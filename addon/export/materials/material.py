@@ -11,16 +11,18 @@ import numpy as np
 
 import edgegrad
 from edgegrad import expression as e
-from edgegrad.expression import Expression, Operand, images_of, nodes_of
+from edgegrad.expression import Expression, images_of, nodes_of
 from edgegrad.scene.material import SMOOTH_NORMAL
 
 from ...problem import Report
 from ..approximated.volumes import describe_volume
 from ..geometry import attributes
 from ..nodes import links as nodes
+from ..nodes.camera_view import CameraView
 from ..nodes.expressions import Reader, Unreadable, number
 from ..nodes.images import Images
 from ..nodes.read_normals import displaced_normal
+from .coats import separate_coat
 from .shader_nodes import read_shader
 from .shaders import Closure, Part, parts, product
 
@@ -141,8 +143,7 @@ class MaterialReading:
         return names
 
 
-def read_material(material: Any, images: Images, report: Report, world_to_camera: Any = None,
-                  pixel_size: Operand = 1e-3) -> MaterialReading:  # fmt: skip
+def read_material(material: Any, images: Images, report: Report, view: CameraView | None = None) -> MaterialReading:
     """Read a material; report a warning for each approximation, and a line on what was read.
 
     Parameters
@@ -151,7 +152,7 @@ def read_material(material: Any, images: Images, report: Report, world_to_camera
         Blender's material (original), or None for faces without one.
     images
         Receives the images that the material reads.
-    world_to_camera, pixel_size
+    view
         As in `Reader`.
     """
     if material is None:
@@ -173,7 +174,7 @@ def read_material(material: Any, images: Images, report: Report, world_to_camera
         if nodes.source(output.inputs["Surface"]) is None:
             reading.value = edgegrad.Material(np.ones(3), kind="TRANSPARENT")
             return reading
-    reader = _Reading(material, images, world_to_camera, pixel_size, reading)
+    reader = _Reading(material, images, view, reading)
     reader.displace(output)
     reader.read(output, report)
     return reading
@@ -206,12 +207,11 @@ def _black() -> edgegrad.Material:
 class _Reading:
     """The translation of the node tree of one material."""
 
-    def __init__(self, material: Any, images: Images, world_to_camera: Any, pixel_size: Operand,
-                 reading: MaterialReading) -> None:  # fmt: skip
+    def __init__(self, material: Any, images: Images, view: CameraView | None, reading: MaterialReading) -> None:
         self.material = material
         self.reading = reading
         self.normal: Expression | None = None  # of the displaced surface
-        self.reader = Reader(images, self._bake, material.pass_index, world_to_camera, pixel_size, owner=material)
+        self.reader = Reader(images, self._bake, material.pass_index, view, owner=material)
 
     def displace(self, output: Any) -> None:
         """Read the displacement of the material as bump, unless it only moves vertices (`displacement`)."""
@@ -221,10 +221,13 @@ class _Reading:
             self.normal = displaced_normal(self.reader, nodes.feed(output.inputs["Displacement"]))
         except Unreadable as error:
             self.reader.note(f"the bump of its displacement is left out, since {error} can't be read")
+        if self.material.displacement_method == "BOTH" and self.normal is not None and _follows_position(self.normal):
+            self.reader.note("the bump beside its displacement follows the displaced surface; Cycles takes its slopes "
+                             "beside the place before displacement, which differ a little")  # fmt: skip
 
     def read(self, output: Any, report: Report) -> None:
         found = list(parts(self.reader, nodes.feed(output.inputs["Surface"])))
-        closures = [(part, self._closure(part)) for part in found]
+        closures = [layer for part in found for layer in separate_coat(self.reader, part, self._closure(part))]
         if not _has_transparent_shadow(self.material):
             closures = [_opaque_to_light(*one) for one in closures]
         merged = _merge_emission(closures)
@@ -303,6 +306,12 @@ class _Reading:
         if self.reader.notes:
             out.append("approximated as warned")
         return "; ".join(out)
+
+
+def _follows_position(value: Expression) -> bool:
+    """Whether an expression varies with the position in space, and not only with UV maps and other attributes."""
+    own = (attributes.layer(attributes.OBJECT), attributes.layer(attributes.GENERATED), e.Coordinates("POSITION"))
+    return any(node in own for node in nodes_of(value) if isinstance(node, e.Attribute | e.Coordinates))
 
 
 def _has_transparent_shadow(material: Any) -> bool:

@@ -28,6 +28,9 @@ PRINCIPLED = {
 # Share of an object's size over which light may spread below its surface and still look as if it did not.
 SPREAD_UNSEEN = 0.003
 
+# Roughness of refraction above which microfacets that face away from the viewer are a visible share.
+ROUGH_REFRACTION = 0.6
+
 # Shaders of volumes and of EEVEE.
 BLACK_IN_CYCLES = ("PRINCIPLED_VOLUME", "VOLUME_ABSORPTION", "VOLUME_SCATTER", "VOLUME_COEFFICIENTS", "EEVEE_SPECULAR")
 
@@ -69,6 +72,13 @@ def _is_set(closure: Closure, name: str, rest: float = 0.0) -> bool:
     return closure.has(name) and number(closure.read(name)) != rest
 
 
+def _note_rough_refraction(closure: Closure) -> None:
+    """Note where Cycles evaluates refraction by microfacets that face away from the viewer, which it never samples."""
+    if "roughness" not in closure.material.textures and closure.material.roughness > ROUGH_REFRACTION:
+        closure.note("light refracted by microfacets that face away from the viewer is left out, which Cycles adds to "
+                     "rough glass")  # fmt: skip
+
+
 def _microfacets(closure: Closure) -> None:
     closure.material.multiscatter = closure.node.distribution == "MULTI_GGX"
     closure.material.distribution = closure.node.distribution.removeprefix("MULTI_")
@@ -82,15 +92,12 @@ def _principled(closure: Closure) -> None:
     closure.normal()
     closure.tangent()
     _microfacets(closure)
+    if closure.material.transmission > 0.0 or "transmission" in closure.material.textures:
+        _note_rough_refraction(closure)
     if closure.material.subsurface_weight > 0.0 or "subsurface_weight" in closure.material.textures:
         _principled_subsurface(closure)
     if _is_set(closure, "Thin Film Thickness"):
         closure.note("its thin film is left out")
-    if _is_set(closure, "Coat Weight"):
-        # Cycles' coat has the smooth normal unless its own input is linked.
-        base, coat = (by_identifier(closure.node.inputs, name) for name in ("Normal", "Coat Normal"))
-        if coat is not None and feed(base, closure.groups).output != feed(coat, closure.groups).output:
-            closure.note("its coat uses the normal of the base, while Cycles' has a normal of its own")
     if _is_set(closure, "Thin Wall"):
         closure.note("its thin wall is left out")
 
@@ -118,6 +125,7 @@ def _glass(closure: Closure) -> None:
     closure.set_all({"base_color": "Color", "roughness": "Roughness", "ior": "IOR"})
     closure.normal()
     _microfacets(closure)
+    _note_rough_refraction(closure)
     if _is_set(closure, "Thin Film Thickness"):
         closure.note("its thin film is left out")
 

@@ -18,6 +18,7 @@ from edgegrad.tables.textures.lowering import RULES, Lowering, Resources
 from edgegrad.tables.textures.ops import Builder
 
 from ..inventory.naming import node_sentences
+from .camera_view import CameraView
 from .images import Images
 from .links import Groups, by_identifier, feed, is_implicit, label, upstream
 
@@ -70,10 +71,8 @@ class Reader:
         expression that reads the baked image, or None if the output cannot be baked.
     material_index
         Blender's pass index of the material.
-    world_to_camera
-        (4, 4) transform to Cycles' camera space, in which Z is the depth; None: there is no camera.
-    pixel_size
-        Size of the camera's pixels at the hit point, metres (`read_normals.pixel_size`).
+    view
+        What nodes know of the camera; None: there is none.
     notes
         One short text for each approximation.
     owner
@@ -85,8 +84,7 @@ class Reader:
     images: Images | None = None
     bake: Callable[[Any, Groups], Expression | None] | None = None
     material_index: int = 0
-    world_to_camera: NDArray[np.float64] | None = None
-    pixel_size: Operand = 1e-3
+    view: CameraView | None = None
     notes: list[str] = field(default_factory=list)
     owner: Any = None
     codes: bool = True

@@ -78,9 +78,9 @@ def _vector_transform(reader: Reader, node: Any, groups: Groups, output: Any) ->
     vector, spaces = reader.get(node, "Vector", groups), (node.convert_from, node.convert_to)
     if spaces[0] == spaces[1]:
         return vector
-    if "OBJECT" in spaces or reader.world_to_camera is None:
+    if "OBJECT" in spaces or reader.view is None:
         raise unreadable(node, groups, node.bl_label, bakeable="CAMERA" not in spaces)
-    matrix = np.array(reader.world_to_camera, np.float64)
+    matrix = np.array(reader.view.world_to_camera, np.float64)
     matrix = matrix if spaces[1] == "CAMERA" else np.linalg.inv(matrix)
     if node.vector_type != "POINT":
         matrix[:3, 3] = 0.0

@@ -58,8 +58,10 @@ def _texture_coordinate(reader: Reader, node: Any, groups: Groups, output: Any) 
         return e.Transform(e.Coordinates("POSITION"), rows(inverse))
     if name == "Reflection":
         return e.Coordinates("REFLECTION")
-    if name == "Camera" and reader.world_to_camera is not None:
-        return e.Transform(e.Coordinates("POSITION"), rows(reader.world_to_camera))
+    if name == "Camera" and reader.view is not None:
+        return e.Transform(e.Coordinates("POSITION"), rows(reader.view.world_to_camera))
+    if name == "Window" and reader.view is not None and reader.view.window is not None:
+        return reader.view.window
     raise unreadable(node, groups, name, bakeable=False)  # a bake has no camera
 
 
@@ -70,6 +72,8 @@ def _geometry(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand
         return e.Coordinates(known[output.identifier])
     if output.identifier == "Backfacing":
         return e.Backfacing()
+    if output.identifier == "Pointiness":
+        return attributes.layer(attributes.POINTINESS)
     raise unreadable(node, groups, output.identifier)
 
 
@@ -142,9 +146,9 @@ def _light_path(reader: Reader, node: Any, groups: Groups, output: Any) -> Opera
     if name in RAY_COUNTS:
         reader.note(f"{what} is 1 for {RAY_COUNTS[name].lower()} rays and 0 for all other rays; Cycles counts bounces")
         return e.LightPath(RAY_COUNTS[name])
-    if name == "Ray Length" and reader.world_to_camera is not None:
+    if name == "Ray Length" and reader.view is not None:
         reader.note(f"{what} is the distance from the camera for camera rays and 0 for all other rays")
-        return e.Math("MULTIPLY", e.LightPath("CAMERA"), _camera_distance(reader.world_to_camera))
+        return e.Math("MULTIPLY", e.LightPath("CAMERA"), _camera_distance(reader.view.world_to_camera))
     if name not in ("Is Volume Scatter Ray", "Portal Depth"):  # without volumes and portals, these are 0 in Cycles too
         reader.note(f"{what} is replaced by 0")
     return 0.0
@@ -173,11 +177,11 @@ def _wireframe(reader: Reader, node: Any, groups: Groups, output: Any) -> Operan
 
 @reads("CAMERA")
 def _camera_data(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    if reader.world_to_camera is None:
+    if reader.view is None:
         raise unreadable(node, groups, output.identifier, bakeable=False)
     if output.identifier == "View Distance":
-        return _camera_distance(reader.world_to_camera)
-    place = e.Transform(e.Coordinates("POSITION"), rows(reader.world_to_camera))
+        return _camera_distance(reader.view.world_to_camera)
+    place = e.Transform(e.Coordinates("POSITION"), rows(reader.view.world_to_camera))
     return e.Channel(place, 2) if output.identifier == "View Z Depth" else e.VectorMath("NORMALIZE", place)
 
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import bpy
-import numpy as np
 
-import edgegrad
 from edgegrad import expression as e
 from edgegrad.expression import Expression, Operand
 
@@ -18,35 +16,11 @@ from .links import Feed, Groups, by_identifier, feed, label
 # Distance of the points at which heights are evaluated, in pixels: Cycles' for displacement, and for all bumps where
 # the node has no setting.
 FILTER_WIDTH = 0.1 if bpy.app.version >= (5, 0, 0) else 1.0
-# Cosine between the view axis and a direction below which the pixels of a perspective camera count as no smaller.
-_OBLIQUE = 0.5
-
-
-def pixel_size(camera: edgegrad.Camera) -> Operand:
-    """Size of the camera's pixels at the hit point, metres, as Cycles' ray differentials have it for camera rays.
-
-    Cycles continues the differentials along the path. Here the distance from the camera replaces the path's length.
-    """
-    if camera.kind == "ORTHOGRAPHIC":
-        return 0.5 * (1.0 + camera.pixel_aspect) / camera.focal
-    place = np.linalg.inv(camera.to_world)
-    seen = e.Transform(e.Coordinates("POSITION"), tuple(tuple(map(float, row)) for row in place[:3]))  # type: ignore[arg-type]
-    distance = e.VectorMath("LENGTH", seen)
-    if camera.kind == "EQUIRECTANGULAR":
-        angles = np.abs([np.diff(camera.longitude)[0] / camera.width, np.diff(camera.latitude)[0] / camera.height])
-        return e.Math("MULTIPLY", distance, float(0.5 * angles.sum()))
-    # A pixel turns the unit vector d of the direction by its size across x times |d.z| sqrt(1 - d.x^2), and likewise
-    # for y.
-    unit = e.VectorMath("NORMALIZE", seen)
-    across = [e.Math("SQRT", e.Math("SUBTRACT", 1.0, e.Math("MULTIPLY", c, c)))
-              for c in (e.Channel(unit, 0), e.Channel(unit, 1))]  # fmt: skip
-    size = e.Math("MULTIPLY_ADD", across[1], camera.pixel_aspect, across[0])
-    depth = e.Math("MAXIMUM", e.Math("MULTIPLY", e.Channel(unit, 2), -1.0), _OBLIQUE)
-    return e.Math("MULTIPLY", e.Math("MULTIPLY", size, 0.5 / camera.focal), e.Math("MULTIPLY", depth, distance))
 
 
 def _step(reader: Reader, width: Operand) -> Operand:
-    return folded(e.Math("MULTIPLY", e.Math("MAXIMUM", width, 1e-3), reader.pixel_size))
+    pixel = 1e-3 if reader.view is None else reader.view.pixel_size
+    return folded(e.Math("MULTIPLY", e.Math("MAXIMUM", width, 1e-3), pixel))
 
 
 @reads("BUMP")

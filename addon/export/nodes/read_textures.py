@@ -52,15 +52,37 @@ def _image(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     codes = _interpolates_codes(reader, node)
     name = read_image(reader, node, groups, codes)
     box = node.projection == "BOX"
+    vector = _image_vector(reader, node, groups)
     value = e.ImageTexture(
-        name, reader.get_or(node, "Vector", groups, attributes.layer(attributes.ACTIVE_UV)),
-        INTERPOLATIONS[node.interpolation], node.extension, node.projection,
-        alpha_mode(node.image, bool(node.outputs["Alpha"].links)), node.projection_blend,
+        name, vector, INTERPOLATIONS[node.interpolation], node.extension, node.projection,
+        alpha_mode(node.image, _uses_alpha(reader, node, groups, vector)), node.projection_blend,
         e.VectorMath("NORMALIZE", attributes.layer(attributes.OBJECT_NORMAL)) if box else (0.0, 0.0, 1.0),
     )  # fmt: skip
     if output.identifier == "Alpha":
         return e.Channel(value, 3)
     return e.Curves(value, FROM_CODES) if codes else value
+
+
+def _image_vector(reader: Reader, node: Any, groups: Groups) -> Operand:
+    vector: Operand = reader.get_or(node, "Vector", groups, attributes.layer(attributes.ACTIVE_UV))
+    return vector
+
+
+def _uses_alpha(reader: Reader, node: Any, groups: Groups, vector: Operand) -> bool:
+    """Whether the alpha of a node is linked, or that of an equal node, which Cycles merges with it."""
+    if node.outputs["Alpha"].links:
+        return True
+    settings = ("image", "interpolation", "extension", "projection", "projection_blend")
+    for other in node.id_data.nodes:
+        if (other.type != "TEX_IMAGE" or other == node or other.mute or not other.outputs["Alpha"].links
+                or any(getattr(other, name) != getattr(node, name) for name in settings)):  # fmt: skip
+            continue
+        try:
+            if _image_vector(reader, other, groups) == vector:
+                return True
+        except Unreadable:  # as the vector of `node` would be
+            continue
+    return False
 
 
 @reads("TEX_ENVIRONMENT")

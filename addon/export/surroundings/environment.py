@@ -32,8 +32,8 @@ WITH_SUN = ("NISHITA", "SINGLE_SCATTERING", "MULTIPLE_SCATTERING")
 F32 = NDArray[np.float32]
 
 
-def bake_world(world: WorldReading, images: Images, resolution: int, report: Report) -> None:
-    """Render the nodes of the world to an image; the sun of a sky texture becomes a light."""
+def bake_world(world: WorldReading, images: Images, resolution: int, report: Report, suns: bool = True) -> None:
+    """Render the nodes of the world to an image; if `suns` is set, the sun of a sky texture becomes a light."""
     name = world.world.name
     where = f"world '{name}'"
     if resolution <= 0:
@@ -42,19 +42,19 @@ def bake_world(world: WorldReading, images: Images, resolution: int, report: Rep
     try:
         with temporary() as keep:
             baker = _WorldBaker(keep, world)
-            suns = [node for node in _skies(baker.world.node_tree) if node.sun_type in WITH_SUN]
-            for sun in suns:
+            found = [node for node in _skies(baker.world.node_tree) if node.sun_type in WITH_SUN] if suns else []
+            for sun in found:
                 sun.disc(False)
             picture = baker.panorama(resolution)
             lights: dict[str, edgegrad.SunLight] = {}
-            for sun in suns if all(sun.plain for sun in suns) else ():
+            for sun in found if all(sun.plain for sun in found) else ():
                 light = baker.sun(sun)
                 if light is not None:
                     # Unlike other suns, the disc of a sky texture is visible to the camera.
                     light.visible_to = world.value.visible_to
                     lights[SUN_NAME if not lights else f"{SUN_NAME} {len(lights) + 1}"] = light
-            if suns and not all(sun.plain for sun in suns):
-                for sun in suns:
+            if not all(sun.plain for sun in found):
+                for sun in found:
                     sun.disc(True)
                 picture = baker.panorama(resolution)
                 report.warn(where, "its sky is rotated by nodes, so the sun stays in the baked image")
@@ -63,7 +63,7 @@ def bake_world(world: WorldReading, images: Images, resolution: int, report: Rep
     except (RuntimeError, OSError, ValueError) as error:
         report.warn(where, f"its nodes can be neither read nor baked ({str(error).strip()}); it is black")
         return
-    key = f"{name} (baked)"
+    key = f"{name} (baked)" if suns else f"{name} (baked for {world.seen_by} rays)"
     images.found[key] = edgegrad.Image(np.maximum(picture, 0.0))
     world.value.image, world.value.color = key, np.ones(3)
     world.suns |= lights

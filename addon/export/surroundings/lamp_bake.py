@@ -1,7 +1,8 @@
 """The mean of what the nodes of lights emit, where it varies with position or direction (textures, IES, falloff).
 
 Edgegrad's lights emit the same everywhere and in all directions. Cycles renders a copy of the light in a scene of its
-own: an area light is seen from the front, other lights light the inside of a sphere. Their mean replaces the nodes.
+own: an area light is seen from the front, other lights light the inside of a sphere. Their mean replaces the nodes, or
+a point light that shines differently in different directions becomes a small body that glows (`directed_lamps`).
 """
 
 from __future__ import annotations
@@ -16,18 +17,21 @@ from numpy.typing import NDArray
 from ..bakes.bake import Temporary, temporary
 from ..bakes.bake_scene import BakeScene, own_groups, show_to
 from ..nodes.ray_kinds import SAMPLED
+from .directed_lamps import may_be_directed, replace_light
 from .lamp_nodes import read_emission
 
 if TYPE_CHECKING:
     from ..scene import Export
 
 PIXELS = 64
+UNIFORM = 0.05  # spread of a light that counts as the same in all directions, relative to its maximum
+DIRECTIONS = 256  # pixels around the panorama of a light that shines differently in different directions
 ALBEDO = 0.8  # of the sphere, which is lit directly only
 
 
 def bake_lamps(out: Export, resolution: int) -> None:
     """Replace nodes of lights that vary by their mean, unless nothing is to be baked; report both."""
-    for name, source in out.lights.items():
+    for name, source in list(out.lights.items()):
         ob = bpy.data.objects.get(source.object)
         if ob is None or ob.type != "LIGHT":
             continue
@@ -37,15 +41,21 @@ def bake_lamps(out: Export, resolution: int) -> None:
             out.report.warn(where, note)
         if not emission.varying:
             continue
-        mean = mean_emission(light, _reach(out, source.matrix[:3, 3])) if resolution > 0 else None
-        why = "; ".join(dict.fromkeys(emission.varying))
-        if mean is None:
-            out.report.warn(where, f"its nodes are left out, since {why}")
-            continue
         # The colour of the light without its nodes
         tint = np.array(light.color, np.float64)
         if getattr(light, "use_temperature", False):
             tint = tint * np.array(light.temperature_color, np.float64)
+        reach = _reach(out, source.matrix[:3, 3])
+        directed = directions(light, reach) if resolution > 0 and may_be_directed(out, name, light) else None
+        if directed is not None:
+            replace_light(out, name, tint, directed, reach)
+            out.report.tell(where, "shines differently in different directions, so it is a small body that glows")
+            continue
+        mean = mean_emission(light, reach) if resolution > 0 else None
+        why = "; ".join(dict.fromkeys(emission.varying))
+        if mean is None:
+            out.report.warn(where, f"its nodes are left out, since {why}")
+            continue
         out.scene.lights[name].color = np.maximum(tint * mean, 0.0)
         out.report.warn(where, f"it emits the mean of its nodes, since {why}")
 
@@ -71,6 +81,26 @@ def mean_emission(light: Any, reach: float = 1.0) -> NDArray[np.float64] | None:
             return _area(keep, light) if light.type == "AREA" else _point(keep, light, reach)
     except RuntimeError:
         return None
+
+
+def directions(light: Any, reach: float) -> NDArray[np.float64] | None:
+    """(H, W, 3) factor of the power of a point or spot light by direction; None: it does not vary, or Cycles fails."""
+    try:
+        with temporary() as keep:
+            everywhere = lit_sphere(keep, light, reach, PIXELS)
+            shone = everywhere[_shines(light, len(everywhere))]
+            if np.ptp(shone, axis=(0, 1)).max() <= UNIFORM * shone.max():
+                return None
+            return lit_sphere(keep, light, reach, DIRECTIONS, cone=True)
+    except RuntimeError:
+        return None
+
+
+def _shines(light: Any, height: int) -> NDArray[np.bool_]:
+    """(height,) rows of a panorama in the axes of a light to which it shines: a spot shines along its -Z."""
+    from_axis = np.pi * (1.0 - (np.arange(height) + 0.5) / height)
+    reach = 0.5 * light.spot_size if light.type == "SPOT" else np.pi
+    return np.asarray(from_axis <= max(reach, from_axis.min()))
 
 
 def _copy(keep: Temporary, light: Any, **settings: Any) -> Any:
@@ -102,9 +132,24 @@ def _area(keep: Temporary, light: Any) -> NDArray[np.float64]:
 
 def _point(keep: Temporary, light: Any, reach: float) -> NDArray[np.float64]:
     """Measure the mean intensity of a point light in all directions, or of a spot in its cone."""
+    picture = lit_sphere(keep, light, reach, PIXELS)
+    rows = np.sin(np.pi * (np.arange(len(picture)) + 0.5) / len(picture)) * _shines(light, len(picture))
+    return np.asarray(np.average(picture.mean(axis=1), axis=0, weights=rows))
+
+
+def lit_sphere(keep: Temporary, light: Any, reach: float, pixels: int, cone: bool = False) -> NDArray[np.float64]:
+    """(pixels / 2, pixels, 3) factor of the power of a light in all directions, as a panorama in its own axes.
+
+    Parameters
+    ----------
+    reach
+        Distance at which it is measured.
+    cone
+        Whether a spot keeps its cone; otherwise it shines in all directions.
+    """
     small = BakeScene(keep, f"light '{light.name}'")
     made = _copy(keep, light, shadow_soft_size=0.0)
-    if made.type == "SPOT":
+    if made.type == "SPOT" and not cone:
         made.type = "POINT"
     ob = keep(bpy.data.objects.new("Edgegrad bake", made))
     small.scene.collection.objects.link(ob)
@@ -124,11 +169,6 @@ def _point(keep: Temporary, light: Any, reach: float) -> NDArray[np.float64]:
     mesh.materials.append(white)
     small.scene.collection.objects.link(keep(bpy.data.objects.new("Edgegrad bake", mesh)))
     small.scene.cycles.max_bounces = 0
-    picture = small.panorama(PIXELS).astype(np.float64)
-    from_axis = np.pi * (1.0 - (np.arange(len(picture)) + 0.5) / len(picture))  # a spot shines along its -Z
-    rows = np.sin(from_axis)
-    if light.type == "SPOT":
-        rows = np.where(from_axis <= max(0.5 * light.spot_size, from_axis.min()), rows, 0.0)
-    radiance = np.average(picture.mean(axis=1), axis=0, weights=rows)
+    radiance = small.panorama(pixels).astype(np.float64)
     # The irradiance at the sphere is P / (4 pi reach^2); its radiance is albedo / pi times that.
     return np.asarray(radiance * np.pi / ALBEDO * 4.0 * np.pi * reach**2)

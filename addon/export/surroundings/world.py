@@ -1,7 +1,8 @@
 """Export of the world: a colour, an environment image, or a request to bake its nodes to an image.
 
 Nodes may make the world different for different kinds of rays (*Is Camera Ray*). The scene has one environment; what
-other kinds of rays see, if it is of one colour, is two suns that each fill half of the sphere.
+other kinds of rays see, if it is of one colour, is two suns that each fill half of the sphere. An image that the camera
+alone sees is a sphere around the scene (`backdrop`).
 """
 
 from __future__ import annotations
@@ -35,6 +36,8 @@ class WorldReading:
     ----------
     baked
         Whether the nodes of the world must be baked, as rays of the kind `seen_by` see it.
+    backdrop
+        What the camera sees instead, if that is an image.
     """
 
     value: edgegrad.World
@@ -42,6 +45,7 @@ class WorldReading:
     suns: dict[str, edgegrad.SunLight] = field(default_factory=dict)
     baked: bool = False
     seen_by: str = "diffuse"
+    backdrop: WorldReading | None = None
 
 
 def read_world(scene: Any, view_layer: Any, images: Images, report: Report) -> WorldReading:
@@ -102,6 +106,8 @@ def _merged(readings: list[tuple[list[str], WorldReading]], where: str, report: 
     for others, one in groups:
         if one is not out and _has_one_color(one):
             _add_backdrop(out, one.value, others)
+        elif one is not out and others == ["camera"]:
+            out.backdrop = one
         elif one is not out:
             seen.update(others)
             report.warn(where, f"{', '.join(others)} rays see it as {out.seen_by} rays do: its nodes show them "

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from . import (  # noqa: F401  (importing a family registers its cases)
+    as_found,
     bump,
     cameras,
     coincident,

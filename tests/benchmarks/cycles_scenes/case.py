@@ -22,6 +22,8 @@ class Case:
     ----------
     name, title
         Key, and what it shows in a few words.
+    feature
+        What its family is about: the module's name.
     build
         Makes it in an empty scene.
     bounces
@@ -44,6 +46,7 @@ class Case:
     differs: tuple[str, ...]
     limits: Mapping[str, float]
     source: str
+    feature: str
 
     def fingerprint(self, *settings: object) -> str:
         """Hash of what decides Cycles' picture: the builder, what builders share, settings, Blender's version."""
@@ -70,11 +73,18 @@ def _code(file: Path, name: str = "") -> str:
 
 @cache
 def _shared(family: Path) -> str:
-    """Code that the builders of a family share: its module's, and that of the modules of this folder it imports."""
+    """Code that the builders of a family share: its module's, and that of the modules it imports from these folders."""
     relative = (part for part in ast.parse(family.read_text()).body if isinstance(part, ast.ImportFrom) and part.level)
-    names = {name for part in relative for name in ([part.module] if part.module else [x.name for x in part.names])}
-    imported = (family.with_name(f"{name}.py") for name in sorted(names) if name != Path(__file__).stem)
+    found = {family.parents[part.level - 1] / f"{name}.py" for part in relative
+             for name in ([part.module] if part.module else [one.name for one in part.names])}  # fmt: skip
+    imported = (file for file in sorted(found) if file != Path(__file__))
     return "\n".join([_code(family), *map(_shared, imported)])
+
+
+def _feature(family: Path) -> str:
+    """What a family is about, in words: "lamp settings", "as found: lights"."""
+    folders = family.relative_to(Path(__file__).parent).with_suffix("").parts
+    return ": ".join(folders).replace("_", " ")
 
 
 def case(
@@ -86,7 +96,7 @@ def case(
         name = build.__name__
         family = Path(build.__code__.co_filename)
         source = _shared(family) + _code(family, name)
-        CASES[name] = Case(name, title, build, bounces, samples, tuple(differs), limits, source)
+        CASES[name] = Case(name, title, build, bounces, samples, tuple(differs), limits, source, _feature(family))
         return build
 
     return register

@@ -130,8 +130,7 @@ def tilted_normals() -> None:
            ("Cloth", {"Roughness": 0.9, "Sheen Weight": 1.0}))  # fmt: skip
 
 
-@case("A coat over a strongly tilted normal map", samples=96, differs=(
-    "without a link to Coat Normal, Cycles' coat has the smooth normal; ours has that of the base",))
+@case("A coat over a strongly tilted normal map", samples=96)
 def coat_over_tilted_normals() -> None:
     """Lacquer over embossed tiles."""
     _tiles(("Lacquer", {"Roughness": 0.7, "Coat Weight": 1.0}), ("Half", {"Roughness": 0.7, "Coat Weight": 0.4}))

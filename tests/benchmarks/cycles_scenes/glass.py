@@ -23,7 +23,9 @@ def glass() -> None:
     stage.add("Pane", stage.plane("Pane", clear, size=1.5), (1.8, 0.9, 0.7), (1.4, 0, 0.2))
 
 
-@case("Rough glass: Glass, Refraction and Principled, roughness 0.1 to 0.8", bounces=8, samples=72)
+@case("Rough glass: Glass, Refraction and Principled, roughness 0.1 to 0.8", bounces=8, samples=72, differs=(
+    "Cycles adds light that microfacets facing away from the viewer refract, which it never samples; it matters above "
+    "a roughness of 0.6, which the export says",))
 def rough_glass() -> None:
     """Front row: Glass nodes and Principled; back row: Refraction and grey glass."""
     stage.studio()

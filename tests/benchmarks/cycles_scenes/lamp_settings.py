@@ -132,8 +132,7 @@ TILT=NONE
 """
 
 
-@case("A point lamp with an IES texture", differs=[
-    "a lamp's light is the mean of its nodes in all directions, which the export says"])  # fmt: skip
+@case("A point lamp with an IES texture")
 def ies_lamp() -> None:
     """A downlight."""
     _things()

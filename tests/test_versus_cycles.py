@@ -71,3 +71,29 @@ def test_scene_agrees_with_cycles(name: str, tmp_path: Path) -> None:
     assert row.error == ""
     assert row.verdict == "agrees", versus_cycles.line(row)
     assert (tmp_path / f"{name}.png").stat().st_size > 1000
+
+
+def test_a_known_difference_counts_only_if_the_export_names_it() -> None:
+    pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
+    from tests.benchmarks import versus_cycles
+
+    apart = agreement.Agreement(0.1, 0.001, 0.5, 0.2, 0.001, 0.2, 0.01, 0.01, 0.01)
+
+    def verdict(differs: tuple[str, ...], notes: list[str]) -> str:
+        row = versus_cycles.Row("a", "A scene", "lamps", 1, 1, 1.0, figures=apart, differs=differs, notes=notes)
+        return row.verdict
+
+    assert verdict((), ["light 'A': is left out"]) == "differs"
+    assert verdict(("it is left out",), []) == "differs"
+    assert verdict(("it is left out",), ["light 'A': is left out"]) == "named"
+
+
+def test_scenes_are_counted_by_feature() -> None:
+    pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
+    from tests.benchmarks import versus_cycles
+    from tests.benchmarks.cycles_scenes import CASES
+
+    assert CASES["gltf_alpha"].feature == "as found: gltf" and CASES["ies_lamp"].feature == "lamp settings"
+    rows = [versus_cycles.Row(name, "", feature, 1, 1, 1.0) for name, feature in (("a", "x"), ("b", "y"), ("c", "x"))]
+    assert versus_cycles.by_feature(rows)[2:] == ["| x | 2 |  |  |  | 2 |", "| y | 1 |  |  |  | 1 |",
+                                                  "| **all** | 3 |  |  |  | 3 |"]  # fmt: skip

@@ -1,0 +1,67 @@
+"""Objects that are holdouts: the camera sees black where they are, and other rays see them as they are."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+import edgegrad
+from edgegrad import expression as e
+from edgegrad.expression import Operand
+
+from .material import PART, MaterialReading
+from .shaders import product
+
+if TYPE_CHECKING:
+    from ..geometry.meshes import PlacedMeshes
+    from ..scene import Export
+
+CAMERA = e.LightPath("CAMERA")
+OTHERS = e.Math("SUBTRACT", 1.0, CAMERA)
+
+
+def hold_out(out: Export, meshes: PlacedMeshes) -> None:
+    """Give the meshes of holdouts copies of their materials that are black for rays from the camera."""
+    for group in meshes.groups():
+        if not group.holdout:
+            continue
+        for name in set(group.slots):
+            held = _name(name)
+            if held not in out.materials:
+                out.materials[held] = _held_out(out.materials[name], held)
+            out.report.warn(f"object '{group.sources[0].object}'", "is a holdout: it is black, since pictures have no "
+                            "alpha")  # fmt: skip
+        group.slots = tuple(map(_name, group.slots))
+
+
+def _name(material: str) -> str:
+    return f"{material} (holdout)"
+
+
+def _held_out(reading: MaterialReading, name: str) -> MaterialReading:
+    """Copy a material; what is transparent stays so, as in Cycles."""
+    value = reading.value
+    if isinstance(value, edgegrad.Mixture):
+        found = [(reading.parts[key], value.textures.get(str(k), float(value.weights[k])))
+                 for k, key in enumerate(value.parts)]  # fmt: skip
+    else:
+        found = [(value, 1.0)]
+    layers: list[tuple[edgegrad.Material, Operand]] = []
+    for part, weight in found:
+        if part.kind == "TRANSPARENT":
+            layers.append((part, weight))
+            continue
+        layers.append((part, product(weight, OTHERS)))
+        if part.alpha < 1.0 or "alpha" in part.textures:
+            clear = e.Math("SUBTRACT", 1.0, part.textures.get("alpha", part.alpha))
+            layers.append((edgegrad.Material(np.ones(3), kind="TRANSPARENT"),
+                           product(weight, e.Math("MULTIPLY", CAMERA, clear))))  # fmt: skip
+    if len(layers) == 1:  # the weight of a single part counts only beside another part
+        layers.append((edgegrad.Material(np.zeros(3), kind="DIFFUSE"), 0.0))
+    keys = [f"{name}{PART}{k}" for k in range(len(layers))]
+    parts = {key: part for key, (part, _) in zip(keys, layers, strict=True)}
+    weights = np.array([weight if isinstance(weight, float) else 0.5 for _, weight in layers])
+    textures = {str(k): weight for k, (_, weight) in enumerate(layers) if isinstance(weight, e.Expression)}
+    return replace(reading, value=edgegrad.Mixture(tuple(keys), weights, textures), parts=parts)

@@ -1,0 +1,81 @@
+"""What nodes know of the camera: its space, the size of its pixels, and places in its picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+import edgegrad
+from edgegrad import expression as e
+from edgegrad.expression import Operand
+
+# Cosine between the view axis and a direction below which the pixels of a perspective camera count as no smaller.
+_OBLIQUE = 0.5
+
+
+@dataclass(frozen=True)
+class CameraView:
+    """The view of a camera, as expressions of the hit point.
+
+    Attributes
+    ----------
+    world_to_camera
+        (4, 4) transform to Cycles' camera space, in which Z is the depth.
+    pixel_size
+        Size of the camera's pixels at the hit point, metres.
+    window
+        Place of the hit point in the picture: (0, 0, 0) at its lower left corner, (1, 1, 0) at its upper right one;
+        None: a panorama, for which there is no expression.
+    """
+
+    world_to_camera: NDArray[np.float64]
+    pixel_size: Operand
+    window: Operand | None
+
+    @staticmethod
+    def of(camera: edgegrad.Camera) -> CameraView:
+        """Return the view of an exported camera."""
+        matrix = np.diag([1.0, 1.0, -1.0, 1.0]) @ np.linalg.inv(camera.to_world)
+        return CameraView(np.asarray(matrix, np.float64), pixel_size(camera), _window(camera, matrix))
+
+
+def _transform(matrix: NDArray[np.float64]) -> e.Transform:
+    rows = tuple(tuple(map(float, row)) for row in matrix[:3])
+    return e.Transform(e.Coordinates("POSITION"), rows)  # type: ignore[arg-type]
+
+
+def _window(camera: edgegrad.Camera, matrix: NDArray[np.float64]) -> Operand | None:
+    if camera.kind == "EQUIRECTANGULAR":
+        return None
+    place: Operand = _transform(matrix)
+    if camera.kind == "PERSPECTIVE":
+        place = e.VectorMath("SCALE", place, scale=e.Math("DIVIDE", 1.0, e.Channel(place, 2)))
+    high = camera.height * camera.pixel_aspect  # in widths of a pixel
+    shift = camera.shift * camera.width
+    scale = (camera.focal / camera.width, camera.focal / high, 0.0)
+    return e.VectorMath("MULTIPLY_ADD", place, tuple(map(float, scale)),
+                        (0.5 - float(shift[0]) / camera.width, 0.5 - float(shift[1]) / high, 0.0))  # fmt: skip
+
+
+def pixel_size(camera: edgegrad.Camera) -> Operand:
+    """Size of the camera's pixels at the hit point, metres, as Cycles' ray differentials have it for camera rays.
+
+    Cycles continues the differentials along the path. Here the distance from the camera replaces the path's length.
+    """
+    if camera.kind == "ORTHOGRAPHIC":
+        return 0.5 * (1.0 + camera.pixel_aspect) / camera.focal
+    seen = _transform(np.linalg.inv(camera.to_world))
+    distance = e.VectorMath("LENGTH", seen)
+    if camera.kind == "EQUIRECTANGULAR":
+        angles = np.abs([np.diff(camera.longitude)[0] / camera.width, np.diff(camera.latitude)[0] / camera.height])
+        return e.Math("MULTIPLY", distance, float(0.5 * angles.sum()))
+    # A pixel turns the unit vector d of the direction by its size across x times |d.z| sqrt(1 - d.x^2), and likewise
+    # for y.
+    unit = e.VectorMath("NORMALIZE", seen)
+    across = [e.Math("SQRT", e.Math("SUBTRACT", 1.0, e.Math("MULTIPLY", c, c)))
+              for c in (e.Channel(unit, 0), e.Channel(unit, 1))]  # fmt: skip
+    size = e.Math("MULTIPLY_ADD", across[1], camera.pixel_aspect, across[0])
+    depth = e.Math("MAXIMUM", e.Math("MULTIPLY", e.Channel(unit, 2), -1.0), _OBLIQUE)
+    return e.Math("MULTIPLY", e.Math("MULTIPLY", size, 0.5 / camera.focal), e.Math("MULTIPLY", depth, distance))

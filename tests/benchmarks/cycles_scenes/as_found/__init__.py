@@ -1,0 +1,14 @@
+"""Scenes as other people's files have them: imported, untidy, of old versions, from tutorials and kits."""
+
+from __future__ import annotations
+
+from . import (  # noqa: F401  (importing a family registers its cases)
+    colors,
+    coordinates,
+    gltf,
+    images,
+    layers_and_files,
+    lights,
+    odd_data,
+    scatter,
+)

@@ -91,6 +91,10 @@ def _computed(words: SceneWords, wrt: Sequence[str]) -> list[str]:
         out.append(f"noisy: where faces of {words.material_names(concave)} meet at concave corners or touch others, "
                    "light between them has no finite variance, since these materials are transparent, mirror "
                    "perfectly or have textures that jump")
+    narrow = words.computed("sharp reflections")
+    if narrow is not None:
+        out.append(f"noisy: light that narrow lobes of {words.material_names(narrow)} throw on other surfaces, since "
+                   "samples of its derivative are larger than this light by one over the lobes' width")
     if all(path.startswith("materials.") and path.rpartition(".")[2] in _WIDTHS for path in wrt):
         out.append("only how wide lobes are is requested: these lobes get most of the samples, and more where the "
                    "derivative is large")

@@ -61,6 +61,8 @@ struct Engine::DerivativeCall {
     // Derivatives by strengths and colours are pictures, whose random numbers they reuse, as what is
     // requested beside them does.
     ImagePlan interior_plan(const RenderOptions& options) const;
+    // Whether any material has lobes that are worth pairs of mirrored samples.
+    bool any_sharp_material() const;
     // Decides on the interior term and its rims; `own`: with their number of samples.
     void begin_interior(const RenderOptions& options, const RenderOptions& own);
     // Samples by area beside those of the interior term.

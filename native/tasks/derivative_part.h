@@ -15,6 +15,7 @@ enum class Part : int32_t {
     kRims,                   // directions at which rough glass stops to let light through
     kEdgeOn,                 // faces that the camera sees nearly edge-on
     kContact,                // light that keeps its direction where surfaces nearly touch
+    kSharpReflections,       // light that narrow lobes throw on other surfaces
     kTransparency,           // what surfaces let through
     kPrimaryEdges,           // edges that the camera sees
     kUnseenMeshes,           // those of meshes that camera rays don't meet
@@ -65,6 +66,7 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kRims, "rims", kInteriorTerm},
     {Part::kEdgeOn, "edge-on faces", kInteriorTerm},
     {Part::kContact, "contact", kInteriorTerm},
+    {Part::kSharpReflections, "sharp reflections", kInteriorTerm},
     {Part::kTransparency, "transparency", kInteriorTerm},
     {Part::kPrimaryEdges, "edges", kPrimaryTerm},
     {Part::kUnseenMeshes, "unseen meshes", kPrimaryTerm},

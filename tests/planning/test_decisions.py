@@ -29,7 +29,7 @@ COLLECTIONS = ("lights.", "world.", "lights.", "camera.", "meshes.")
 # Of what is called zero, relative to the largest pixel of the derivative: sums of float32 in another order.
 ROUNDING = 1e-6
 # Parts that are no integral by themselves, or follow from others.
-NO_INTEGRALS = {"unseen meshes", "followed lobes", "contact", "transparency", "edge-on faces"}
+NO_INTEGRALS = {"unseen meshes", "followed lobes", "contact", "sharp reflections", "transparency", "edge-on faces"}
 
 
 def scene_of(seed: int) -> Case:

@@ -76,6 +76,10 @@ def _computed(words: SceneWords) -> Iterator[str]:
         yield (f"noisy: where faces of {words.material_names(contact)} meet at concave corners or touch others, "
                "light between them has no finite variance, since these materials are transparent, mirror "
                "perfectly or have textures that jump")
+    narrow = words.computed("sharp reflections")
+    if narrow is not None:
+        yield (f"noisy: light that narrow lobes of {words.material_names(narrow)} throw on other surfaces, since "
+               "samples of its derivative are larger than this light by one over the lobes' width")
     if words.computed("favoured lobes") is not None:
         yield ("only roughness is requested: the lobes that it shapes get most of the samples, and more where the "
                "derivative is large")

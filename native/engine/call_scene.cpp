@@ -150,6 +150,8 @@ void PreparedScene::blend_near_contact(const SceneTables& tables, const Requeste
     mesh_contact_ = contact_meshes(tables, view_, *materials);
     if (mesh_contact_.empty()) return;
     view_.mesh_contact = mesh_contact_.data();
+    mesh_size_ = mesh_sizes(tables);
+    view_.mesh_size = mesh_size_.data();
     // Behind perfect lobes, points are in material form.
     view_.fixed_direction_surfaces =
         may_be_specular(tables, view_.followed_alpha) ? 1 : kFixedDirectionSurfaces;

@@ -128,6 +128,14 @@ void Engine::DerivativeCall::begin_interior(const RenderOptions& options, const 
     if (interior && options.max_depth > 2)
         decided[Part::kContact].materials = noisy_contact_materials(
             t, motion, *engine.kept_.contact_materials.get(true, [&] { return contact_materials(t); }));
+    // Samples of their derivative are as much larger than the light as the lobes are narrow.
+    constexpr float kNarrow = 0.03f;
+    const std::vector<int32_t> narrow =
+        interior && geometry && options.max_depth > 2
+            ? used_materials(t, [&](size_t closure) { return has_sharp_lobe(t, closure, kNarrow); })
+            : std::vector<int32_t>();
+    decided.decide(Part::kSharpReflections, narrow.empty() ? Reason::kNone : Reason::kNeeded);
+    decided[Part::kSharpReflections].materials = narrow;
     const std::vector<int32_t>& passed = recording.passed;
     decided.decide(Part::kTransparency, interior && !passed.empty() ? Reason::kNeeded : Reason::kNone);
     if (!passed.empty())
@@ -235,7 +243,19 @@ ImagePlan Engine::DerivativeCall::interior_plan(const RenderOptions& options) co
         requested.any("light_params") || requested.any("environment") ||
         (requested.any("closure_params") && (requested.span("closure_params").columns & values) != 0);
     const ImagePlan own(scene.camera, options, kRecordedPaths);
-    return pictures ? own : own.sharing();
+    const ImagePlan all = pictures ? own : own.sharing();
+    // Only the motion of a sharp lobe has a derivative that is odd about its middle.
+    return geometry && any_sharp_material() ? all.in_pairs() : all;
+}
+
+// Pairs see half as many places of a pixel, which costs more than it gains where all lobes are wider.
+constexpr float kMirroredAlpha = 0.1f;
+
+bool Engine::DerivativeCall::any_sharp_material() const {
+    const SceneTables& t = engine.tables_;
+    return !used_materials(t, [&](size_t closure) {
+                return has_sharp_lobe(t, closure, kMirroredAlpha);
+            }).empty();
 }
 
 Decisions Engine::decide(const RenderOptions& options, const Requested& requested,

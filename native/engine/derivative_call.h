@@ -61,6 +61,8 @@ struct Engine::DerivativeCall {
     // Derivatives by strengths and colours reuse the picture's random numbers, and so do derivatives that are
     // requested with them.
     ImagePlan interior_plan(const RenderOptions& options) const;
+    // Whether any material has lobes that are worth pairs of mirrored samples.
+    bool any_sharp_material() const;
     // Decides on the interior term and its rims. `own`: the options with their number of samples.
     void begin_interior(const RenderOptions& options, const RenderOptions& own);
     // Lists the meshes and materials that paths must meet to be recorded.

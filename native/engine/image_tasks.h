@@ -27,6 +27,13 @@ struct ImagePlan {
         return p;
     }
 
+    // The same with samples that mirror each other in pairs.
+    ImagePlan in_pairs() const {
+        ImagePlan p = *this;
+        p.mirrored_pairs = options.samples > 1;
+        return p;
+    }
+
     // Visits the tasks of a chunk: one, unless a single pixel has more samples than a task holds. Stops if
     // the call is cancelled.
     template <typename F>
@@ -46,6 +53,7 @@ struct ImagePlan {
         task.skipped_all = camera.window_y * camera.full_width + camera.window_x;
         task.weight = 1.0f / static_cast<float>(options.samples);
         task.sample_bits = sample_bits;
+        task.mirrored_pairs = mirrored_pairs;
         for (int sample = 0; sample < options.samples && !cancelled(); sample += paths) {
             task.first_sample = sample;
             task.samples = std::min(paths, options.samples - sample);
@@ -66,6 +74,7 @@ struct ImagePlan {
     int per_chunk;
     int64_t chunks;
     int32_t sample_bits = -1;
+    bool mirrored_pairs = false;
 };
 
 }  // namespace edgegrad

@@ -88,12 +88,17 @@ double Engine::DerivativeCall::interior_variance(const Progress& progress,
             for (int pixel = 0; pixel < task.pixel_count; ++pixel) {
                 for (const float* channel : w.radiance) {
                     const float* value = channel + pixel * task.samples;
+                    // Samples that mirror each other count as one.
+                    const int group = task.mirrored_pairs ? 2 : 1;
                     double sum = 0.0, squares = 0.0;
-                    for (int k = 0; k < task.samples; ++k) {
-                        sum += static_cast<double>(value[k]);
-                        squares += static_cast<double>(value[k]) * static_cast<double>(value[k]);
+                    for (int k = 0; k + group <= task.samples; k += group) {
+                        double one = 0.0;
+                        for (int i = 0; i < group; ++i) one += static_cast<double>(value[k + i]) / group;
+                        sum += one;
+                        squares += one * one;
                     }
-                    const double n = task.samples;
+                    const double n = task.samples / group;
+                    if (n < 2.0) continue;
                     variance[static_cast<size_t>(chunk)] += (squares - sum * sum / n) / (n * (n - 1.0));
                 }
             }

@@ -16,6 +16,7 @@
 
 #include "path/scatter.h"
 #include "path/shaded_surface.h"
+#include "shading/lights/met_light.h"
 #include "tasks/image_task.h"
 #include "tasks/workspace_view.h"
 
@@ -25,38 +26,6 @@ namespace edgegrad::EDGEGRAD_ISA {
 constexpr float kRimChance = 0.5f;
 // Density of rays along a rim: the weight of other strategies vanishes beside it (power_heuristic).
 constexpr float kRimDensity = 1e18f;
-
-// Samples one of the sized lights of the table along w, all with equal probability (reservoir sampling).
-// `count` is the inverse of that probability.
-EG_OUTLINE LightSample light_on_rim(const SceneView& scene, const PathPacket& p, const SurfacePoint& x,
-                                    Vec3 w, Float u, Float& count) {
-    const LightView& lights = scene.lights;
-    LightSample s = no_light_sample(splat(0), splat(0), splat(-1), splat(0));
-    s.w = w;
-    s.r = count = splat(0.0f);
-    s.distant = splat(0);
-    const auto meet = [&](int row, Mask seen, const LightRow& l, Float) EG_INLINE_LAMBDA {
-        count = count + select(seen, splat(1.0f), 0.0f);
-        const Float share = 1.0f / max(count, 1.0f);
-        const Mask taken = seen & (u < share);
-        u = select(seen, select(taken, u * count, (u - share) / max(1.0f - share, 1e-6f)), u);
-        const int kind = lights.kind[lights.light_of_row[row]];
-        Float unused;
-        s.row = select(taken, splat(row), s.row);
-        s.kind = select(taken, splat(kind), s.kind);
-        s.r = select(taken, meet_light(l, kind, x.position, w, unused), s.r);
-        s.distant = select(taken, splat(kind >= kDirectionLight ? -1 : 0), s.distant);
-    };
-    for_each_met_light(scene, p.active, x.position, x.mesh, w, splat(0.0f), splat(__builtin_inff()),
-                       splat(static_cast<int>(kTransmissionRay)), meet);
-    s.active = s.row >= 0;
-    if (any(s.active)) {
-        const Int row = select(s.active, s.row, splat(0));
-        take_links(lights, s.active, row, gather_light(lights, row).flags, s);
-    }
-    s.end = x.position + w * select(s.distant, splat(1.0f), s.r);
-    return s;
-}
 
 // The lanes that are scattered along a rim here.
 struct RimChoice {
@@ -105,7 +74,8 @@ EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Wor
     // Sample the lights of the table along the rim
     if (scene.lights.sized_count + scene.lights.sized_distant > 0) {
         Float count;
-        const LightSample s = light_on_rim(scene, p, x, w, r.u, count);
+        const LightSample s =
+            sample_met_light(scene, p.active, x, w, splat(static_cast<int>(kTransmissionRay)), r.u, count);
         if (any(s.active)) {
             Vec3 light = gray(select(s.active, scale * count, 0.0f));
             const Vec3 start = leave_surface(x, w) + terminator_lift(scene, x, surface.normal, w);

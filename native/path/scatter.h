@@ -1,7 +1,10 @@
 // Scattering at a surface: direct light by emitter and environment samples, and the ray that continues.
 #pragma once
 
+#include <type_traits>
+
 #include "path/bounces.h"
+#include "path/lobe_light.h"
 #include "path/recorder.h"
 #include "path/shaded_surface.h"
 #include "path/stream.h"
@@ -62,15 +65,32 @@ EG_INLINE PassingRays shadow_rays(const Workspace& work, const Vertex* vertex, R
     return rays;
 }
 
+// Samples one light. Recorded paths sample sized lights of the table along sharp lobes, too.
+template <typename Surface>
+EG_INLINE LightSample sample_light_at(const SceneView& scene, const PathPacket& p, const SurfacePoint& x,
+                                      const Surface& surface, const PathIndex& index, bool recorded) {
+    Float u, v;
+    UInt number = index.own;
+    if constexpr (std::is_same_v<Surface, ShadedSurface>) {
+        const Mask sharp = recorded ? any_sharp(surface.bsdf) : splat(0);
+        number = bits(select(sharp, bits(index.sample), bits(number)));
+        sobol_pair(index.stream, number, vertex_pair(p.vertex, kVertexLight), u, v);
+        v = mirrored(sharp & index.mirrored, v);
+        if (any(p.active & sharp) && scene.lights.sized_count + scene.lights.sized_distant > 0)
+            return sample_light_and_lobes(scene, p, x, surface, index, number, u, v);
+    } else {
+        sobol_pair(index.stream, number, vertex_pair(p.vertex, kVertexLight), u, v);
+    }
+    return sample_light(scene, p.active, x, p.both_sides, u, v);
+}
+
 // Samples direct illumination from the light sources. Lanes of `alone` trace no BSDF sample that could find
 // the same light, so their weight is 1.
 template <typename Surface>
 EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPacket& p, const SurfacePoint& x,
                           const Surface& surface, Mask alone, const PathIndex& index, Vertex* vertex) {
     // Sample a light and evaluate the BSDF
-    Float u, v;
-    sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexLight), u, v);
-    LightSample s = sample_light(scene, p.active, x, p.both_sides, u, v);
+    LightSample s = sample_light_at(scene, p, x, surface, index, vertex != nullptr);
     look_up_emission(scene, s);
     const BsdfValue f = scattered_light(scene, surface, s.visible_to, s.active, s.row >= 0, s.w);
     // Recorded light omits the radiance and the BSDF: factors that are zero may have derivatives.
@@ -114,7 +134,7 @@ EG_OUTLINE void add_environment_light(const SceneView& scene, Workspace& work, c
                                       Vertex* vertex) {
     // Sample a direction and evaluate the BSDF
     Float u, v;
-    sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexEnvironment), u, v);
+    sobol_pair(index.stream, index.own, vertex_pair(p.vertex, kVertexEnvironment), u, v);
     const EnvironmentSample s = sample_environment(scene, p.active, u, v);
     Mask active = p.active & (s.pdf > 0.0f) & (p.both_sides | (dot(x.normal, s.w) > 0.0f));
     const BsdfValue f = surface.evaluate(active, s.w);
@@ -204,7 +224,10 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
 
     // Sample the BSDF
     Float u, v;
-    sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexDirection), u, v);
+    const UInt number = bits(select(alone, bits(index.own), bits(index.sample)));
+    sobol_pair(index.stream, number, vertex_pair(p.vertex, kVertexDirection), u, v);
+    if constexpr (std::is_same_v<Surface, ShadedSurface>)
+        if (any(index.mirrored)) v = mirrored(index.mirrored & any_sharp(surface.bsdf), v);
     BsdfSample s = surface.sample(p.active, lobe_u, u, v);
     if (vertex) record_direction(*vertex, p.active, s);
     p.active &= s.active;

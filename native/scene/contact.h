@@ -15,11 +15,16 @@
 // Triangles that form a convex polygon with their coplanar neighbours have the polygon's borders
 // (boundary/meshes/coplanar_polygons.h), because v is continuous over a polygon.
 //
-// Borders in x's own plane do not count: light from there arrives along x's horizon, where |n_x . w|
-// vanishes. Where n_x is not the face's own normal, it does not vanish, and the horizon moves over y with the
-// weight of the material form (boundary/terms/horizon.h). There such borders still do not count if x and y
-// are on the same mesh, so that the horizon term alone has the flux across them. They count if y may emit
-// light: samples of lights in x's plane do not find a light that only touches it.
+// Borders behind x's own plane do not count, unless x scatters light from behind: x does not see them, as
+// the floor does not see the lower side of a wall that is sunk in it. Neither do borders in that plane: light
+// from there arrives along x's horizon, where |n_x . w| vanishes. Where n_x is not the face's own normal, it
+// does not vanish, and the horizon moves over y with the weight of the material form
+// (boundary/terms/horizon.h). There such borders still do not count if x and y are on the same mesh, so that
+// the horizon term alone has the flux across them. They count if y may emit light: samples of lights in x's
+// plane do not find a light that only touches it.
+//
+// Where y moves over its surface, normal maps move under it, and their contrast is noise. So rho is at most a
+// small part of the smaller mesh (kMappedReach) where y has such a map.
 //
 // Between x and y there must be no transparent surface, because its share of the light does not move with the
 // blend. Boxes around transparent faces therefore count as borders: a segment to y that is shorter than the
@@ -84,12 +89,13 @@ EG_INLINE Vec3 placed_vertex(const SceneView& scene, Int vertex, Int instance) {
 // `instance`, to x, on a face of mesh `from` with the normal `normal`.
 EG_OUTLINE Contact contact(const SceneView& scene, Mask active, Int from, Vec3 x, Vec3 normal, Int to,
                            Int face, Int instance, const Triangle& t, Vec3 y) {
-    constexpr float kReach = 1.0f, kSlack = 1e-5f, kRounding = 1e-6f;
+    constexpr float kReach = 1.0f, kSlack = 1e-5f, kRounding = 1e-6f, kMappedReach = 1.0f / 64;
     active = may_blend(scene, active, from, to);
     if (!any(active)) return no_contact();
     const Int receives = gather(scene.mesh_contact, select(active, from, splat(0)));
     const Int sends = gather(scene.mesh_contact, select(active, to, splat(0)));
-    // Lanes in which borders in x's plane count
+    // Lanes in which borders in x's plane count, and those behind it
+    const Mask through = (receives & kContactThrough) != 0;
     const Mask all_count = ((receives & kContactBent) != 0) & ((from != to) | ((sends & kContactEmits) != 0));
     const Int polygon =
         scene.face_polygon ? gather(scene.face_polygon, select(active, face, splat(0))) : splat(-1);
@@ -111,9 +117,10 @@ EG_OUTLINE Contact contact(const SceneView& scene, Mask active, Int from, Vec3 x
     const auto add_side = [&](Mask counts, Vec3 a, Vec3 e) {
         const Vec3 across = cross(n, e);
         const Vec3 in = across * (1.0f / max(sqrt(dot(across, across)), 1e-37f));
-        const Float above = dot(normal, a - x), other = dot(normal, a + e - x);
-        border.add(counts & (all_count | (abs(above) > in_plane) | (abs(other) > in_plane)), dot(in, y - a),
-                   in);
+        const Float first = dot(normal, a - x), last = dot(normal, a + e - x);
+        const Float above = max(first, last), behind = -min(first, last);
+        const Mask in_front = above > select(all_count, -in_plane, in_plane);
+        border.add(counts & (in_front | (through & (behind > in_plane))), dot(in, y - a), in);
     };
     const Mask alone = active & ~grouped;
     for (int k = 0; k < 3 && any(alone); ++k) add_side(alone, corner[k], side[k]);
@@ -127,6 +134,12 @@ EG_OUTLINE Contact contact(const SceneView& scene, Mask active, Int from, Vec3 x
         add_side(more, a, placed_vertex(scene, select(more, last, splat(0)), placed) - a);
     }
     add_transparent_boxes(scene, active, y, border);
+    const Mask mapped = active & ((sends & kContactMapped) != 0);
+    if (any(mapped)) {
+        const Float size = min(gather(scene.mesh_size, select(mapped, from, splat(0))),
+                               gather(scene.mesh_size, select(mapped, to, splat(0))));
+        border.add(mapped, size * kMappedReach, zero3());
+    }
     const Float rho = border.distance;
     const Vec3 inward = border.inward;
     const Float facing = dot(n, w), q = r / max(rho, 1e-30f), s = q * (1.0f / kReach);

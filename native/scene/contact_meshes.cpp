@@ -43,14 +43,21 @@ bool jumps(const SceneTables& tables, size_t closure) {
     });
 }
 
+// Returns whether a closure scatters light from behind its surface.
+bool scatters_through(const SceneTables& tables, size_t closure) {
+    const int32_t kind = tables.closure_kind[closure];
+    return (tables.closure_flags[closure] & kHasRefraction) || kind == kTranslucent || kind == kDisney;
+}
+
 int32_t flags_of(const SceneTables& tables, size_t material) {
     int32_t flags = kContactFrom | kContactTo;
     const auto first = static_cast<size_t>(tables.material_first_closure[material]),
                last = static_cast<size_t>(tables.material_first_closure[material + 1]);
     for (size_t closure = first; closure < last; ++closure) {
         if (jumps(tables, closure)) flags &= ~kContactTo;
-        if (tables.closure_flags[closure] & kHasNormalMap) flags |= kContactBent;
+        if (tables.closure_flags[closure] & kHasNormalMap) flags |= kContactBent | kContactMapped;
         if (tables.closure_flags[closure] & kHasEmission) flags |= kContactEmits;
+        if (scatters_through(tables, closure)) flags |= kContactThrough;
         const auto least = [&](int32_t column) { return least_value(tables, closure, column); };
         if (may_be_specular(tables, closure, 0.0f, least) ||
             (tables.closure_flags[closure] & kHasTransparency))
@@ -157,6 +164,12 @@ bool overlap(const Box& a, const Box& b) {
 
 }  // namespace
 
+std::vector<float> mesh_sizes(const SceneTables& tables) {
+    std::vector<float> out;
+    for (const Box& box : mesh_boxes(tables)) out.push_back(box.size());
+    return out;
+}
+
 std::vector<int32_t> contact_materials(const SceneTables& tables) {
     std::vector<int32_t> materials(tables.material_first_closure.size() - 1);
     for (size_t m = 0; m < materials.size(); ++m) materials[m] = flags_of(tables, m);
@@ -175,7 +188,7 @@ std::vector<int32_t> contact_meshes(const SceneTables& tables, const SceneView& 
         int32_t others = 0;  // bits that one face sets for its mesh
         for (size_t face = first; face < last && flags; ++face) {
             const int32_t material = materials[static_cast<size_t>(tables.face_material[face])];
-            others |= material & (kContactBent | kContactEmits);
+            others |= material & (kContactBent | kContactEmits | kContactThrough | kContactMapped);
             if (!(others & kContactBent) && !is_flat(tables, face)) others |= kContactBent;
             flags &= material;
         }

@@ -15,6 +15,8 @@ namespace edgegrad {
 std::vector<int32_t> contact_meshes(const SceneTables& tables, const SceneView& view,
                                     const std::vector<int32_t>& materials);
 std::vector<int32_t> contact_materials(const SceneTables& tables);
+// By visible mesh, the longest side of the box around all its copies.
+std::vector<float> mesh_sizes(const SceneTables& tables);
 
 // Materials that keep meshes from having bits, of meshes that have concave edges or may touch others, and
 // whose points move relative to those. Light between such faces has samples without a finite variance.

@@ -71,8 +71,10 @@ class LineSurface {
 };
 
 // Bits by mesh (scene/contact.h): light that the mesh receives may have a fixed direction near contact; light
-// that it sends may; some of its shading normals differ from those of its faces; it emits light.
-constexpr int32_t kContactFrom = 1, kContactTo = 2, kContactBent = 4, kContactEmits = 8;
+// that it sends may; some of its shading normals differ from those of its faces; it emits light; it scatters
+// light from behind; normal maps bend its normals.
+constexpr int32_t kContactFrom = 1, kContactTo = 2, kContactBent = 4, kContactEmits = 8, kContactThrough = 16,
+                  kContactMapped = 32;
 // The largest number of sides of a polygon that coplanar faces form (boundary/meshes/coplanar_polygons.h),
 // and of boxes around the scene's transparent faces (scene/contact_meshes.h).
 constexpr int32_t kPolygonSides = 8, kTransparentBoxes = 16;
@@ -94,6 +96,7 @@ struct SceneView {
     const int32_t* material_fixed_direction;  // (M) 1: receives such light
     const int32_t* mesh_first_face;           // by Embree's geomID
     const int32_t* mesh_contact;  // (S) contact bits, or null: no surface moves, or no light qualifies
+    const float* mesh_size;       // (S) the longest side of a mesh's box, if mesh_contact is not null
     // Number of surfaces, from the camera, that receive light of a fixed direction near contact.
     int32_t fixed_direction_surfaces;
     // (F) the polygon that a face and its coplanar neighbours form, or -1; null: no such polygons. And by

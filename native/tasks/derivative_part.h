@@ -16,6 +16,7 @@ enum class Part : int32_t {
     kFavouredLobes,          // lobes of which only the roughness is requested
     kEdgeOn,                 // faces that the camera sees nearly edge-on
     kContact,                // light of a fixed direction where surfaces nearly touch
+    kSharpReflections,       // light that narrow lobes throw on other surfaces
     kTransparency,           // transmittance of surfaces
     kPrimaryEdges,           // edges that the camera sees
     kUnseenMeshes,           // edges of meshes that camera rays cannot hit
@@ -67,6 +68,7 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kFavouredLobes, "favoured lobes", kInteriorTerm},
     {Part::kEdgeOn, "edge-on faces", kInteriorTerm},
     {Part::kContact, "contact", kInteriorTerm},
+    {Part::kSharpReflections, "sharp reflections", kInteriorTerm},
     {Part::kTransparency, "transparency", kInteriorTerm},
     {Part::kPrimaryEdges, "edges", kPrimaryTerm},
     {Part::kUnseenMeshes, "unseen meshes", kPrimaryTerm},

@@ -29,6 +29,7 @@ struct ImageTask {
     // If not negative, close pixels share a sequence (path/stream.h), of whose numbers each pixel uses this
     // many bits.
     int32_t sample_bits = -1;
+    bool mirrored_pairs = false;  // samples 2 k and 2 k + 1 of a pixel mirror each other (path/stream.h)
 
     int64_t pixel_of(int32_t path) const { return first_pixel + path / samples; }
 };

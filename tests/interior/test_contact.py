@@ -29,6 +29,19 @@ def corner(*, glow: float = 0.0) -> Scene:
     return scene
 
 
+def sunk_wall(*, flat: bool = True) -> Scene:
+    """A wall that is sunk in the floor a little, as things are that stand on uneven ground; the floor may be bumpy."""
+    scene = corner()
+    scene.meshes["wall"].vertices[:2, 1] -= 4e-4
+    if not flat:
+        bump = e.Bump(e.Noise(e.Attribute("UVMap"), scale=30.0, detail=6.0), strength=0.3)
+        mesh = scene.meshes["floor"]
+        mesh.attributes["UVMap"] = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float32)[mesh.faces]
+        scene.materials["floor"] = Material(kind="DIFFUSE", base_color=PALE.base_color, roughness=0.0,
+                                            textures={"normal": bump})  # fmt: skip
+    return scene
+
+
 def painted() -> Scene:
     """The same, painted and glossy."""
     scene = corner()
@@ -113,6 +126,8 @@ CASES: dict[str, tuple[Make, list[str], dict[str, Any]]] = {
     "glowing wall slides": (moves(lambda: corner(glow=3.0), 1.0, 0.0, 0.15), WALL, {"max_depth": 2}),
     "wall slides": (moves(corner, 1.0, 0.0, 0.15), WALL, {"max_depth": 5}),
     "painted wall slides": (moves(painted, 1.0, 0.0, 0.15), WALL, {"max_depth": 4}),
+    "sunk wall slides": (moves(sunk_wall, 1.0, 0.0, 0.15), WALL, {"max_depth": 4}),
+    "sunk wall slides over bumps": (moves(lambda: sunk_wall(flat=False), 1.0, 0.0, 0.15), WALL, {"max_depth": 3}),
     "smooth column slides": (moves(beside_a_column, 1.0, 0.0, 0.4), WALL, {"max_depth": 4}),
     "floor slides": (moves(corner, 0.5, 0.0, -1.0, name="floor"), FLOOR, {"max_depth": 4}),
     "block moves": (moves(with_block, 1.0, 0.0, 0.4), WALL, {"max_depth": 4}),
@@ -152,7 +167,8 @@ def test_bits_are_equal() -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["glowing wall slides", "wall slides", "painted wall slides", "smooth column slides", "camera moves"])
+    "name", ["glowing wall slides", "wall slides", "sunk wall slides", "painted wall slides", "smooth column slides",
+             "camera moves"])  # fmt: skip
 def test_more_samples_bring_less_noise(name: str) -> None:
     """Rates of 1/r have no variance: sampled in the material form, 16 times the samples have errors as large."""
     need_every_table()

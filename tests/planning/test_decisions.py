@@ -29,7 +29,8 @@ COLLECTIONS = ("lights.", "world.", "lights.", "camera.", "meshes.")
 # Tolerance for parts that are zero, relative to the largest pixel of the derivative: sums of float32 in another order.
 ROUNDING = 1e-6
 # Parts that are no separate integral, or follow from others.
-NO_INTEGRALS = {"unseen meshes", "followed lobes", "contact", "transparency", "favoured lobes", "edge-on faces"}
+NO_INTEGRALS = {"unseen meshes", "followed lobes", "contact", "sharp reflections", "transparency", "favoured lobes",
+                "edge-on faces"}
 
 
 def scene_of(seed: int) -> Case:

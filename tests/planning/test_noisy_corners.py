@@ -37,3 +37,11 @@ def test_checked_floors_that_other_meshes_touch_are_named(height: float) -> None
     checks = e.Checker(e.Coordinates("POSITION"), (0.8, 0.8, 0.8), (0.2, 0.2, 0.2), 5.0)
     scene.materials["floor"] = Material(kind="DIFFUSE", textures={"base_color": checks})
     assert len(noisy(scene)) == (height == 0.0)
+
+
+@pytest.mark.parametrize("roughness", [0.1, 0.5])
+def test_narrow_lobes_that_light_other_surfaces_are_named(roughness: float) -> None:
+    need("native")
+    scene = lit(box((0, 0.8, 0), (0.3, 0.3, 0.3), "body"), Material(np.ones(3), metallic=1.0, roughness=roughness))
+    assert len(noisy(scene)) == (roughness == 0.1)
+    assert not noisy(scene, max_depth=2)

@@ -2,8 +2,8 @@
 
 ``python -m tests.benchmarks.corpus.noise`` moves one object of each scene sideways, and writes a table (Markdown and
 JSON): the noise of the derivative picture relative to the derivative, by term, and the seconds of a gradient relative
-to those of a picture. A derivative picture of several seeds gives both numbers: the seeds' spread is the noise, and
-their mean, less what the noise adds to its square, is the derivative.
+to those of a picture. Nothing is rendered with Cycles. A derivative picture of several seeds gives both numbers: the
+seeds' spread is the noise, and their mean, less what the noise adds to its square, is the derivative.
 """
 
 from __future__ import annotations
@@ -48,17 +48,30 @@ class Noise:
     backward: float = 0.0
 
 
-def relative_noise(pictures: NDArray[np.float64]) -> float:
-    """Noise of one of the (seeds, …) pictures over the root mean square of what they estimate."""
+def root_mean_square(pictures: NDArray[np.float64]) -> float:
+    """Root mean square of what the (seeds, …) pictures estimate.
+
+    If one sample is as large as all else, the mean's square less its variance says nothing: then it is that of the
+    seeds' medians.
+    """
     variance = float(pictures.var(axis=0, ddof=1).mean())
     square = float((pictures.mean(axis=0) ** 2).mean()) - variance / len(pictures)
-    return float(np.sqrt(variance / max(square, 1e-30)))
+    if square < variance / len(pictures):
+        square = float((np.median(pictures, axis=0) ** 2).mean())
+    return float(np.sqrt(max(square, 1e-30)))
 
 
-def measure(name: str, output: Path, samples: int) -> Noise | None:
-    """Measure one scene; None if no object of it is fit for it."""
-    case = CASES[name]
-    versus_cycles.by_cycles(case, output, case.samples, versus_cycles.SEEDS)
+def relative_noise(pictures: NDArray[np.float64]) -> float:
+    """Noise of one of the (seeds, …) pictures over the root mean square of what they estimate."""
+    return float(np.sqrt(pictures.var(axis=0, ddof=1).mean())) / root_mean_square(pictures)
+
+
+def measure(name: str, output: Path, samples: int, scale: float) -> Noise | None:
+    """Measure one scene, in a picture of `scale` times its size; None if no object of it is fit for it."""
+    case, blend = CASES[name], output / f"{name}.blend"
+    versus_cycles.build(case, blend, case.samples)
+    bpy.ops.wm.open_mainfile(filepath=str(blend))
+    bpy.context.scene.render.resolution_percentage = round(bpy.context.scene.render.resolution_percentage * scale)
     exported = export_scene(bpy.context.scene)
     scene, limits = exported.scene, exported.settings
     found = candidates(scene)
@@ -76,8 +89,8 @@ def measure(name: str, output: Path, samples: int) -> Noise | None:
     total = np.sum(list(by_term.values()), axis=0)
     blocks = block_sums(total, BLOCK)
     variance = total.var(axis=0, ddof=1).sum(axis=-1)
-    scale = float(np.sqrt((total.mean(axis=0) ** 2).mean()))
-    terms = {term: float(np.sqrt(pictures.var(axis=0, ddof=1).mean())) / max(scale, 1e-30)
+    derivative = root_mean_square(total)
+    terms = {term: float(np.sqrt(pictures.var(axis=0, ddof=1).mean())) / derivative
              for term, pictures in by_term.items()}  # fmt: skip
     adjoint = np.ones((*scene.camera.size, 3), np.float32)
     seconds = []
@@ -103,13 +116,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes", nargs="*", help=f"some of {', '.join(CASES)} (default: all)")
     parser.add_argument("--output", type=Path, default=Path("build/compare-cycles"), help="folder of the report")
+    parser.add_argument("--scale", type=float, default=1.0, help="of the pictures' width and height")
     parser.add_argument("--samples", type=int, default=512, help="samples per pixel of each of the seeds' pictures")
     arguments = parser.parse_args()
     output = arguments.output.resolve()
     output.mkdir(parents=True, exist_ok=True)
     rows: list[Noise] = []
+    if unknown := [name for name in arguments.scenes if name not in CASES]:
+        parser.error(f"unknown scene {unknown[0]}; there are {', '.join(CASES)}")
     for name in arguments.scenes or list(CASES):
-        row = measure(name, output, arguments.samples)
+        row = measure(name, output, arguments.samples, arguments.scale)
         if row is not None:
             rows.append(row)
             print(line(row), flush=True)

@@ -21,6 +21,7 @@ from ..evaluation import Evaluation, evaluate
 from ..problem import Report
 from .bakes.baking import bake_materials
 from .effects import append_effects
+from .geometry.attributes import is_of_object
 from .geometry.coincident import warn_about_coincident
 from .geometry.displacement import displace, read_displacement, warn_about_adaptive
 from .geometry.linking import linked, uses_linking
@@ -145,8 +146,11 @@ def _export(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int, code
         if found is not None:
             displacements[_key(material)] = found
     needed = {name: reading.attributes() for name, reading in out.materials.items()}
+    # Bakes and displacements are made for a mesh, not for each of its instances.
+    single = {name for name, reading in out.materials.items() if reading.baked}
+    single |= {name for name, found in displacements.items() if any(map(is_of_object, found.attributes()))}
     meshes = walk.meshes_and_lights({name: names | displacements[name].attributes() if name in displacements else names
-                                     for name, names in needed.items()})  # fmt: skip
+                                     for name, names in needed.items()}, single)  # fmt: skip
     displace(meshes.groups(), displacements, needed, report)
     bake_materials(out, meshes, images, depsgraph, bake)
     if world.baked:
@@ -206,8 +210,11 @@ class _Walk:
                     found[_key(material)] = material
         return list(found.values())
 
-    def meshes_and_lights(self, needed: dict[str, set[str]]) -> PlacedMeshes:
-        """Read the meshes, with the attributes that each material needs, and write the lights into the export."""
+    def meshes_and_lights(self, needed: dict[str, set[str]], single: set[str]) -> PlacedMeshes:
+        """Read the meshes, with the attributes that each material needs, and write the lights into the export.
+
+        `single` has the materials whose objects do not share meshes if they read values of the object.
+        """
         out = self.out
         lights: dict[str, Any] = {}
         for instance, ob, holder in self._instances():
@@ -228,7 +235,8 @@ class _Walk:
             warn_about_layer(holder.original, self.depsgraph.view_layer, out.report)
             warn_about_adaptive(ob.original, self.depsgraph.scene, out.report)
             slots = tuple(_key(material) for material in self._slots(ob))
-            placed = Placed(ob, source, holder.original.name, slots, visible, instance.random_id, self.linking)
+            placed = Placed(ob, source, holder.original.name, slots, visible, instance.random_id, self.linking,
+                            not single.isdisjoint(slots))  # fmt: skip
             if ob.type == "MESH" and instance.show_self and self.depsgraph.view_layer.use_solid:
                 self.meshes.add(placed, set().union(*(needed[slot] for slot in slots)))
             self.others.add(instance, placed, needed, out.materials)

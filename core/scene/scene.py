@@ -167,8 +167,8 @@ class Scene(Checked):
                     meshes.setdefault(part, []).append(mesh)
         for name, keys in needed.items():
             for key in sorted(keys) if name in meshes else ():
-                if not any(key in mesh.attributes for mesh in meshes[name]):
-                    there = {other for mesh in meshes[name] for other in mesh.attributes}
+                if not any(key in mesh.attributes or key in mesh.instance_attributes for mesh in meshes[name]):
+                    there = {other for mesh in meshes[name] for other in (*mesh.attributes, *mesh.instance_attributes)}
                     raise ValueError(f"material '{name}': textures read the attribute {shown(key)}, which is not in "
                                      f"attributes of any mesh with the material{near(key, there)}")
 

@@ -16,6 +16,7 @@
 #include "kernels/dispatch.h"
 #include "python/bsdfs.h"
 #include "python/call.h"
+#include "python/held_objects.h"
 #include "python/light_sampling.h"
 #include "python/numpy_arrays.h"
 #include "python/probe_arrays.h"
@@ -365,6 +366,7 @@ NB_MODULE(_native, m) {
     edgegrad::bind_scene_probes(m);
     edgegrad::bind_textures(m);
     edgegrad::bind_process(m);
+    edgegrad::bind_held_objects(m);
     m.def(
         "instruction_sets",
         [] {

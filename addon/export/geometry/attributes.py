@@ -36,7 +36,7 @@ TANGENT = ".tangent"
 NO_UV = "(none)"  # no mesh has this map, so tangents are computed around the Z axis
 POINT_RADIUS, RANDOM_POINT = "(point radius)", "(point random)"
 
-# Values of one object or instance. A mesh with such an attribute cannot be shared by instances.
+# Values of one object or instance: instances that share a mesh have their own.
 OF_OBJECT = (RANDOM, INDEX, COLOR, LOCATION, SCALE)
 
 WORD = 0xFFFFFFFF

@@ -45,6 +45,9 @@ class Placed:
         Blender's random number of the instance.
     apart
         Whether instances of different holders need separate meshes, since lights are linked to holders.
+    single
+        Whether a mesh that reads values of the object cannot be shared by instances, since its materials are baked or
+        displace it by these values.
     """
 
     object: Any
@@ -54,13 +57,15 @@ class Placed:
     visible: frozenset[str]
     random_id: int
     apart: bool
+    single: bool
 
 
 @dataclass
 class Group:
     """Instances of one mesh with equal materials and settings.
 
-    `corner_count` is the number of corners of Blender's mesh.
+    `attributes` has all attributes, with the values of the first object; `own` has those that differ between objects,
+    for each object. `corner_count` is the number of corners of Blender's mesh.
     """
 
     arrays: MeshArrays
@@ -70,6 +75,7 @@ class Group:
     terminator: float
     sources: list[Source] = field(default_factory=list)
     holders: list[str] = field(default_factory=list)
+    own: dict[str, list[tuple[float, ...]]] = field(default_factory=dict)
     corner_count: int = 0
 
 
@@ -116,15 +122,23 @@ class PlacedMeshes:
             return
         flat = abs(np.linalg.det(placed.source.matrix[:3, :3])) < 1e-30
         terminator = float(_terminator(ob))
-        single = flat or any(is_of_object(name) for name in names)
+        values = ObjectValues(ob, placed.source.matrix, placed.random_id)
+        found = {name: values.value(name) for name in sorted(names) if is_of_object(name)}
+        own = {name: value for name, value in found.items() if value is not None}
         key = (shape, placed.slots, placed.visible, terminator, placed.holder if placed.apart else None,
-               len(self._groups) if single else None)  # fmt: skip
+               tuple((name, len(value)) for name, value in own.items()),
+               len(self._groups) if flat or (placed.single and own) else None)  # fmt: skip
         if key not in self._groups:
-            values = ObjectValues(ob, placed.source.matrix, placed.random_id)
-            self._groups[key] = Group(arrays, attributes(values), placed.slots, placed.visible, terminator,
+            # What has been read may be that of another object with the same mesh.
+            read = attributes(values)
+            read |= {name: np.full((*arrays.faces.shape, len(value)), value, np.float32)
+                     for name, value in own.items() if name in read}
+            self._groups[key] = Group(arrays, read, placed.slots, placed.visible, terminator,
                                       corner_count=corner_count)  # fmt: skip
         self._groups[key].sources.append(placed.source)
         self._groups[key].holders.append(placed.holder)
+        for name, value in own.items():
+            self._groups[key].own.setdefault(name, []).append(value)
 
     def groups(self) -> list[Group]:
         """Return the collected meshes, each with all its instances."""
@@ -144,7 +158,7 @@ class PlacedMeshes:
                 first.instance = True
                 first.objects = tuple(dict.fromkeys(source.object for source in group.sources))
                 name = unused_name(first, first.object, out)
-                out[name] = replace(_in_own_space(group), instances=np.stack([s.matrix for s in group.sources]))
+                out[name] = _with_instances(group)
             sources[name] = first
         return out
 
@@ -172,6 +186,17 @@ def _in_own_space(group: Group) -> edgegrad.Mesh:
     return edgegrad.Mesh(vertices, arrays.faces.copy(), smoothing=arrays.smoothing, normals=normals,
                          attributes=group.attributes, visible_to=group.visible,
                          terminator_offset=group.terminator, **_materials(group))  # fmt: skip
+
+
+def _with_instances(group: Group) -> edgegrad.Mesh:
+    """Make a mesh in object space, with the transforms and the values of all objects."""
+    mesh = _in_own_space(group)
+    return replace(
+        mesh, instances=np.stack([source.matrix for source in group.sources]),
+        attributes={name: value for name, value in mesh.attributes.items() if name not in group.own},
+        instance_attributes={name: np.array(values, np.float32) for name, values in group.own.items()
+                             if name in mesh.attributes},
+    )  # fmt: skip
 
 
 def _in_world(group: Group, matrix: F64) -> edgegrad.Mesh:

@@ -130,7 +130,7 @@ class PlacedMeshes:
                len(self._groups) if flat or (placed.single and own) else None)  # fmt: skip
         if key not in self._groups:
             # What has been read may be that of another object with the same mesh.
-            read = attributes(values)
+            read = dict(attributes(values))
             read |= {name: np.full((*arrays.faces.shape, len(value)), value, np.float32)
                      for name, value in own.items() if name in read}
             self._groups[key] = Group(arrays, read, placed.slots, placed.visible, terminator,

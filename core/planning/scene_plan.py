@@ -117,7 +117,7 @@ def plan(
         given = renderer.scene
         decided = renderer.decide(wrt, max_depth=max_depth)
         tables = with_requested(given, renderer.tables, wrt)
-    fixed = FixedScene.of(given)
+        fixed = renderer.fixed_scene
     words = SceneWords.of(fixed, decided)
     share = None
     if measure and "caustics" in words.by_part:

@@ -12,9 +12,15 @@ from numpy.typing import NDArray
 from .._check import LARGEST_LENGTH, RAYS, array, mapping, names, number, rays, within
 from .._fields import Check, Checked, by, optional
 
-_NO_TRANSFORM = np.eye(3, 4)
+_NO_TRANSFORM = np.eye(4)
+_NO_BYTES = _NO_TRANSFORM.tobytes()
 # What the name of an attribute ends with that holds tangents and their sign (`Material.normal_uv`).
 TANGENT = ".tangent"
+
+
+def leaves_in_place(transform: NDArray[np.float64]) -> bool:
+    """Whether an affine transform (4, 4) changes nothing."""
+    return transform.tobytes() == _NO_BYTES or np.array_equal(transform[:3], _NO_TRANSFORM[:3])
 
 
 def _attribute(where: str, name: str, value: Any) -> NDArray[np.float32]:
@@ -131,7 +137,7 @@ class Mesh(Checked):
                 raise ValueError(f"{where}: instances has a transform that flattens the mesh")
         if self.instance_attributes:
             self._validate_instance_attributes(where)
-        if self.instances is None and np.array_equal(self.transform[:3], _NO_TRANSFORM):
+        if self.instances is None and leaves_in_place(self.transform):
             return
         if abs(np.linalg.det(self.transform[:3, :3])) < 1e-30:
             raise ValueError(f"{where}: transform flattens the mesh")

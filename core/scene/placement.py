@@ -8,13 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .material import Material
-from .mesh import TANGENT, Mesh
+from .mesh import TANGENT, Mesh, leaves_in_place
 from .scene import Scene
 
 F64 = NDArray[np.float64]
-
-# The transform that changes nothing.
-_NOWHERE = np.eye(3, 4)
 
 
 def places(mesh: Mesh) -> F64:
@@ -63,7 +60,7 @@ def placed_meshes(scene: Scene) -> list[Mesh]:
 
 def is_moved(mesh: Mesh) -> bool:
     """Whether the mesh has a transform that changes anything."""
-    return bool((mesh.transform[:3] != _NOWHERE).any())
+    return not leaves_in_place(mesh.transform)
 
 
 def _numbered(mesh: Mesh) -> Mesh:

@@ -118,6 +118,26 @@ class Scene(Checked):
         used = {name for mesh in self.meshes.values() for name in mesh.used_materials}
         return [name for name in self.materials if name in used]
 
+    @property
+    def slots(self) -> list[str]:
+        """Names of the materials that some mesh has, whether a face uses them or not."""
+        return list(dict.fromkeys(name for mesh in self.meshes.values() for name in mesh.materials))
+
+    @property
+    def triangle_count(self) -> int:
+        """Triangles of all meshes; those of instances are counted once."""
+        return sum(len(mesh.faces) for mesh in self.meshes.values())
+
+    @property
+    def instance_count(self) -> int:
+        """Instances of all meshes."""
+        return sum(len(mesh.instances) for mesh in self.meshes.values() if mesh.instances is not None)
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether no mesh has shading normals."""
+        return all(mesh.smoothing is None for mesh in self.meshes.values())
+
     def meshes_with(self, materials: Collection[str]) -> list[str]:
         """Names of the meshes with faces of at least one of these materials."""
         sought = frozenset(materials)

@@ -141,12 +141,12 @@ std::shared_ptr<const edgegrad::EnvironmentMap> read_environment_map(nb::handle 
                                                       static_cast<int32_t>(array.shape(0)));
 }
 
-SceneTables read_tables(nb::handle t, edgegrad::SharedColumns& columns) {
+SceneTables read_tables(nb::handle t) {
     SceneTables s;
     read_geometry(t, s);
     read_values(t, s);
     const nb::object textures = t.attr("textures");
-    if (!textures.is_none()) s.textures = edgegrad::read_textures(textures, columns);
+    if (!textures.is_none()) s.textures = edgegrad::read_textures(textures);
     s.environment_map = read_environment_map(t);
     check_indices(s.face_material, s.emission.size() / 3, "face materials");
     return s;
@@ -229,7 +229,7 @@ class Scene {
  public:
     Scene(nb::handle tables, int threads, nb::handle instruction_set, nb::handle embree)
         : kernels_(edgegrad::kernels(text(instruction_set))) {
-        SceneTables s = read_tables(tables, columns_);
+        SceneTables s = read_tables(tables);
         const edgegrad::embree::Api& api = edgegrad::embree::load(text(embree));
         const WithoutInterpreter without;
         engine_ = std::make_unique<Engine>(api, kernels_, std::move(s), threads);
@@ -251,7 +251,7 @@ class Scene {
     }
 
     void update(nb::handle tables) {
-        SceneTables s = read_tables(tables, columns_);
+        SceneTables s = read_tables(tables);
         const WithoutInterpreter without;
         engine_->update(std::move(s));
     }
@@ -319,7 +319,8 @@ class Scene {
             gradients = engine_->backward(options, what, image.data(), learned, report, dropped, decided);
         }
         nb::dict out;
-        for (const auto& [name, values] : gradients) out[name.c_str()] = edgegrad::zeros_to_numpy(values);
+        for (auto& [name, values] : gradients)
+            out[name.c_str()] = edgegrad::zeros_to_numpy(std::move(values));
         return nb::make_tuple(out, dropped_list(dropped), decision_list(decided));
     }
 
@@ -353,7 +354,6 @@ class Scene {
     }
 
     const edgegrad::KernelTable& kernels_;
-    edgegrad::SharedColumns columns_;
     std::unique_ptr<Engine> engine_;
 };
 
@@ -367,6 +367,7 @@ NB_MODULE(_native, m) {
     edgegrad::bind_textures(m);
     edgegrad::bind_process(m);
     edgegrad::bind_held_objects(m);
+    edgegrad::bind_zeros(m);
     m.def(
         "instruction_sets",
         [] {

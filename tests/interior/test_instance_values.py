@@ -127,6 +127,17 @@ def test_derivatives_are_those_of_finite_differences(path: str) -> None:
     assert abs(np.mean(found) - np.mean(differences)) < 4.0 * error + 0.01 * abs(np.mean(differences))
 
 
+def test_an_update_shows_other_values() -> None:
+    need("native")
+    scene = shared()
+    renderer = Renderer(scene)
+    renderer.render(spp=1)
+    scene.meshes["balls"].instance_attributes = {name: rows[::-1].copy() for name, rows in values(False).items()}
+    renderer.update([f"meshes.balls.instance_attributes.{COLOR}", f"meshes.balls.instance_attributes.{RANDOM}",
+                     f"meshes.balls.instance_attributes.{GLOW}"])
+    np.testing.assert_array_equal(renderer.render(**OPTIONS), Renderer(scene).render(**OPTIONS))
+
+
 def test_values_keep_their_bits() -> None:
     """A value is not interpolated between corners that have it: nodes compare it with others."""
     need("native")

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "boundary/curves/picture_frame.h"
@@ -28,6 +29,8 @@ constexpr double kMostPlaces = 512.0;
 constexpr double kMostParts = 1 << 20;
 // Edges per item of parallel work.
 constexpr int64_t kEdgeBlock = 1 << 13;
+// The memory of searches that find more candidates is not kept for later ones.
+constexpr size_t kMostSpare = size_t{1} << 22;
 
 // The order of candidates: silhouettes, borders and sharp creases come before blunt creases, and each group
 // follows a Z-order curve of picture tiles. Neighbours on the list are thus of one kind and close in the
@@ -51,7 +54,7 @@ std::vector<Run> runs_of(const EdgeList& edges, const Requested& requested) {
     const auto instances = mesh_instances(t);
     std::vector<Run> runs;
     for (int32_t mesh = 0; mesh < t.visible_meshes; ++mesh) {
-        const std::vector<int32_t>& of_mesh = instances[static_cast<size_t>(mesh)];
+        const MeshInstances::Copies of_mesh = instances[static_cast<size_t>(mesh)];
         if (!requested(mesh, is_placed(of_mesh))) continue;
         const auto [first, last] = mesh_edges(t, static_cast<size_t>(mesh));
         for (int32_t instance : of_mesh)
@@ -147,7 +150,7 @@ void join(const CandidateParts& parts, const std::vector<Run>& runs, bool placed
 // Collects candidates: visit(run, memory, counts, add) calls add for each candidate of a run, in parallel.
 // The memory comes from pools of the edge cache.
 template <typename Visit>
-Candidates collect(const EdgeList& edges, const std::vector<Run>& runs, const Visit& visit) {
+Candidates collect_all(const EdgeList& edges, const std::vector<Run>& runs, const Visit& visit) {
     std::shared_ptr<CandidateParts> parts = edges.kept.spare_parts.take();
     parts->runs.resize(runs.size());
     std::vector<RunWeights> memory(static_cast<size_t>(edges.threads));
@@ -173,8 +176,22 @@ Candidates collect(const EdgeList& edges, const std::vector<Run>& runs, const Vi
     out.counts.of = edges.count();
     for (size_t k = 0; k < runs.size(); ++k)
         if (runs[k].counts) out.counts.add(parts->runs[k].counts);
-    edges.kept.spare_parts.give(std::move(parts));
+    if (out.edge.size() <= kMostSpare) edges.kept.spare_parts.give(std::move(parts));
     return out;
+}
+
+// The same, or only those of each mesh's first instance, if counts are all that is needed and these show that
+// there are candidates. Of a hundred thousand instances the other candidates take gigabytes.
+template <typename Visit>
+Candidates collect(const EdgeList& edges, const std::vector<Run>& runs, const Visit& visit) {
+    if (edges.counts_alone) {
+        std::vector<Run> first;
+        std::copy_if(runs.begin(), runs.end(), std::back_inserter(first),
+                     [](const Run& r) { return r.counts; });
+        Candidates found = collect_all(edges, first, visit);
+        if (found.size() > 0 || first.size() == runs.size()) return found;
+    }
+    return collect_all(edges, runs, visit);
 }
 
 // Whether the k-th edge of a run may carry a jump, by its shape.

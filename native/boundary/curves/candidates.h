@@ -57,6 +57,8 @@ struct EdgeList {
     int threads;
     const std::shared_ptr<const LightList>& lights;
     EdgeCache& kept;
+    // Searches need not find all candidates: only the counts, and whether there is any.
+    bool counts_alone = false;
 
     int64_t count() const { return static_cast<int64_t>(tables.edge_vertices.size() / 2); }
     // Else it is an intersection curve.

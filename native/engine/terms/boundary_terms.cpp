@@ -1,6 +1,7 @@
 #include "engine/terms/boundary_terms.h"
 
 #include <algorithm>
+#include <type_traits>
 
 #include "engine/terms/curve_terms.h"
 #include "scene/sharp_lobes.h"
@@ -31,6 +32,15 @@ double scattered(const Candidates& segments, double each, double samples) {
 using SharedCandidates = std::shared_ptr<const Candidates>;
 SharedCandidates shared(SharedCandidates known) { return known; }
 SharedCandidates shared(Candidates made) { return std::make_shared<const Candidates>(std::move(made)); }
+
+// The candidates of a search, which are kept if they are complete.
+template <typename Key, typename Make>
+SharedCandidates searched(const EdgeList& edges, Kept<Key, Candidates>& kept,
+                          const std::type_identity_t<Key>& key, const Make& make) {
+    if (!edges.counts_alone) return kept.get(key, make);
+    const SharedCandidates known = kept.find(key);
+    return known ? known : shared(make());
+}
 
 // The materials that may have lobes that are sampled from the camera (camera_sampled_kinds of
 // boundary/segment/camera_sampled_lobes.h).
@@ -99,7 +109,8 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
     std::shared_ptr<const Intersections> seen;
     const EdgeCache::Sides sides(edges.solid_side, edges.solid_side + edges.tables.visible_meshes);
     const auto silhouettes = [&] {
-        return edges.kept.silhouettes.get(sides, [&] { return shadow_candidates(scene, edges, true); });
+        return searched(edges, edges.kept.silhouettes, sides,
+                        [&] { return shadow_candidates(scene, edges, true); });
     };
     // Whether a search for a part's edges has found some, of which the decision is told.
     const auto has_edges = [&](Part part, const Candidates& found) {
@@ -125,7 +136,7 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
         Intersections shown = moving_intersections(edges.tables, moving, *seen);
         decided.found(Part::kSeenIntersections, edges.tables, shown);
         auto lines = std::make_shared<EdgesAndIntersections>(edges.tables, std::move(shown));
-        const auto found = edges.kept.primary.get({{scene.camera}, moving}, [&] {
+        const auto found = searched(edges, edges.kept.primary, {{scene.camera}, moving}, [&] {
             Candidates all = primary_candidates(scene, edges, moving);
             lines->add_candidates(scene.camera, all);
             return all;
@@ -152,8 +163,8 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
     };
     if (decided.computes(Part::kLightShadows))
         add_shadows(kShadowBoundary,
-                    edges.kept.shadow.get({edges.lights, sides},
-                                          [&] { return shadow_candidates(scene, edges, false); }),
+                    searched(edges, edges.kept.shadow, {edges.lights, sides},
+                             [&] { return shadow_candidates(scene, edges, false); }),
                     0.0);
     if (decided.computes(Part::kEnvironmentShadows))
         // Directions to an image are its own samples', in no cell.

@@ -149,10 +149,10 @@ def light_values(
 
 def within(where: str, name: str, numbers: NDArray[Any], among: int, says: str, of: str) -> None:
     """Refuse indices outside [0, among); the error message uses `says` ("name vertex") and `of` ("vertices")."""
-    if numbers.dtype == np.int32 and numbers.size:
-        # As unsigned numbers, negative ones are above all others.
-        if int(np.maximum.reduce(numbers.view(np.uint32), axis=None)) < among:
-            return
+    # As unsigned numbers, negative ones are above all others.
+    narrow = numbers.view(np.uint32) if numbers.dtype == np.int32 and numbers.size else None
+    if narrow is not None and int(np.maximum.reduce(narrow, axis=None)) < among:
+        return
     low, high = (int(numbers.min()), int(numbers.max())) if numbers.size else (0, -1)
     if low < 0 or high >= among:
         raise ValueError(f"{where}: {name} {says} {low if low < 0 else high}, but there are {among} {of}")

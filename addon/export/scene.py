@@ -24,6 +24,7 @@ from .effects import append_effects
 from .geometry.attributes import is_of_object
 from .geometry.coincident import warn_about_coincident
 from .geometry.displacement import displace, read_displacement, warn_about_adaptive
+from .geometry.instancers import Instancers
 from .geometry.linking import linked, uses_linking
 from .geometry.meshes import Placed, PlacedMeshes
 from .geometry.object_types import RENDERED, OtherGeometry, warn_about_type
@@ -193,6 +194,7 @@ class _Walk:
         self.meshes = PlacedMeshes(out.report)
         self.others = OtherGeometry(self.meshes, out.scene.camera, depsgraph, out.report)
         self.named: set[str] = set()
+        self.instancers = Instancers(out.report)
 
     def _instances(self) -> Any:
         """Yield (instance, object, object or instancer) for all rendered objects; each is valid until the next one."""
@@ -235,7 +237,8 @@ class _Walk:
             warn_about_layer(holder.original, self.depsgraph.view_layer, out.report)
             warn_about_adaptive(ob.original, self.depsgraph.scene, out.report)
             slots = tuple(_key(material) for material in self._slots(ob))
-            placed = Placed(ob, source, holder.original.name, slots, visible, instance.random_id, self.linking,
+            placed = Placed(ob, source, holder.original.name, slots, visible, instance.random_id,
+                            self.instancers.of(instance), self.linking,
                             not single.isdisjoint(slots))  # fmt: skip
             if ob.type == "MESH" and instance.show_self and self.depsgraph.view_layer.use_solid:
                 self.meshes.add(placed, set().union(*(needed[slot] for slot in slots)))

@@ -332,6 +332,40 @@ def test_instances_share_a_mesh_and_have_values_of_their_own() -> None:
     assert len(tree.made.scene.meshes) == 2
 
 
+def test_instances_of_geometry_nodes_have_attributes_of_their_instancer() -> None:
+    tree = Tree()
+    for name, to in (("heat", "Roughness"), ("wear", "Metallic"), ("own", "Alpha")):
+        node = tree.node("Attribute", attribute_type="INSTANCER", attribute_name=name)
+        tree.link(node.outputs["Fac"], to)
+    points = bpy.data.meshes.new("Points")
+    points.from_pydata([(3, 0, 0), (6, 0, 0), (9, 0, 0)], [], [])
+    points.attributes.new("heat", "FLOAT", "POINT").data.foreach_set("value", [0.1, 0.5, 0.9])
+    holder = bs.add("Points", points)
+    holder["wear"], tree.object["wear"], tree.object["own"] = 0.25, 0.75, 0.5
+    group = bpy.data.node_groups.new("Group", "GeometryNodeTree")
+    for kind in ("INPUT", "OUTPUT"):
+        group.interface.new_socket("Geometry", in_out=kind, socket_type="NodeSocketGeometry")
+    nodes = {kind: group.nodes.new(kind) for kind in ("NodeGroupInput", "NodeGroupOutput",
+                                                      "GeometryNodeInstanceOnPoints", "GeometryNodeObjectInfo")}
+    nodes["GeometryNodeObjectInfo"].inputs["Object"].default_value = tree.object
+    copies = nodes["GeometryNodeInstanceOnPoints"]
+    group.links.new(nodes["NodeGroupInput"].outputs[0], copies.inputs["Points"])
+    group.links.new(nodes["GeometryNodeObjectInfo"].outputs["Geometry"], copies.inputs["Instance"])
+    group.links.new(copies.outputs[0], nodes["NodeGroupOutput"].inputs[0])
+    holder.modifiers.new("Copies", "NODES").node_group = group
+    tree.export()
+    mesh = next(mesh for mesh in tree.made.scene.meshes.values() if mesh.instances is not None)
+    order = np.argsort(mesh.instances[:, 0, 3])
+    assert len(mesh.instances) == 3
+    own = {name: mesh.instance_attributes[attributes.INSTANCER + name][order, 0] for name in ("heat", "wear")}
+    np.testing.assert_allclose(own["heat"], [0.1, 0.5, 0.9])
+    np.testing.assert_allclose(own["wear"], 0.25)
+    # The object itself is no instance: it has properties of its own.
+    alone = next(mesh for mesh in tree.made.scene.meshes.values() if mesh.instances is None)
+    assert np.unique(alone.attributes[attributes.INSTANCER + "wear"]).tolist() == [0.75]
+    assert np.unique(alone.attributes[attributes.INSTANCER + "own"]).tolist() == [0.5]
+
+
 def test_object_values_of_bakes_and_displacements_keep_instances_apart() -> None:
     tree = Tree()
     info = tree.node("ObjectInfo")

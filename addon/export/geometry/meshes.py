@@ -17,6 +17,7 @@ from edgegrad.scene.placement import is_tangent, placed_tangents, stretches
 
 from ...problem import Report
 from .attributes import TANGENT, ObjectValues, is_of_object, read_attributes
+from .instancers import InstancerValues
 from .mesh import MeshArrays, evaluated_mesh, read_mesh
 from .normals import given_normals
 
@@ -43,6 +44,8 @@ class Placed:
         Kinds of rays that can hit the object.
     random_id
         Blender's random number of the instance.
+    instancer
+        What it has of its instancer; None: the object is not an instance.
     apart
         Whether instances of different holders need separate meshes, since lights are linked to holders.
     single
@@ -56,8 +59,14 @@ class Placed:
     slots: tuple[str, ...]
     visible: frozenset[str]
     random_id: int
+    instancer: InstancerValues | None
     apart: bool
     single: bool
+
+    @property
+    def values(self) -> ObjectValues:
+        """What its attributes are read from."""
+        return ObjectValues(self.object, self.source.matrix, self.random_id, self.instancer)
 
 
 @dataclass
@@ -122,7 +131,7 @@ class PlacedMeshes:
             return
         flat = abs(np.linalg.det(placed.source.matrix[:3, :3])) < 1e-30
         terminator = float(_terminator(ob))
-        values = ObjectValues(ob, placed.source.matrix, placed.random_id)
+        values = placed.values
         found = {name: values.value(name) for name in sorted(names) if is_of_object(name)}
         own = {name: value for name, value in found.items() if value is not None}
         key = (shape, placed.slots, placed.visible, terminator, placed.holder if placed.apart else None,

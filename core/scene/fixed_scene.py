@@ -53,6 +53,8 @@ class FixedScene(Scene):
 
     def meshes_with(self, materials: Collection[str]) -> list[str]:
         """As `Scene.meshes_with`."""
+        if not materials:
+            return []
         users = [self._users[name] for name in frozenset(materials) if name in self._users]
         if len(users) == 1:
             return users[0]

@@ -121,22 +121,23 @@ class Scene(Checked):
     @property
     def slots(self) -> list[str]:
         """Names of the materials that some mesh has, whether a face uses them or not."""
-        return list(dict.fromkeys(name for mesh in self.meshes.values() for name in mesh.materials))
+        of_meshes = dict.fromkeys([mesh.materials for mesh in self.meshes.values()])
+        return list(dict.fromkeys(name for names in of_meshes for name in names))
 
     @property
     def triangle_count(self) -> int:
         """Triangles of all meshes; those of instances are counted once."""
-        return sum(len(mesh.faces) for mesh in self.meshes.values())
+        return sum(map(len, [mesh.faces for mesh in self.meshes.values()]))
 
     @property
     def instance_count(self) -> int:
         """Instances of all meshes."""
-        return sum(len(mesh.instances) for mesh in self.meshes.values() if mesh.instances is not None)
+        return sum([len(mesh.instances) for mesh in self.meshes.values() if mesh.instances is not None])
 
     @property
     def is_flat(self) -> bool:
         """Whether no mesh has shading normals."""
-        return all(mesh.smoothing is None for mesh in self.meshes.values())
+        return not [mesh for mesh in self.meshes.values() if mesh.smoothing is not None]
 
     def meshes_with(self, materials: Collection[str]) -> list[str]:
         """Names of the meshes with faces of at least one of these materials."""

@@ -103,6 +103,7 @@ class TakenOver:
         self._thread = threading.get_ident()
         for path in paths:
             collection, name, field = parameters.split(path)
+            field = field.partition(".")[0]  # of a layer, the dict that holds it
             value = getattr(parameters.owner(scene, path)[0], field)
             if name:
                 self._collections[collection].note(name, field, value)

@@ -11,6 +11,9 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <iterator>
+#include <stdexcept>
+#include <utility>
 #include <vector>
 
 namespace nb = nanobind;
@@ -48,69 +51,111 @@ struct Entries {
     }
 };
 
+// What has been noted of objects. Lists of all objects together are read faster than a list for each.
+struct Notes {
+    // A dict: the fields of an object, or a dict among its values.
+    struct Dict {
+        nb::object dict;
+        size_t items;
+    };
+    struct Item {
+        nb::object key, value;
+    };
+    std::vector<Dict> dicts;
+    std::vector<Item> items;
+    std::vector<Entries> entries;
+};
+
+// The part of the notes that is about one object. `known`: false if one of its values cannot be watched.
+struct Part {
+    size_t dict, item, entry;  // the first of each
+    size_t dicts, items, entries;
+    bool known;
+
+    bool same_size(const Part& other) const {
+        return dicts == other.dicts && items == other.items && entries == other.entries;
+    }
+};
+
 class HeldObjects {
  public:
     HeldObjects(nb::handle array_type, size_t samples)
         : array_type_(nb::borrow(array_type)), samples_(samples) {}
 
     void hold(size_t k, nb::handle fields) {
-        if (k > objects_.size()) throw std::out_of_range("there is no such object");
-        if (k == objects_.size()) objects_.emplace_back();
-        Object found{dicts_.size(), 0, entries_.size(), 0, true};
-        note(nb::borrow(fields), found);
-        found.last_dict = dicts_.size();
-        found.last_entries = entries_.size();
-        objects_[k] = found;
+        if (k > parts_.size()) throw std::out_of_range("there is no such object");
+        Notes found;
+        Part part{};
+        part.known = note(nb::borrow(fields), found);
+        part.dicts = found.dicts.size(), part.items = found.items.size(), part.entries = found.entries.size();
+        if (k < parts_.size()) {
+            const Part& old = parts_[k];
+            if (old.same_size(part)) {
+                part.dict = old.dict, part.item = old.item, part.entry = old.entry;
+                put(found.dicts, notes_.dicts, part.dict);
+                put(found.items, notes_.items, part.item);
+                put(found.entries, notes_.entries, part.entry);
+                parts_[k] = part;
+                return;
+            }
+            // Its place stays empty, but its values are not kept.
+            for (size_t i = 0; i < old.dicts; ++i) notes_.dicts[old.dict + i] = {};
+            for (size_t i = 0; i < old.items; ++i) notes_.items[old.item + i] = {};
+        }
+        part.dict = append(found.dicts, notes_.dicts);
+        part.item = append(found.items, notes_.items);
+        part.entry = append(found.entries, notes_.entries);
+        if (k == parts_.size())
+            parts_.push_back(part);
+        else
+            parts_[k] = part;
     }
 
     nb::list touched() const {
         nb::list out;
-        for (size_t k = 0; k < objects_.size(); ++k)
-            if (!is_untouched(objects_[k])) out.append(k);
+        for (size_t k = 0; k < parts_.size(); ++k)
+            if (!is_untouched(parts_[k])) out.append(k);
         return out;
     }
 
  private:
-    // Its first dict has its fields. `known`: false if a value cannot be watched.
-    struct Object {
-        size_t first_dict, last_dict, first_entries, last_entries;
-        bool known;
-    };
-    struct Dict {
-        nb::object dict;
-        size_t first_item, last_item;
-    };
-    struct Item {
-        nb::object key, value;
-    };
-
-    void note(const nb::object& dict, Object& object) {
-        if (!PyDict_Check(dict.ptr())) {
-            object.known = false;
-            return;
-        }
-        Py_ssize_t at = 0;
-        PyObject *key, *value;
-        const size_t first = items_.size();
-        while (PyDict_Next(dict.ptr(), &at, &key, &value))
-            items_.push_back({nb::borrow(key), nb::borrow(value)});
-        const size_t last = items_.size();
-        dicts_.push_back({dict, first, last});
-        for (size_t k = first; k < last; ++k) {
-            const nb::object held = items_[k].value;
-            if (nb::isinstance(held, array_type_))
-                note_array(held, object);
-            else if (nb::hasattr(held, "items"))
-                note(held, object);
-        }
+    template <typename T>
+    static void put(std::vector<T>& from, std::vector<T>& to, size_t at) {
+        std::move(from.begin(), from.end(), to.begin() + static_cast<std::ptrdiff_t>(at));
+    }
+    template <typename T>
+    static size_t append(std::vector<T>& from, std::vector<T>& to) {
+        const size_t first = to.size();
+        to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
+        return first;
     }
 
-    void note_array(const nb::object& array, Object& object) {
+    // Returns whether all values can be watched.
+    bool note(const nb::object& dict, Notes& notes) const {
+        if (!PyDict_Check(dict.ptr())) return false;
+        const size_t first = notes.items.size();
+        Py_ssize_t at = 0;
+        PyObject *key, *value;
+        while (PyDict_Next(dict.ptr(), &at, &key, &value))
+            notes.items.push_back({nb::borrow(key), nb::borrow(value)});
+        const size_t last = notes.items.size();
+        notes.dicts.push_back({dict, last - first});
+        bool known = true;
+        for (size_t k = first; k < last; ++k) {
+            const nb::object held = notes.items[k].value;  // a reference of its own: the list grows
+            if (nb::isinstance(held, array_type_))
+                known = note_array(held, notes) && known;
+            else if (nb::hasattr(held, "items"))
+                known = note(held, notes) && known;
+        }
+        return known;
+    }
+
+    bool note_array(const nb::object& array, Notes& notes) const {
         Py_buffer view;
         if (PyObject_GetBuffer(array.ptr(), &view, PyBUF_C_CONTIGUOUS) != 0) {
-            PyErr_Clear();  // not contiguous, or of a type without a buffer
-            object.known = false;
-            return;
+            PyErr_Clear();
+            return false;  // not contiguous, or of a type without a buffer
         }
         const size_t bytes = static_cast<size_t>(view.itemsize);
         const size_t size = bytes ? static_cast<size_t>(view.len) / bytes : 0;
@@ -119,36 +164,32 @@ class HeldObjects {
                         static_cast<uint32_t>((size + step - 1) / step), static_cast<uint32_t>(bytes), 0};
         PyBuffer_Release(&view);
         entries.fingerprint = entries.read();
-        entries_.push_back(entries);
-    }
-
-    bool is_untouched(const Object& object) const {
-        if (!object.known) return false;
-        for (size_t d = object.first_dict; d < object.last_dict; ++d)
-            if (!is_untouched(dicts_[d])) return false;
-        for (size_t k = object.first_entries; k < object.last_entries; ++k)
-            if (entries_[k].read() != entries_[k].fingerprint) return false;
+        notes.entries.push_back(entries);
         return true;
     }
 
-    bool is_untouched(const Dict& held) const {
-        Py_ssize_t at = 0;
-        PyObject *key, *value;
-        size_t k = held.first_item;
-        while (PyDict_Next(held.dict.ptr(), &at, &key, &value)) {
-            if (k == held.last_item || items_[k].key.ptr() != key || items_[k].value.ptr() != value)
-                return false;
-            ++k;
+    bool is_untouched(const Part& part) const {
+        if (!part.known) return false;
+        const Notes::Item* item = notes_.items.data() + part.item;
+        for (size_t d = part.dict; d < part.dict + part.dicts; ++d) {
+            const Notes::Item* const end = item + notes_.dicts[d].items;
+            Py_ssize_t at = 0;
+            PyObject *key, *value;
+            while (PyDict_Next(notes_.dicts[d].dict.ptr(), &at, &key, &value)) {
+                if (item == end || item->key.ptr() != key || item->value.ptr() != value) return false;
+                ++item;
+            }
+            if (item != end) return false;
         }
-        return k == held.last_item;
+        return std::all_of(notes_.entries.data() + part.entry,
+                           notes_.entries.data() + part.entry + part.entries,
+                           [](const Entries& e) { return e.read() == e.fingerprint; });
     }
 
     nb::object array_type_;
     size_t samples_;
-    std::vector<Object> objects_;
-    std::vector<Dict> dicts_;  // an object that is held anew leaves its earlier ones unused
-    std::vector<Item> items_;
-    std::vector<Entries> entries_;
+    Notes notes_;
+    std::vector<Part> parts_;
 };
 
 }  // namespace

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import weakref
 from collections.abc import Callable
 from types import MappingProxyType
 from typing import Any
@@ -155,6 +156,23 @@ def test_an_update_of_one_field_leaves_changes_of_others_to_be_found() -> None:
     watched.check(scene)
     mesh.vertices += 1.0
     with pytest.raises(ValueError, match=r"^mesh 'box2': vertices has changed"):
+        watched.check(scene)
+
+
+def test_values_before_an_update_are_not_kept() -> None:
+    scene = boxes(3)
+    scene.validate()
+    watched = TakenOver(scene)
+    mesh = scene.meshes["box1"]
+    for layers in (["UVMap"], ["UVMap", "more"], ["UVMap"]):
+        old = weakref.ref(mesh.vertices)
+        mesh.vertices = mesh.vertices + 1.0
+        mesh.attributes = {name: np.zeros((12, 3, 2), np.float32) for name in layers}
+        watched.note(scene, ["meshes.box1.vertices", *(f"meshes.box1.attributes.{name}" for name in layers)])
+        assert old() is None
+        watched.check(scene)
+    mesh.vertices += 1.0
+    with pytest.raises(ValueError, match=r"^mesh 'box1': vertices has changed"):
         watched.check(scene)
 
 

@@ -101,7 +101,8 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
         boundaries =
             boundary_terms(scene,
                            {e.tables_, sides.data(), e.closed_, clear, normals->data(), e.kernels_,
-                            e.threads_, lights, e.kept_, decided.alone() && !e.tables_.instance_mesh.empty()},
+                            e.threads_, lights, e.kept_, decided.alone() && !e.tables_.instance_mesh.empty(),
+                            edge_windows(e.tables_, options.most_placed_edges), options.seed},
                            options, motion, learned, decided);
     }
     // One sweep over paths finds both kinds of horizons.

@@ -195,6 +195,7 @@ RenderOptions read_options(nb::handle given) {
                 nb::cast<int32_t>(bounces.attr("transparent"))};
     o.caustics_alone = nb::cast<bool>(given.attr("caustics_alone"));
     o.two_passes = nb::cast<bool>(given.attr("two_passes"));
+    o.most_placed_edges = nb::cast<int64_t>(given.attr("most_placed_edges"));
     o.camera_sampled_alpha = nb::cast<float>(given.attr("camera_sampled_alpha"));
     if (o.samples < 1) throw std::invalid_argument("spp must be at least 1");
     const nb::object force = given.attr("force");

@@ -14,6 +14,9 @@ namespace edgegrad {
 // camera (boundary/terms/camera_sampled.h).
 constexpr float kCameraSampledAlpha = 0.25f;
 
+// Searches list so many edges of instances, which take some hundred megabytes.
+constexpr int64_t kMostPlacedEdges = int64_t{1} << 22;
+
 struct RenderOptions {
     int32_t samples = 1;
     uint32_t seed = 0;
@@ -24,6 +27,7 @@ struct RenderOptions {
     // Choices between estimators of the same mean, which tests compare.
     bool two_passes = true;  // a first pass over edges says where a second one takes its samples
     float camera_sampled_alpha = kCameraSampledAlpha;
+    int64_t most_placed_edges = kMostPlacedEdges;  // of instances, by search (EdgeList::windows)
     // For tests: parts of a derivative (bits, tasks/derivative_part.h) that are computed though they are
     // zero.
     uint64_t force = 0;

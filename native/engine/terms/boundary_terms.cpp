@@ -146,8 +146,9 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
     std::shared_ptr<const Intersections> seen;
     const EdgeCache::Sides sides(edges.solid_side, edges.solid_side + edges.tables.visible_meshes);
     // Samples that start at the camera look for edges in a tree, which needs all of them.
-    const bool in_windows =
-        edges.windows > 1 && !decided.alone() && !decided.computes(Part::kCameraSampledIndirect);
+    const bool needs_all =
+        decided.computes(Part::kCameraSampledIndirect) && !camera_sampled(scene, edges.tables, alpha).empty();
+    const bool in_windows = edges.windows > 1 && !decided.alone() && !needs_all;
     std::optional<Found> outlines_of_all;
     const auto silhouettes = [&]() -> const Found& {
         if (!outlines_of_all)

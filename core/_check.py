@@ -21,6 +21,7 @@ from numpy.typing import DTypeLike, NDArray
 
 # Kinds of rays for which an object can be invisible (Blender's ray visibility).
 RAYS = ("camera", "diffuse", "glossy", "transmission", "shadow")
+_RAYS = frozenset(RAYS)
 
 # Largest number in single precision, in which the engines compute, and largest length: the sum of a few squared lengths
 # must not overflow.
@@ -29,6 +30,9 @@ LARGEST_LENGTH = 1e18
 
 # Tolerance of the scalar products of a rigid transform's axes: poses often come from single precision.
 _ORTHONORMAL = 1e-4
+
+# Largest number by size of a float in bytes.
+_MOST = {np.dtype(kind).itemsize: float(np.finfo(kind).max) for kind in (np.float16, np.float32, np.float64)}
 
 # Longest file path, in characters, that operating systems accept.
 _LONGEST_PATH = 4096
@@ -70,6 +74,8 @@ def array(
     lie within [-most, most], and numbers must not be below `least`.
     """
     out = shaped(where, name, value, shape, dtype, booleans=booleans)
+    if least is None and _surely_within(out, most):
+        return out
     if out.dtype.kind == "f" and out.size and not (-most <= out.min() and out.max() <= most):  # NaN passes neither
         _check_finite(where, name, out)
         raise ValueError(_too_large(where, name, float(np.abs(out).max()), most))
@@ -78,13 +84,24 @@ def array(
     return out
 
 
+def _surely_within(numbers: NDArray[Any], most: float) -> bool:
+    """Whether a sum of squares already shows that floats are within [-most, most]: scenes have very many arrays."""
+    if numbers.dtype.kind != "f":
+        return True
+    flat = numbers.reshape(-1)
+    return bool(np.dot(flat, flat) <= min(most * most, _MOST[numbers.dtype.itemsize]))  # False for NaN
+
+
 def shaped(
     where: str, name: str, value: Any, shape: tuple[int | None, ...], dtype: DTypeLike, *, booleans: bool = False
 ) -> NDArray[Any]:
     """Convert `value` like `array`, without limits: floats may be of any size, infinite or NaN."""
+    target = np.dtype(dtype)
+    if type(value) is np.ndarray and value.dtype == target and value.ndim == len(shape) and value.flags.c_contiguous:
+        _check_shape(where, name, value, shape)
+        return value
     source = numeric(where, name, value, booleans=booleans)
     _check_shape(where, name, source, shape)
-    target = np.dtype(dtype)
     if source.dtype == target:
         return source if source.flags.c_contiguous else np.asarray(source, order="C")
     if target.kind == "i":
@@ -132,6 +149,10 @@ def light_values(
 
 def within(where: str, name: str, numbers: NDArray[Any], among: int, says: str, of: str) -> None:
     """Refuse indices outside [0, among); the error message uses `says` ("name vertex") and `of` ("vertices")."""
+    # As unsigned numbers, negative ones are above all others.
+    narrow = numbers.view(np.uint32) if numbers.dtype == np.int32 and numbers.size else None
+    if narrow is not None and int(np.maximum.reduce(narrow, axis=None)) < among:
+        return
     low, high = (int(numbers.min()), int(numbers.max())) if numbers.size else (0, -1)
     if low < 0 or high >= among:
         raise ValueError(f"{where}: {name} {says} {low if low < 0 else high}, but there are {among} {of}")
@@ -150,7 +171,8 @@ def _whole_range(where: str, name: str, source: NDArray[Any]) -> tuple[int, int]
 
 
 def _check_shape(where: str, name: str, source: NDArray[Any], shape: tuple[int | None, ...]) -> None:
-    if source.shape == shape:
+    got_shape = source.shape
+    if got_shape == shape or (len(got_shape) == len(shape) == 2 and shape == (None, got_shape[1])):
         return
     fits = source.ndim == len(shape) and all(
         want is None or want == got for want, got in zip(shape, source.shape, strict=True)
@@ -283,6 +305,8 @@ def names(where: str, name: str, value: Any, what: str = "names") -> tuple[str, 
 
 def rays(where: str, name: str, value: Any) -> frozenset[str]:
     """Return `value` as a set of kinds of rays (`RAYS`)."""
+    if isinstance(value, frozenset) and value <= _RAYS:
+        return value
     items = _items(value)
     if items is None:
         raise ValueError(f"{where}: {name} must be a set of {', '.join(RAYS)}, not {shown(value)}")
@@ -310,6 +334,8 @@ def function(where: str, name: str, value: Any) -> Any:
 
 def mapping(where: str, name: str, value: Any, item: Callable[[str, str, Any], Any] | None = None) -> Mapping[str, Any]:
     """Return `value` as a mapping from str to values that `item` has checked."""
+    if type(value) is dict and not value:
+        return value
     if not isinstance(value, Mapping):
         raise ValueError(f"{where}: {name} must be a dict by name, not {shown(value)}")
     for key in value:

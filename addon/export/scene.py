@@ -21,8 +21,10 @@ from ..evaluation import Evaluation, evaluate
 from ..problem import Report
 from .bakes.baking import bake_materials
 from .effects import append_effects
+from .geometry.attributes import is_of_object
 from .geometry.coincident import warn_about_coincident
 from .geometry.displacement import displace, read_displacement, warn_about_adaptive
+from .geometry.instancers import Instancers
 from .geometry.linking import linked, uses_linking
 from .geometry.meshes import Placed, PlacedMeshes
 from .geometry.object_types import RENDERED, OtherGeometry, warn_about_type
@@ -146,8 +148,11 @@ def _export(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int, code
         if found is not None:
             displacements[_key(material)] = found
     needed = {name: reading.attributes() for name, reading in out.materials.items()}
+    # Bakes and displacements are made for a mesh, not for each of its instances.
+    single = {name for name, reading in out.materials.items() if reading.baked}
+    single |= {name for name, found in displacements.items() if any(map(is_of_object, found.attributes()))}
     meshes = walk.meshes_and_lights({name: names | displacements[name].attributes() if name in displacements else names
-                                     for name, names in needed.items()})  # fmt: skip
+                                     for name, names in needed.items()}, single)  # fmt: skip
     displace(meshes.groups(), displacements, needed, report)
     bake_materials(out, meshes, images, depsgraph, bake)
     hold_out(out, meshes)
@@ -187,6 +192,7 @@ class _Walk:
         self.meshes = PlacedMeshes(out.report)
         self.others = OtherGeometry(self.meshes, out.scene.camera, depsgraph, out.report)
         self.named: set[str] = set()
+        self.instancers = Instancers(out.report)
 
     def _instances(self) -> Any:
         """Yield (instance, object, object or instancer) for all rendered objects; each is valid until the next one."""
@@ -204,8 +210,11 @@ class _Walk:
                     found[_key(material)] = material
         return list(found.values())
 
-    def meshes_and_lights(self, needed: dict[str, set[str]]) -> PlacedMeshes:
-        """Read the meshes, with the attributes that each material needs, and write the lights into the export."""
+    def meshes_and_lights(self, needed: dict[str, set[str]], single: set[str]) -> PlacedMeshes:
+        """Read the meshes, with the attributes that each material needs, and write the lights into the export.
+
+        `single` has the materials whose objects do not share meshes if they read values of the object.
+        """
         out = self.out
         lights: dict[str, Any] = {}
         for instance, ob, holder in self._instances():
@@ -226,7 +235,9 @@ class _Walk:
             warn_about_adaptive(ob.original, self.depsgraph.scene, out.report)
             slots = tuple(_key(material) for material in self._slots(ob))
             held = is_holdout(holder, self.depsgraph.view_layer)
-            placed = Placed(ob, source, holder.original.name, slots, visible, held, instance.random_id, self.linking)
+            placed = Placed(ob, source, holder.original.name, slots, visible, held, instance.random_id,
+                            self.instancers.of(instance), self.linking,
+                            not single.isdisjoint(slots))  # fmt: skip
             if ob.type == "MESH" and instance.show_self and self.depsgraph.view_layer.use_solid:
                 self.meshes.add(placed, set().union(*(needed[slot] for slot in slots)))
             self.others.add(instance, placed, needed, out.materials)

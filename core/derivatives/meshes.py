@@ -16,7 +16,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..scene.mesh import Mesh
-from ..scene.parameters import ATTRIBUTES
+from ..scene.parameters import layer_of
 from ..scene.placement import (
     cofactors,
     composed,
@@ -48,7 +48,12 @@ def pieces(scene: Scene, tables: Tables, name: str, field: str) -> list[Piece]:
     if field == "normals":
         first, last = (int(n) for n in tables.mesh_first_normal[k : k + 2])
         return [Piece("normals", first, last, *_placed_normals(place, mesh))] if last > first else []
-    layer = field[len(ATTRIBUTES) :]
+    held, layer = layer_of(field) or ("", "")
+    if held == "instance_attributes":
+        values = mesh.instance_attributes[layer]
+        corners = 3 * len(mesh.faces) if in_world else 1
+        return [Piece("texture_attributes", first, first + corners * values.size, *_repeated(values.shape, corners))
+                for first in _layer_places(tables, k, layer)]
     values = mesh.attributes[layer]
     if not in_world or (mesh.instances is None and not is_moved(mesh)):
         return [same("texture_attributes", first, first + values.size, (-1,), values.shape)
@@ -227,6 +232,12 @@ def _turned_corners(place: F64, shape: tuple[int, ...]) -> tuple[Linear, Linear]
     return lambda v: turn(v).reshape(-1), lambda g: turn(g.reshape(len(mirror), *shape))
 
 
+def _repeated(shape: tuple[int, ...], times: int) -> tuple[Linear, Linear]:
+    """Repeat each row, (k, c), for all corners of its copy."""
+    return (lambda v: np.repeat(v, times, axis=0).reshape(-1),
+            lambda g: g.reshape(shape[0], times, shape[1]).sum(axis=1))
+
+
 def _directions(place: F64, vectors: F64) -> tuple[F64, F64, Linear]:
     """Return N (k, 3, 3), N n (k, n, 3), and the derivative of N n / |N n| by N n, which is symmetric."""
     turn = cofactors(place)
@@ -256,5 +267,8 @@ def _layer_places(tables: Tables, k: int, layer: str) -> Iterator[int]:
     if textures is None or layer not in textures.attribute_names:
         return
     at = textures.attribute_names.index(layer) * len(tables.mesh_names) + k
-    first_face, components = int(tables.mesh_first_face[k]), int(textures.attribute_components[at])
-    yield int(textures.attribute_offset[at]) + first_face * 3 * components
+    components = int(textures.attribute_components[at])
+    first = 3 * int(tables.mesh_first_face[k])
+    if components < 0:
+        first = int(np.searchsorted(tables.instance_mesh, k))
+    yield int(textures.attribute_offset[at]) + first * abs(components)

@@ -81,7 +81,7 @@ def kind_of(scene: Scene, path: str) -> Kind:
     if collection == "images":
         # The image of the environment is radiance. Any other image within [0, 1] is a colour, a weight or a normal map.
         return _POWER if scene.world.image == name else _COLOR if within else Kind(_ANY, RELATIVE_STEP, relative=True)
-    if field.startswith(parameters.ATTRIBUTES):
+    if parameters.layer_of(field) is not None:
         uv = value.shape[-1] == 2
         return Kind(_ANY, SHIFT_STEP) if uv else _COLOR if within else Kind(_ANY, RELATIVE_STEP, relative=True)
     if field.startswith(parameters.TEXTURES):

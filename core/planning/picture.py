@@ -34,8 +34,7 @@ def _rays(facts: PictureFacts, max_depth: int) -> Iterator[str]:
 
 
 def _shaders(scene: Scene, facts: PictureFacts) -> Iterator[str]:
-    names = dict.fromkeys(name for mesh in scene.meshes.values() for name in mesh.materials)
-    kinds = sorted({closure.kind.capitalize() for name in names for closure in scene.closures(name)})
+    kinds = sorted({closure.kind.capitalize() for name in scene.slots for closure in scene.closures(name)})
     if not kinds:
         return
     if facts.lambertian:

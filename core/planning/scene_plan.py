@@ -19,7 +19,6 @@ from ..rendering.one_shot import caustic_share, prepared
 from ..rendering.options import TERMS
 from ..rendering.renderer import MAX_DERIVATIVE_DEPTH, Renderer
 from ..scene.bounces import MAX_DEPTH
-from ..scene.fixed_scene import FixedScene
 from ..scene.scene import Scene
 from . import boundary_words
 from .interior import interior, unchanged
@@ -113,7 +112,7 @@ def plan(
         diffuse_tables.check(wrt)
     with nullcontext(scene) if isinstance(scene, Renderer) else prepared(scene) as renderer:
         given = renderer.scene
-        fixed = FixedScene.of(given)
+        fixed = renderer.fixed_scene
         picture = picture_plan(fixed, renderer.picture_facts(), max_depth)
         if not wrt:
             return Plan(picture, (), ())

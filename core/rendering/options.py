@@ -41,6 +41,9 @@ class RenderOptions:
     camera_sampled_alpha
         Alpha (roughness squared) of the widest lobes through which the camera sees edges between surfaces by samples
         that start at the camera; wider ones are seen by samples that start at edges. The mean is the same for any.
+    most_placed_edges
+        How many edges of instances a search for edges lists. If there are more, it lists a random part of them, whose
+        samples have more weight. The mean is the same for any.
     force
         For tests: parts of a derivative (`derivatives.decisions`) that are computed though they are zero.
     """
@@ -53,6 +56,7 @@ class RenderOptions:
     caustics_alone: bool = False
     two_passes: bool = True
     camera_sampled_alpha: float = 0.25
+    most_placed_edges: int = 1 << 22
     force: tuple[str, ...] = ()
 
 

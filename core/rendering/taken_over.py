@@ -7,7 +7,7 @@ render would show the old values. `TakenOver` remembers the values at the last u
 from __future__ import annotations
 
 import threading
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from operator import is_
 from typing import Any
 
@@ -18,12 +18,14 @@ from ..expression.nodes import Expression
 from ..scene import parameters
 from ..scene.scene import Scene
 
+try:
+    from .. import _native
+except ImportError:  # with the reference engine alone each object is compared
+    _native = None  # type: ignore[assignment]
+
 # Entries of an array that are compared, evenly spaced; all entries of a small array. More entries detect smaller
 # changes in place, but a comparison of all entries would cost as much as an update.
 _SAMPLES = 64
-
-# Collection and name of an object.
-_Key = tuple[str, str]
 
 
 class _Held:
@@ -93,14 +95,20 @@ class TakenOver:
 
     def __init__(self, scene: Scene) -> None:
         self._thread = threading.get_ident()
-        self._objects = {key: _Held(value) for key, value in _objects(scene)}
+        self._collections = {name: _Collection(getattr(scene, name)) for name in parameters.COLLECTIONS}
+        self._single = {name: _Held(getattr(scene, name)) for name in parameters.SINGLE}
 
     def note(self, scene: Scene, paths: Collection[str]) -> None:
         """Record the values of some parameter paths after an update of these alone."""
         self._thread = threading.get_ident()
         for path in paths:
             collection, name, field = parameters.split(path)
-            self._objects[collection, name].note(field, getattr(parameters.owner(scene, path)[0], field))
+            field = field.partition(".")[0]  # of a layer, the dict that holds it
+            value = getattr(parameters.owner(scene, path)[0], field)
+            if name:
+                self._collections[collection].note(name, field, value)
+            else:
+                self._single[collection].note(field, value)
 
     def check(self, scene: Scene, *, camera: bool = True) -> None:
         """Raise ``ValueError`` if the scene has changed since the last update; the message names object and field.
@@ -110,36 +118,69 @@ class TakenOver:
         """
         if threading.get_ident() != self._thread:
             return
-        seen = set()
-        for key, held in _objects(scene):
-            seen.add(key)
-            known = self._objects.get(key)
-            if known is None:
-                raise ValueError(f"{_words(key)}: was added after the last update; call the renderer's update(), "
-                                 "or make a new Renderer if it is a mesh")
-            if key[0] == "camera" and not camera:
-                continue
-            field = known.changed(held)
-            if field is not None:
-                raise ValueError(f"{_words(key)}: {field} has changed since the last update; call the renderer's "
-                                 "update(), and if you give it paths, include this one")
-        for key in self._objects if len(seen) < len(self._objects) else ():
-            if key not in seen:
-                raise ValueError(f"{_words(key)}: was removed after the last update; call the renderer's update(), or "
-                                 "make a new Renderer if it was a mesh")
+        for kind, single in self._single.items():
+            if camera or kind != "camera":
+                _require_same(kind, single.changed(getattr(scene, kind)))
+        for kind, collection in self._collections.items():
+            collection.check(kind, getattr(scene, kind))
 
 
-def _objects(scene: Scene) -> Iterator[tuple[_Key, Any]]:
-    for collection in parameters.SINGLE:
-        yield (collection, ""), getattr(scene, collection)
-    for collection in parameters.COLLECTIONS:
-        for name, held in getattr(scene, collection).items():
-            yield (collection, name), held
+class _Collection:
+    """The objects of one of the scene's collections at the last update, and their fields.
+
+    There may be very many objects, of which few change between calls: those that the native module finds untouched are
+    not compared here. It keeps the fields of objects that `_objects` keeps.
+    """
+
+    def __init__(self, held: Mapping[str, Any]) -> None:
+        self._names = tuple(held)
+        self._objects = tuple(held.values())
+        self._place = {name: k for k, name in enumerate(self._names)}
+        self._held = [_Held(value) for value in self._objects]
+        self._watch = None if _native is None else _native.HeldObjects(np.ndarray, _SAMPLES)
+        for k in range(len(self._objects)) if self._watch is not None else ():
+            self._watch_anew(k)
+
+    def note(self, name: str, field: str, value: Any) -> None:
+        """Record the value of a field."""
+        k = self._place[name]
+        self._held[k].note(field, value)
+        # Its other fields may have changed without an update: until then, the object is compared.
+        if self._held[k].changed(self._objects[k]) is None:
+            self._watch_anew(k)
+
+    def check(self, kind: str, held: Mapping[str, Any]) -> None:
+        """Raise ``ValueError`` if an object has changed, or has come or gone."""
+        same = len(held) == len(self._names) and all(map(is_, held.values(), self._objects)) and all(
+            map(is_, held, self._names))
+        if same and self._watch is not None:
+            for k in self._watch.touched():
+                _require_same(_words(kind, self._names[k]), self._held[k].changed(self._objects[k]))
+            return
+        for name, value in held.items():
+            place = self._place.get(name)
+            if place is None:
+                raise ValueError(f"{_words(kind, name)}: was added after the last update; call the renderer's "
+                                 "update(), or make a new Renderer if it is a mesh")
+            _require_same(_words(kind, name), self._held[place].changed(value))
+        for name in self._names if len(held) < len(self._names) else ():
+            if name not in held:
+                raise ValueError(f"{_words(kind, name)}: was removed after the last update; call the renderer's "
+                                 "update(), or make a new Renderer if it was a mesh")
+
+    def _watch_anew(self, k: int) -> None:
+        if self._watch is not None:
+            self._watch.hold(k, self._objects[k].__dict__)
 
 
-def _words(key: _Key) -> str:
-    collection, name = key
-    return f"{collection.removesuffix('es' if collection == 'meshes' else 's')} '{name}'" if name else collection
+def _require_same(words: str, changed: str | None) -> None:
+    if changed is not None:
+        raise ValueError(f"{words}: {changed} has changed since the last update; call the renderer's update(), and if "
+                         "you give it paths, include this one")
+
+
+def _words(collection: str, name: str) -> str:
+    return f"{collection.removesuffix('es' if collection == 'meshes' else 's')} '{name}'"
 
 
 def _entries(value: NDArray[Any]) -> NDArray[Any]:

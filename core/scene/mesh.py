@@ -12,13 +12,28 @@ from numpy.typing import NDArray
 from .._check import LARGEST_LENGTH, RAYS, array, mapping, names, number, rays, within
 from .._fields import Check, Checked, by, optional
 
-_NO_TRANSFORM = np.eye(3, 4)
+_NO_TRANSFORM = np.eye(4)
+_NO_BYTES = _NO_TRANSFORM.tobytes()
+# What the name of an attribute ends with that holds tangents and their sign (`Material.normal_uv`).
+TANGENT = ".tangent"
+
+
+def leaves_in_place(transform: NDArray[np.float64]) -> bool:
+    """Whether an affine transform (4, 4) changes nothing."""
+    return transform.tobytes() == _NO_BYTES or np.array_equal(transform[:3], _NO_TRANSFORM[:3])
 
 
 def _attribute(where: str, name: str, value: Any) -> NDArray[np.float32]:
     out = array(where, name, value, (None, 3, None), np.float32)
     if not 1 <= out.shape[2] <= 4:
         raise ValueError(f"{where}: {name} must have 1 to 4 values per corner, not {out.shape[2]}")
+    return out
+
+
+def _instance_attribute(where: str, name: str, value: Any) -> NDArray[np.float32]:
+    out = array(where, name, value, (None, None), np.float32)
+    if not 1 <= out.shape[1] <= 4:
+        raise ValueError(f"{where}: {name} must have 1 to 4 values per instance, not {out.shape[1]}")
     return out
 
 
@@ -50,6 +65,9 @@ class Mesh(Checked):
     instances
         (k, 4, 4) affine transforms: one copy of the mesh for each, all with one shared BVH. None: one mesh without
         an instance transform.
+    instance_attributes
+        Values of whole instances by name: (k, c) for the k instances, c from 1 to 4. A texture reads them by
+        `Attribute`, as it reads `attributes`; a name is in one of the two.
     transform
         (4, 4) affine transform of the whole object, after `instances`: a point v of the mesh is at transform * v,
         or at transform * instances[k] * v, in world space. Normals and tangents are transformed too. The last
@@ -69,6 +87,7 @@ class Mesh(Checked):
     normals: NDArray[np.float64] | None = None
     attributes: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
     instances: NDArray[np.float64] | None = None
+    instance_attributes: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
     transform: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
     visible_to: frozenset[str] = frozenset(RAYS)
     terminator_offset: float = 0.0
@@ -82,6 +101,7 @@ class Mesh(Checked):
         "normals": optional(by(array, (None, 3), np.float64)),
         "attributes": by(mapping, _attribute),
         "instances": optional(by(array, (None, 4, 4), np.float64, most=LARGEST_LENGTH)),
+        "instance_attributes": by(mapping, _instance_attribute),
         "transform": by(array, (4, 4), np.float64, most=LARGEST_LENGTH),
         "visible_to": rays,
         "terminator_offset": by(number, least=0.0, greatest=1.0),
@@ -115,7 +135,9 @@ class Mesh(Checked):
                 raise ValueError(f"{where}: instances is empty; leave the mesh out, or give at least one transform")
             if np.any(np.abs(np.linalg.det(self.instances[:, :3, :3])) < 1e-30):
                 raise ValueError(f"{where}: instances has a transform that flattens the mesh")
-        if self.instances is None and np.array_equal(self.transform[:3], _NO_TRANSFORM):
+        if self.instance_attributes:
+            self._validate_instance_attributes(where)
+        if self.instances is None and leaves_in_place(self.transform):
             return
         if abs(np.linalg.det(self.transform[:3, :3])) < 1e-30:
             raise ValueError(f"{where}: transform flattens the mesh")
@@ -134,6 +156,20 @@ class Mesh(Checked):
             moved = "transform" if self.instances is None else "instances"
             raise ValueError(f"{where}: {moved} places vertices up to {reach:.3g} m away; the limit is "
                              f"{LARGEST_LENGTH:.3g} m; scale the scene down")
+
+    def _validate_instance_attributes(self, where: str) -> None:
+        if self.instances is None:
+            raise ValueError(f"{where}: instance_attributes needs instances; give a mesh without instances its values "
+                             "in attributes")
+        for key, value in self.instance_attributes.items():
+            if len(value) != len(self.instances):
+                raise ValueError(f"{where}: instance_attributes['{key}'] has {len(value)} rows, but there are "
+                                 f"{len(self.instances)} instances")
+            if key in self.attributes:
+                raise ValueError(f"{where}: '{key}' is both in attributes and in instance_attributes; rename one")
+            if key.endswith(TANGENT):
+                raise ValueError(f"{where}: instance_attributes['{key}'] cannot hold tangents, which differ from "
+                                 "corner to corner; use attributes")
 
     def _validate_normals(self, where: str) -> None:
         if self.smoothing is None:

@@ -4,12 +4,13 @@ Grammar::
 
     path   = "camera." FIELD | "world." FIELD
            | "meshes." NAME "." FIELD | "meshes." NAME ".attributes." LAYER
+           | "meshes." NAME ".instance_attributes." LAYER
            | "materials." NAME "." FIELD | "materials." NAME ".textures." FIELD
            | "lights." NAME "." FIELD | "images." NAME ".pixels"
 
 Names may contain dots ("Cube.001"): the text before the first dot is the collection, the text after the last dot is
 the field. The name of a LAYER (UV map, colours, other values) may contain dots too: it is the text after the last
-".attributes.". A mesh or layer whose name contains ".attributes." therefore has no valid path.
+".attributes." or ".instance_attributes.". A mesh or layer whose name contains one of these has no valid path.
 
 The parameter "textures.FIELD" is the vector of all numbers in the expression of this field (`expression.numbers`).
 """
@@ -31,8 +32,8 @@ from .scene import Scene
 COLLECTIONS = ("meshes", "materials", "lights", "images")
 SINGLE = ("camera", "world")
 # Fields that hold a dict of parameters, and the collections whose objects have such a field.
-ATTRIBUTES, TEXTURES = "attributes.", "textures."
-_HOLDERS = {"meshes": ATTRIBUTES, "materials": TEXTURES}
+ATTRIBUTES, INSTANCE_ATTRIBUTES, TEXTURES = "attributes.", "instance_attributes.", "textures."
+_HOLDERS = {"meshes": (ATTRIBUTES, INSTANCE_ATTRIBUTES), "materials": (TEXTURES,)}
 
 
 def split(path: str) -> tuple[str, str, str]:
@@ -51,17 +52,16 @@ def split(path: str) -> tuple[str, str, str]:
     collection, _, rest = path.partition(".")
     if collection in SINGLE and rest and "." not in rest:
         return collection, "", rest
-    holder = _HOLDERS.get(collection)
-    if holder is not None and f".{holder}" in rest:
-        name, _, key = rest.rpartition(f".{holder}")
-        if name and key:
+    for holder in _HOLDERS.get(collection, ()):
+        name, dot, key = rest.rpartition(f".{holder}")
+        if dot and name and key:
             return collection, name, holder + key
     name, dot, fieldname = rest.rpartition(".")
     if collection in COLLECTIONS and dot and name and fieldname:
         return collection, name, fieldname
     raise ValueError(f"unknown parameter path {shown(path)}; a path is camera.FIELD, world.FIELD, meshes.NAME.FIELD, "
-                     "meshes.NAME.attributes.LAYER, materials.NAME.FIELD, materials.NAME.textures.FIELD, "
-                     "lights.NAME.FIELD or images.NAME.pixels")
+                     "meshes.NAME.attributes.LAYER, meshes.NAME.instance_attributes.LAYER, materials.NAME.FIELD, "
+                     "materials.NAME.textures.FIELD, lights.NAME.FIELD or images.NAME.pixels")
 
 
 def owner(scene: Scene, path: str) -> tuple[Any, str]:
@@ -85,8 +85,8 @@ def owner(scene: Scene, path: str) -> tuple[Any, str]:
 def get(scene: Scene, path: str) -> Any:
     """Return the value of the parameter: a float array, or a float."""
     held, fieldname = owner(scene, path)
-    if fieldname.startswith(ATTRIBUTES):
-        return held.attributes[fieldname[len(ATTRIBUTES) :]]
+    if (layer := layer_of(fieldname)) is not None:
+        return getattr(held, layer[0])[layer[1]]
     if fieldname.startswith(TEXTURES):
         return numbers(held.textures[fieldname[len(TEXTURES) :]])
     return getattr(held, fieldname)
@@ -101,13 +101,21 @@ def put(scene: Scene, path: str, value: Any) -> None:
     old = get(scene, path)
     kind = old.dtype if isinstance(old, np.ndarray) else np.float64
     new = shaped("parameter", f"'{path}'", value, np.shape(old), kind)
-    if fieldname.startswith(ATTRIBUTES):
-        held.attributes = {**held.attributes, fieldname[len(ATTRIBUTES) :]: new}
+    if (layer := layer_of(fieldname)) is not None:
+        setattr(held, layer[0], {**getattr(held, layer[0]), layer[1]: new})
     elif fieldname.startswith(TEXTURES):
         key = fieldname[len(TEXTURES) :]
         held.textures = {**held.textures, key: with_numbers(held.textures[key], new.tolist())}
     else:
         setattr(held, fieldname, new if new.ndim else float(new))
+
+
+def layer_of(fieldname: str) -> tuple[str, str] | None:
+    """The dict and the name of a mesh's layer, if the field (as `split` returns it) is one."""
+    for holder in (ATTRIBUTES, INSTANCE_ATTRIBUTES):
+        if fieldname.startswith(holder):
+            return holder[:-1], fieldname[len(holder) :]
+    return None
 
 
 def paths(scene: Scene) -> list[str]:
@@ -124,8 +132,8 @@ def paths(scene: Scene) -> list[str]:
 def _float_fields(held: Any) -> Iterator[str]:
     for f in fields(held):
         value = getattr(held, f.name)
-        if f.name + "." == ATTRIBUTES:
-            yield from (ATTRIBUTES + layer for layer in value)
+        if f.name + "." in (ATTRIBUTES, INSTANCE_ATTRIBUTES):
+            yield from (f"{f.name}.{layer}" for layer in value)
         elif f.name + "." == TEXTURES:
             yield from (TEXTURES + key for key, expression in value.items() if len(numbers(expression)))
         elif _is_float(value):
@@ -134,7 +142,7 @@ def _float_fields(held: Any) -> Iterator[str]:
 
 def _has_float(held: Any, fieldname: str) -> bool:
     """Whether `fieldname` is in `_float_fields(held)`, without a visit to the other fields."""
-    if fieldname.startswith((ATTRIBUTES, TEXTURES)):
+    if fieldname.startswith((ATTRIBUTES, INSTANCE_ATTRIBUTES, TEXTURES)):
         return fieldname in _float_fields(held)
     return fieldname in held.__dataclass_fields__ and _is_float(getattr(held, fieldname))
 

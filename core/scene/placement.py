@@ -8,16 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .material import Material
-from .mesh import Mesh
+from .mesh import TANGENT, Mesh, leaves_in_place
 from .scene import Scene
 
 F64 = NDArray[np.float64]
-
-# The transform that changes nothing.
-_NOWHERE = np.eye(3, 4)
-
-# Suffix of the names of attributes that contain tangents and their sign (`Material.normal_uv`).
-TANGENT = ".tangent"
 
 
 def places(mesh: Mesh) -> F64:
@@ -66,7 +60,7 @@ def placed_meshes(scene: Scene) -> list[Mesh]:
 
 def is_moved(mesh: Mesh) -> bool:
     """Whether the mesh has a transform that changes anything."""
-    return bool((mesh.transform[:3] != _NOWHERE).any())
+    return not leaves_in_place(mesh.transform)
 
 
 def _numbered(mesh: Mesh) -> Mesh:
@@ -134,12 +128,14 @@ def expanded(mesh: Mesh) -> Mesh:
         key: placed_tangents(place, value) if is_tangent(key, value) else np.tile(value, (copies, 1, 1))
         for key, value in mesh.attributes.items()
     }
+    for key, values in mesh.instance_attributes.items():
+        attributes[key] = np.repeat(values, 3 * len(mesh.faces), axis=0).reshape(-1, 3, values.shape[1])
     for corners in (faces, smoothing, *attributes.values()):
         if corners is not None:
             corners[turn] = corners[turn][:, ::-1]
     return replace(
         mesh, vertices=vertices.reshape(-1, 3), faces=faces, smoothing=smoothing, normals=normals,
-        attributes=attributes, instances=None, transform=np.eye(4),
+        attributes=attributes, instances=None, instance_attributes={}, transform=np.eye(4),
         face_material=None if mesh.face_material is None else np.tile(mesh.face_material, copies),
     )
 

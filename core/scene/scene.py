@@ -118,6 +118,27 @@ class Scene(Checked):
         used = {name for mesh in self.meshes.values() for name in mesh.used_materials}
         return [name for name in self.materials if name in used]
 
+    @property
+    def slots(self) -> list[str]:
+        """Names of the materials that some mesh has, whether a face uses them or not."""
+        of_meshes = dict.fromkeys([mesh.materials for mesh in self.meshes.values()])
+        return list(dict.fromkeys(name for names in of_meshes for name in names))
+
+    @property
+    def triangle_count(self) -> int:
+        """Triangles of all meshes; those of instances are counted once."""
+        return sum(map(len, [mesh.faces for mesh in self.meshes.values()]))
+
+    @property
+    def instance_count(self) -> int:
+        """Instances of all meshes."""
+        return sum([len(mesh.instances) for mesh in self.meshes.values() if mesh.instances is not None])
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether no mesh has shading normals."""
+        return not [mesh for mesh in self.meshes.values() if mesh.smoothing is not None]
+
     def meshes_with(self, materials: Collection[str]) -> list[str]:
         """Names of the meshes with faces of at least one of these materials."""
         sought = frozenset(materials)
@@ -167,8 +188,8 @@ class Scene(Checked):
                     meshes.setdefault(part, []).append(mesh)
         for name, keys in needed.items():
             for key in sorted(keys) if name in meshes else ():
-                if not any(key in mesh.attributes for mesh in meshes[name]):
-                    there = {other for mesh in meshes[name] for other in mesh.attributes}
+                if not any(key in mesh.attributes or key in mesh.instance_attributes for mesh in meshes[name]):
+                    there = {other for mesh in meshes[name] for other in (*mesh.attributes, *mesh.instance_attributes)}
                     raise ValueError(f"material '{name}': textures read the attribute {shown(key)}, which is not in "
                                      f"attributes of any mesh with the material{near(key, there)}")
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._check import RAYS
-from ..geometry.mesh_batches import corners
+from ..geometry.mesh_batches import batches, corners
 from ..scene.light import AreaLight
 from ..scene.mesh import Mesh
 from ..scene.placement import smoothing_groups
@@ -43,19 +43,12 @@ def geometry(scene: Scene, placed: list[Mesh], origin: NDArray[np.float64] | Non
     first_face = np.cumsum([0] + [len(m.faces) for m in meshes])
     if first_face[-1] > MAX_FACES:
         raise ValueError(f"scene: has {int(first_face[-1]):,} triangles; {MAX_FACES:,} are the most")
-    faces = np.empty((int(first_face[-1]), 3), np.uint32)
-    for mesh, v, f in zip(meshes, first_vertex, first_face, strict=False):
-        np.add(mesh.faces, v, out=faces[f : f + len(mesh.faces)], casting="unsafe")
     if origin is None:
         origin = _centre(meshes)
-    vertices = np.empty((int(first_vertex[-1]), 3), np.float32)
-    for mesh, v in zip(meshes, first_vertex, strict=False):
-        # The vertices of an instanced mesh stay in its own space.
-        vertices[v : v + len(mesh.vertices)] = mesh.vertices if mesh.instances is not None else mesh.vertices - origin
     return {
         "origin": origin,
-        "vertices": vertices,
-        "faces": faces,
+        "vertices": _vertices(meshes, first_vertex, origin),
+        "faces": _faces(meshes, first_vertex, first_face),
         "face_material": np.concatenate(slots).astype(np.int32) if slots else np.zeros(0, np.int32),
         "mesh_first_vertex": first_vertex,
         "mesh_first_face": first_face,
@@ -66,6 +59,33 @@ def geometry(scene: Scene, placed: list[Mesh], origin: NDArray[np.float64] | Non
         **_shading_normals(meshes, first_face),
         **_instances(meshes, origin),
     }
+
+
+def _faces(meshes: list[Mesh], first_vertex: NDArray[np.int64], first_face: NDArray[np.int64]) -> NDArray[np.uint32]:
+    out = np.empty((int(first_face[-1]), 3), np.uint32)
+    for first, last in batches(np.diff(first_face)):
+        rows = out[first_face[first] : first_face[last]]
+        if last - first == 1:
+            np.add(meshes[first].faces, first_vertex[first], out=rows, casting="unsafe")
+            continue
+        numbers = np.concatenate([mesh.faces for mesh in meshes[first:last]])
+        shift = np.repeat(first_vertex[first:last], np.diff(first_face[first : last + 1]))
+        np.add(numbers, shift[:, None], out=rows, casting="unsafe")
+    return out
+
+
+def _vertices(meshes: list[Mesh], first_vertex: NDArray[np.int64], origin: NDArray[np.float64]) -> NDArray[np.float32]:
+    out = np.empty((int(first_vertex[-1]), 3), np.float32)
+    # The vertices of an instanced mesh stay in its own space.
+    shifts = np.where([[mesh.instances is not None] for mesh in meshes] or np.zeros((0, 1)), 0.0, origin)
+    for first, last in batches(np.diff(first_vertex)):
+        rows = out[first_vertex[first] : first_vertex[last]]
+        if last - first == 1:
+            rows[:] = meshes[first].vertices - shifts[first]
+            continue
+        positions = np.concatenate([mesh.vertices for mesh in meshes[first:last]])
+        rows[:] = positions - np.repeat(shifts[first:last], np.diff(first_vertex[first : last + 1]), axis=0)
+    return out
 
 
 def ray_bits(kinds: Iterable[str]) -> int:

@@ -92,10 +92,12 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
                     [&](const BoundaryKindRow& kind) { return decided.computes(kind.part); })) {
         const auto normals = e.normals();
         const std::vector<uint8_t> clear = e.clear_emitters(*lights);
-        boundaries = boundary_terms(scene,
-                                    {e.tables_, sides.data(), e.closed_, clear, normals->data(), e.kernels_,
-                                     e.threads_, lights, e.kept_},
-                                    options, motion, learned, decided);
+        boundaries =
+            boundary_terms(scene,
+                           {e.tables_, sides.data(), e.closed_, clear, normals->data(), e.kernels_,
+                            e.threads_, lights, e.kept_, decided.alone() && !e.tables_.instance_mesh.empty(),
+                            edge_windows(e.tables_, options.most_placed_edges), options.seed},
+                           options, motion, learned, decided);
     }
     // One sweep over paths estimates both kinds of horizons.
     for (const Part part : {Part::kHorizons, Part::kIndirectHorizons})

@@ -11,8 +11,8 @@ std::vector<NamedTable> differentiable_tables(const SceneView& scene, const Scen
     const auto table = [](const char* name, const std::vector<float>& values) {
         return NamedTable{name, values.data(), values.size()};
     };
-    const auto shared = [&table](const char* name, const TextureTables::Shared& values) {
-        return values ? table(name, *values) : NamedTable{name, nullptr, 0};
+    const auto shared = [](const char* name, const SharedFloats& values) {
+        return NamedTable{name, values.data(), values.size()};
     };
     std::vector<NamedTable> all = {
         table("vertices", t.vertices),

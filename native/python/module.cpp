@@ -17,6 +17,7 @@
 #include "kernels/dispatch.h"
 #include "python/bsdfs.h"
 #include "python/call.h"
+#include "python/held_objects.h"
 #include "python/light_sampling.h"
 #include "python/numpy_arrays.h"
 #include "python/probe_arrays.h"
@@ -141,12 +142,12 @@ std::shared_ptr<const edgegrad::EnvironmentMap> read_environment_map(nb::handle 
                                                       static_cast<int32_t>(array.shape(0)));
 }
 
-SceneTables read_tables(nb::handle t, edgegrad::SharedColumns& columns) {
+SceneTables read_tables(nb::handle t) {
     SceneTables s;
     read_geometry(t, s);
     read_values(t, s);
     const nb::object textures = t.attr("textures");
-    if (!textures.is_none()) s.textures = edgegrad::read_textures(textures, columns);
+    if (!textures.is_none()) s.textures = edgegrad::read_textures(textures);
     s.environment_map = read_environment_map(t);
     check_indices(s.face_material, s.emission.size() / 3, "face materials");
     return s;
@@ -201,6 +202,7 @@ RenderOptions read_options(nb::handle given) {
                 nb::cast<int32_t>(bounces.attr("transparent"))};
     o.caustics_alone = nb::cast<bool>(given.attr("caustics_alone"));
     o.two_passes = nb::cast<bool>(given.attr("two_passes"));
+    o.most_placed_edges = nb::cast<int64_t>(given.attr("most_placed_edges"));
     o.camera_sampled_alpha = nb::cast<float>(given.attr("camera_sampled_alpha"));
     if (o.samples < 1) throw std::invalid_argument("spp must be at least 1");
     const nb::object force = given.attr("force");
@@ -235,7 +237,7 @@ class Scene {
  public:
     Scene(nb::handle tables, int threads, nb::handle instruction_set, nb::handle embree)
         : kernels_(edgegrad::kernels(text(instruction_set))) {
-        SceneTables s = read_tables(tables, columns_);
+        SceneTables s = read_tables(tables);
         const edgegrad::embree::Api& api = edgegrad::embree::load(text(embree));
         const WithoutInterpreter without;
         engine_ = std::make_unique<Engine>(api, kernels_, std::move(s), threads);
@@ -257,7 +259,7 @@ class Scene {
     }
 
     void update(nb::handle tables) {
-        SceneTables s = read_tables(tables, columns_);
+        SceneTables s = read_tables(tables);
         const WithoutInterpreter without;
         engine_->update(std::move(s));
     }
@@ -325,7 +327,8 @@ class Scene {
             gradients = engine_->backward(options, what, image.data(), learned, report, dropped, decided);
         }
         nb::dict out;
-        for (const auto& [name, values] : gradients) out[name.c_str()] = edgegrad::zeros_to_numpy(values);
+        for (auto& [name, values] : gradients)
+            out[name.c_str()] = edgegrad::zeros_to_numpy(std::move(values));
         return nb::make_tuple(out, dropped_list(dropped), decision_list(decided));
     }
 
@@ -380,7 +383,6 @@ class Scene {
     }
 
     const edgegrad::KernelTable& kernels_;
-    edgegrad::SharedColumns columns_;
     std::unique_ptr<Engine> engine_;
 };
 
@@ -393,6 +395,8 @@ NB_MODULE(_native, m) {
     edgegrad::bind_scene_probes(m);
     edgegrad::bind_textures(m);
     edgegrad::bind_process(m);
+    edgegrad::bind_held_objects(m);
+    edgegrad::bind_zeros(m);
     m.def(
         "instruction_sets",
         [] {

@@ -20,7 +20,22 @@ char kind_of(const char* format) {
     return '\0';
 }
 
+struct OwnedZeros {
+    Zeros values;
+};
+
+int zeros_buffer(PyObject* self, Py_buffer* view, int flags) {
+    Zeros& values = nb::inst_ptr<OwnedZeros>(self)->values;
+    return PyBuffer_FillInfo(view, self, values.data(),
+                             static_cast<Py_ssize_t>(values.size() * sizeof(double)), 0, flags);
+}
+
 }  // namespace
+
+void bind_zeros(nb::module_& module) {
+    static PyType_Slot slots[] = {{Py_bf_getbuffer, reinterpret_cast<void*>(zeros_buffer)}, {0, nullptr}};
+    nb::class_<OwnedZeros>(module, "OwnedZeros", nb::type_slots(slots), "Memory of a large gradient.");
+}
 
 ArrayMemory::ArrayMemory(nb::handle array, const char* name, ElementType type, bool writable) {
     const int flags = PyBUF_FORMAT | PyBUF_C_CONTIGUOUS | (writable ? PyBUF_WRITABLE : 0);
@@ -50,8 +65,12 @@ nb::object new_array(NewArray kind, ElementType type, const std::vector<size_t>&
     return nb::module_::import_("numpy").attr(function)(sizes, dtype.c_str());
 }
 
-nb::object zeros_to_numpy(const Zeros& values) {
+nb::object zeros_to_numpy(Zeros&& values) {
     constexpr size_t kPage = 1 << 9;  // the operating system provides memory by pages
+    constexpr size_t kLarge = 1 << 22;
+    if (values.size() >= kLarge)
+        return nb::module_::import_("numpy").attr("frombuffer")(nb::cast(OwnedZeros{std::move(values)}),
+                                                                "float64");
     const OutputArray<double> out({values.size()}, NewArray::kZeros);
     for (size_t at = 0; at < values.size(); at += kPage) {
         const double* const first = values.data() + at;

@@ -100,8 +100,11 @@ nanobind::object to_numpy(const std::vector<T>& values, const std::vector<size_t
     return out.array();
 }
 
-// Copies values that are mostly untouched zeros, which take no memory in the array either.
-nanobind::object zeros_to_numpy(const Zeros& values);
+// An array of values that are mostly untouched zeros, which take no memory in the array either: a copy, or
+// for large arrays their own memory.
+nanobind::object zeros_to_numpy(Zeros&& values);
+// Adds the type that owns such memory to the module.
+void bind_zeros(nanobind::module_& module);
 
 // Converts a Python string.
 std::string text(nanobind::handle string);

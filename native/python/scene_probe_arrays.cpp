@@ -82,7 +82,7 @@ class Scene {
                 {"instance_to_world", instance_to_world},
                 {"light_params", light_params},
                 {"environment_pixels", environment_pixels},
-                {"attributes", *textures_.attributes},
+                {"attributes", textures_.attributes.data(), textures_.attributes.size()},
                 {"environment", view_.environment, 3},
                 {"environment_rotation", view_.environment_rotation, 9},
                 {"camera", view_.camera.position, kCameraFloats},

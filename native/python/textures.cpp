@@ -78,6 +78,16 @@ std::vector<TextureLookup> read_lookups(nb::handle t, size_t values) {
     return tables;
 }
 
+// An array's own memory. The tables that have it may be destroyed without the interpreter's lock.
+SharedFloats shared_floats(nb::handle object, const char* name) {
+    using Array = InputArray<float>;
+    const std::shared_ptr<const Array> array(new Array(object.attr(name), name), [](const Array* owned) {
+        const nb::gil_scoped_acquire interpreter;
+        delete owned;
+    });
+    return {array, array->data(), array->size()};
+}
+
 std::vector<TextureAttribute> read_attributes(nb::handle t) {
     const auto offset = column<int64_t>(t, "attribute_offset");
     const auto components = column<int32_t>(t, "attribute_components");
@@ -161,10 +171,10 @@ ProbeTables tables_of(const Points& p) {
             {"normal", p.normal},
             {"true_normal", p.true_normal},
             {"view", p.view},
-            {"pixels", *t.pixels},
+            {"pixels", t.pixels.data(), t.pixels.size()},
             {"constants", t.constants},
             {"lookups", t.lookups},
-            {"attributes", *t.attributes}};
+            {"attributes", t.attributes.data(), t.attributes.size()}};
 }
 
 nb::dict backward(nb::handle tables, nb::handle points, nb::handle adjoint, nb::handle instruction_set) {
@@ -187,16 +197,7 @@ nb::object forward(nb::handle tables, nb::handle points, nb::handle tangents, nb
 
 }  // namespace
 
-TextureTables::Shared SharedColumn::read(nb::handle object, const char* name) {
-    nb::object array = object.attr(name);
-    if (!copy_ || !array.is(array_)) {
-        copy_ = std::make_shared<const std::vector<float>>(column<float>(object, name));
-        array_ = std::move(array);
-    }
-    return copy_;
-}
-
-TextureTables read_textures(nb::handle t, SharedColumns& columns) {
+TextureTables read_textures(nb::handle t) {
     TextureTables s;
     s.constants = column<float>(t, "constants");
     s.code = read_code(t, s.constants.size());
@@ -209,21 +210,16 @@ TextureTables read_textures(nb::handle t, SharedColumns& columns) {
     s.closure_normal_program = column<int32_t>(t, "closure_normal_program");
     s.closure_uv = column<int32_t>(t, "closure_uv");
     s.closure_tangent = column<int32_t>(t, "closure_tangent");
-    s.pixels = columns.pixels.read(t, "pixels");
-    s.images = read_images(t, s.pixels->size());
+    s.pixels = shared_floats(t, "pixels");
+    s.images = read_images(t, s.pixels.size());
     s.lookups = column<float>(t, "lookups");
     s.tables = read_lookups(t, s.lookups.size());
     s.mesh_attributes = read_attributes(t);
-    s.attributes = columns.attributes.read(t, "attributes");
-    require_narrow(s.attributes->size(), "the meshes' attributes have");
+    s.attributes = shared_floats(t, "attributes");
+    require_narrow(s.attributes.size(), "the meshes' attributes have");
     s.face_mesh = column<int32_t>(t, "face_mesh");
     s.mesh_box = column<float>(t, "mesh_box");
     return s;
-}
-
-TextureTables read_textures(nb::handle t) {
-    SharedColumns columns;
-    return read_textures(t, columns);
 }
 
 void bind_textures(nb::module_& m) {

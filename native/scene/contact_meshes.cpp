@@ -12,6 +12,9 @@
 namespace edgegrad {
 namespace {
 
+// Transparent faces of all instances of a mesh that have a box each.
+constexpr size_t kMostTransparent = size_t{1} << 20;
+
 // Returns whether a closure's textures may jump within a face.
 bool jumps(const SceneTables& tables, size_t closure) {
     const TextureTables& t = tables.textures;
@@ -257,11 +260,21 @@ std::vector<float> transparent_boxes(const SceneTables& tables) {
     // The boxes of all transparent faces in the world
     std::vector<Box> faces;
     const auto instances = mesh_instances(tables);
-    for (size_t mesh = 0; mesh < instances.size(); ++mesh)
+    for (size_t mesh = 0; mesh < instances.size(); ++mesh) {
+        std::vector<size_t> seen_through;
         for (auto face = static_cast<size_t>(tables.mesh_first_face[mesh]);
              face < static_cast<size_t>(tables.mesh_first_face[mesh + 1]); ++face)
-            if (transparent(face))
+            if (transparent(face)) seen_through.push_back(face);
+        if (seen_through.size() * instances[mesh].size() <= kMostTransparent) {
+            for (const size_t face : seen_through)
                 for (int32_t instance : instances[mesh]) faces.push_back(box_of(tables, face, instance));
+            continue;
+        }
+        // Of very many instances, each has one box for all its faces
+        Box own = kEmptyBox;
+        for (const size_t face : seen_through) own = joined(own, box_of(tables, face, -1));
+        for (int32_t instance : instances[mesh]) faces.push_back(placed(tables, own, instance));
+    }
     if (faces.empty()) return {};
     // Halve the group with the largest box until there are enough groups
     struct Group {

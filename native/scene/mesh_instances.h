@@ -1,22 +1,43 @@
 // The instances of each mesh.
 #pragma once
 
+#include <algorithm>
+#include <span>
+#include <vector>
+
 #include "scene/tables.h"
 
 namespace edgegrad {
 
-// The instances of each visible mesh. A mesh without instances counts as one copy, -1.
-inline std::vector<std::vector<int32_t>> mesh_instances(const GeometryTables& t) {
-    std::vector<std::vector<int32_t>> out(static_cast<size_t>(t.visible_meshes));
-    for (size_t k = 0; k < t.instance_mesh.size(); ++k)
-        out[static_cast<size_t>(t.instance_mesh[k])].push_back(static_cast<int32_t>(k));
-    for (std::vector<int32_t>& copies : out)
-        if (copies.empty()) copies.push_back(-1);
-    return out;
-}
+// The instances of each visible mesh, in order. A mesh without instances counts as one copy, -1.
+class MeshInstances {
+ public:
+    using Copies = std::span<const int32_t>;
+
+    explicit MeshInstances(const GeometryTables& t) {
+        const auto meshes = static_cast<size_t>(t.visible_meshes);
+        std::vector<size_t> count(meshes, 0);
+        for (const int32_t mesh : t.instance_mesh) ++count[static_cast<size_t>(mesh)];
+        first_.resize(meshes + 1, 0);
+        for (size_t m = 0; m < meshes; ++m) first_[m + 1] = first_[m] + std::max<size_t>(count[m], 1);
+        copies_.assign(first_[meshes], -1);
+        std::copy(first_.begin(), first_.end() - 1, count.begin());
+        for (size_t k = 0; k < t.instance_mesh.size(); ++k)
+            copies_[count[static_cast<size_t>(t.instance_mesh[k])]++] = static_cast<int32_t>(k);
+    }
+    size_t size() const { return first_.size() - 1; }
+    Copies operator[](size_t mesh) const {
+        return {copies_.data() + first_[mesh], copies_.data() + first_[mesh + 1]};
+    }
+
+ private:
+    std::vector<size_t> first_;
+    std::vector<int32_t> copies_;
+};
+inline MeshInstances mesh_instances(const GeometryTables& t) { return MeshInstances(t); }
 
 // Returns whether a mesh with these copies is instanced.
-inline bool is_placed(const std::vector<int32_t>& copies) { return copies.front() >= 0; }
+inline bool is_placed(MeshInstances::Copies copies) { return copies.front() >= 0; }
 
 // By visible mesh whether it, or what places it, moves.
 inline std::vector<uint8_t> moving_meshes(const GeometryTables& t, const RequestedMotion& motion) {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <memory>
 #include <type_traits>
 #include <vector>
 
@@ -23,10 +22,6 @@ const T* zero_row() {
 template <typename T>
 const T* rows_of(const std::vector<T>& table) {
     return table.empty() ? zero_row<T>() : table.data();
-}
-template <typename T>
-const T* rows_of(const std::shared_ptr<const std::vector<T>>& table) {
-    return table ? rows_of(*table) : zero_row<T>();
 }
 
 }  // namespace edgegrad

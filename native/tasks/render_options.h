@@ -14,6 +14,9 @@ namespace edgegrad {
 // camera (boundary/terms/camera_sampled.h).
 constexpr float kCameraSampledAlpha = 0.25f;
 
+// Searches list so many edges of instances, which take some hundred megabytes.
+constexpr int64_t kMostPlacedEdges = int64_t{1} << 22;
+
 struct RenderOptions {
     int32_t samples = 1;
     uint32_t seed = 0;
@@ -24,6 +27,8 @@ struct RenderOptions {
     // Choices between estimators with equal means, for comparisons in tests.
     bool two_passes = true;  // a first pass over edges distributes the samples of a second pass
     float camera_sampled_alpha = kCameraSampledAlpha;
+    // Edges of instances up to which a search lists all of them (EdgeList::windows)
+    int64_t most_placed_edges = kMostPlacedEdges;
     // For tests: bits of the parts (tasks/derivative_part.h) that are computed even if they are decided to be
     // zero.
     uint64_t force = 0;

@@ -11,6 +11,7 @@ constexpr uint32_t kEdgeOnSeed = 0x3c6ef372u;  // paths, whose streams differ fr
 constexpr uint32_t kScanLineSeed = 0x68bc21ebu;
 constexpr uint32_t kHorizonSeed = 0x1f83d9abu;
 constexpr uint32_t kRimSeed = 0x9b05688cu;
+constexpr uint32_t kWindowSeed = 0xa54ff53au;  // of edges of instances, and their boundary samples
 constexpr uint32_t kPilotSeed = 0x510e527fu;
 
 }  // namespace edgegrad

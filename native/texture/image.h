@@ -138,23 +138,31 @@ EG_INLINE Color4 lookup_table(const TextureView& textures, int32_t number, Float
     return r;
 }
 
-// Interpolates a mesh attribute; 0 where the mesh has none.
-EG_INLINE Color4 lookup_attribute(const TextureView& textures, int32_t number, Int face, Float b1, Float b2) {
+// Interpolates a mesh attribute, or takes the value of the instance; 0 where the mesh has none.
+EG_INLINE Color4 lookup_attribute(const TextureView& textures, int32_t number, Int face, Int instance,
+                                  Float b1, Float b2) {
     const TextureAttribute* of_mesh = textures.mesh_attributes + number * textures.mesh_count;
     Rows index[3];
     Int components;
+    Mask by_instance = splat(0);
     int most = 0;
     for (int lane = 0; lane < W; ++lane) {
         const int64_t f = face[lane];
         const TextureAttribute& a = of_mesh[textures.face_mesh[f]];
-        const int n = a.components;
-        const int32_t at = n ? static_cast<int32_t>(a.offset + f * 3 * n) : 0;
-        for (int k = 0; k < 3; ++k) index[k][lane] = at + k * n;
+        const bool one_value = a.components < 0;
+        // Inactive lanes may have no instance.
+        const int n = !one_value ? a.components : instance[lane] >= 0 ? -a.components : 0;
+        const int64_t row = one_value ? int64_t{instance[lane]} : 3 * f;
+        const int32_t at = n ? static_cast<int32_t>(a.offset + row * n) : 0;
+        for (int k = 0; k < 3; ++k) index[k][lane] = one_value ? at : at + k * n;
         components[lane] = n;
+        if (one_value) by_instance[lane] = -1;
         if (n > most) most = n;
     }
     if (most == 0) return {splat(0.0f), splat(0.0f), splat(0.0f), splat(0.0f)};
-    const Float weight[3] = {1.0f - b1 - b2, b1, b2};
+    // The weights of corners add to 1 but for rounding; one value must keep its bits.
+    const Float weight[3] = {select(by_instance, splat(1.0f), 1.0f - b1 - b2),
+                             select(by_instance, splat(0.0f), b1), select(by_instance, splat(0.0f), b2)};
     Color4 r = sum_texels(textures.attributes, index, weight, most);
     const Mask single = components == 1;
     for (int k = 0; k < 4; ++k) {

@@ -216,6 +216,7 @@ void interpret(const SceneView& scene, const Mask& active, int32_t program, cons
     r.constants = textures.constants;
     // Faces of inactive lanes may belong to no mesh of the scene.
     const Int face = select(active, point.face, splat(0));
+    const Int instance = select(active, point.instance, splat(-1));
     const TextureInstruction* end = textures.code + textures.program_first[program + 1];
     for (r.at = textures.code + textures.program_first[program]; r.at != end; ++r.at) {
         const int32_t data = r.at->data;
@@ -245,7 +246,7 @@ void interpret(const SceneView& scene, const Mask& active, int32_t program, cons
                 break;
             // Read attributes, images and tables
             case TextureOp::ATTRIBUTE:
-                r.out(lookup_attribute(textures, data, face, point.b1, point.b2));
+                r.out(lookup_attribute(textures, data, face, instance, point.b1, point.b2));
                 break;
             case TextureOp::IMAGE:
                 r.out(lookup_image(textures, data, r.in(0), r.in(1)));
@@ -403,7 +404,7 @@ void interpret(const SceneView& scene, const Mask& active, int32_t program, cons
                 r.out(shifted_barycentrics(scene, face, point, r.in3(), data != 0));
                 break;
             case TextureOp::ATTRIBUTE_AT:
-                r.out(lookup_attribute(textures, data, face, r.in(0), r.in(1)));
+                r.out(lookup_attribute(textures, data, face, instance, r.in(0), r.in(1)));
                 break;
             case TextureOp::BUMP:
                 r.out(bumped_normal(point.true_normal, r.in3(), r.in(3), r.in(4), r.in(5)));

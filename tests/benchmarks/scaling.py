@@ -17,6 +17,7 @@ import numpy as np
 
 from edgegrad import Camera, Image, Material, Mesh, Renderer, Scene, SunLight, World, plan
 from edgegrad.expression import Attribute, Expression, ImageTexture, Math
+from edgegrad.rendering.taken_over import TakenOver
 from edgegrad.tables.tables import flatten
 from edgegrad.tables.textures.program import compile_textures
 from tests.support.shapes import ball, cube
@@ -95,8 +96,8 @@ MAKE: dict[str, Callable[[int], tuple[Scene, list[str]]]] = {
     "meshes": of_meshes, "touching meshes": lambda count: of_meshes(count, 2.0), "materials": of_materials,
     "nodes": of_nodes, "texels": of_texels, "instances": of_instances,
 }  # fmt: skip
-STEPS = ("validate", "flatten", "compile", "renderer", "edges", "render", "decide", "gradient", "again", "plan",
-         "alone", "plan/gradient")
+STEPS = ("validate", "flatten", "compile", "renderer", "edges", "render", "decide", "gradient", "again", "check",
+         "plan", "alone", "plan/gradient")
 
 
 def measure(kind: str, count: int) -> dict[str, float]:
@@ -119,9 +120,10 @@ def measure(kind: str, count: int) -> dict[str, float]:
     timed("render", lambda: renderer.render(spp=SPP, max_depth=depth))
     adjoint = np.ones((PIXELS, PIXELS, 3), np.float32)
     timed("decide", lambda: renderer.decide(wrt, max_depth=depth))
-    renderer.watched = False  # as in fits: looking for changes of the scene takes as long as the rest
     for step in ("gradient", "again"):
         timed(step, lambda: renderer.render_backward(adjoint, wrt, spp=SPP, max_depth=depth))
+    watch = TakenOver(made)
+    timed("check", lambda: watch.check(made))  # a part of each of these calls
     # Of the renderer, which knows the edges by now, and of the scene by itself.
     timed("plan", lambda: plan(renderer, wrt, max_depth=depth))
     timed("alone", lambda: plan(made, wrt, max_depth=depth))

@@ -175,14 +175,15 @@ CHANGES: dict[str, Callable[[Any], Any]] = {
     "falloff": lambda v: "LINEAR", "image": lambda v: None, "visible_to": lambda v: v - {"diffuse"},
     "receivers": lambda v: ("box",), "blockers": lambda v: ("copies",), "textures": lambda v: {},
     "materials": lambda v: v[::-1], "parts": lambda v: v[::-1], "face_material": lambda v: 1 - v,
-    "attributes": lambda v: {}, "normal_uv": lambda v: "UV", "normal_space": lambda v: "WORLD",
-    "distribution": lambda v: "BECKMANN",
+    "attributes": lambda v: {}, "instance_attributes": lambda v: {"own": 0.5 * v["own"]},
+    "normal_uv": lambda v: "UV", "normal_space": lambda v: "WORLD", "distribution": lambda v: "BECKMANN",
     "width": lambda v: v + 1, "height": lambda v: v + 1,
     "aperture_blades": lambda v: 5, "smoothing": lambda v: np.where(v == 0, -1, v), "coat_ior": lambda v: 1.6,
     "normals": lambda v: v + [0.3, 0.0, 0.0], "clip_start": lambda v: 3.0, "pixels": lambda v: 0.5 * v,
 }  # fmt: skip
 # Fields that can't be changed by themselves: topology, what is the only one of its kind, what glows as instances.
 ALONE = ("meshes.box.faces", "meshes.copies.faces", "meshes.box.attributes", "meshes.copies.attributes",
+         "meshes.box.instance_attributes",
          "meshes.copies.materials", "materials.clay.textures", "materials.sum.textures", "materials.clay.emission",
          "lights.area.shape")
 

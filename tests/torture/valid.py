@@ -54,7 +54,8 @@ def valid_scene() -> edgegrad.Scene:
             "box": edgegrad.Mesh(vertices, faces, ("paint", "sum"), face_material=np.arange(12, dtype=np.int32) % 2,
                                  smoothing=faces.copy(), normals=vertices.copy(),
                                  attributes={"UVMap": rng.random((12, 3, 2)).astype(np.float32)}),
-            "copies": edgegrad.Mesh(vertices, faces, ("clay",), instances=places),
+            "copies": edgegrad.Mesh(vertices, faces, ("clay",), instances=places,
+                                    instance_attributes={"own": np.linspace(0.1, 0.9, len(places))[:, None]}),
         },
         {
             "paint": edgegrad.Material(textures={"base_color": e.ImageTexture("dots", e.Attribute("UVMap"))}),

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,9 @@ from edgegrad.expression import Attribute
 from .mesh import MeshArrays
 from .normals import bits, corner_normals
 from .pointiness import pointiness
+
+if TYPE_CHECKING:
+    from .instancers import InstancerValues
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -31,6 +34,7 @@ POINTINESS = "(pointiness)"
 RANDOM, INDEX, COLOR, LOCATION = "(object random)", "(object index)", "(object color)", "(object location)"
 SCALE = "(object scale)"
 PROPERTY = "(object property) "
+INSTANCER = "(instancer) "
 # Values of strands of hair, which other meshes do not have.
 IS_STRAND, INTERCEPT, LENGTH = "(is strand)", "(strand intercept)", "(strand length)"
 THICKNESS, RANDOM_STRAND = "(strand thickness)", "(strand random)"
@@ -38,7 +42,7 @@ TANGENT = ".tangent"
 NO_UV = "(none)"  # no mesh has this map, so tangents are computed around the Z axis
 POINT_RADIUS, RANDOM_POINT = "(point radius)", "(point random)"
 
-# Values of one object or instance. A mesh with such an attribute cannot be shared by instances.
+# Values of one object or instance: instances that share a mesh have their own.
 OF_OBJECT = (RANDOM, INDEX, COLOR, LOCATION, SCALE)
 
 WORD = 0xFFFFFFFF
@@ -80,7 +84,7 @@ def layer(name: str) -> Attribute:
 
 def is_of_object(name: str) -> bool:
     """Whether an attribute differs between instances of a mesh."""
-    return name in OF_OBJECT or name.startswith(PROPERTY)
+    return name in OF_OBJECT or name.startswith((PROPERTY, INSTANCER))
 
 
 @dataclass(frozen=True)
@@ -95,11 +99,14 @@ class ObjectValues:
         (4, 4) transform to world space.
     random_id
         Blender's random number of the instance; 0: the object is not an instance.
+    instancer
+        What it has of its instancer; None: the object is not an instance.
     """
 
     object: Any
     matrix: F64
     random_id: int
+    instancer: InstancerValues | None
 
     def value(self, name: str) -> tuple[float, ...] | None:
         """Return an attribute of the whole object; None if it has no such property."""
@@ -115,19 +122,26 @@ class ObjectValues:
             return tuple(self.matrix[:3, 3])
         if name == SCALE:
             return (float(np.cbrt(abs(np.linalg.det(self.matrix[:3, :3])))),)
-        return self._property(name.removeprefix(PROPERTY))
+        if name.startswith(INSTANCER):
+            name = name.removeprefix(INSTANCER)
+            value = None if self.instancer is None else self.instancer.value(name)
+            if value is not None:
+                return value
+        return property_of((ob, ob.data), name.removeprefix(PROPERTY))
 
-    def _property(self, path: str) -> tuple[float, ...] | None:
-        for owner in (self.object, self.object.data):
-            for key in (f'["{path}"]', path):
-                try:
-                    value = owner.path_resolve(key)
-                except ValueError:
-                    continue
-                found = np.atleast_1d(np.asarray(value)) if not isinstance(value, str) else np.zeros(0)
-                if found.ndim == 1 and 1 <= len(found) <= 4 and np.issubdtype(found.dtype, np.number):
-                    return tuple(map(float, found))
-        return None
+
+def property_of(owners: Iterable[Any], path: str) -> tuple[float, ...] | None:
+    """Return the numbers of a property of the first of Blender's data that has it; None if none does."""
+    for owner in owners:
+        for key in (f'["{path}"]', path):
+            try:
+                value = owner.path_resolve(key)
+            except (AttributeError, ValueError):
+                continue
+            found = np.atleast_1d(np.asarray(value)) if not isinstance(value, str) else np.zeros(0)
+            if found.ndim == 1 and 1 <= len(found) <= 4 and np.issubdtype(found.dtype, np.number):
+                return tuple(map(float, found))
+    return None
 
 
 def read_attributes(mesh: Any, arrays: MeshArrays, names: Iterable[str], of: ObjectValues) -> dict[str, F32]:

@@ -17,6 +17,7 @@ from edgegrad.scene.placement import is_tangent, placed_tangents, stretches
 
 from ...problem import Report
 from .attributes import TANGENT, ObjectValues, is_of_object, read_attributes
+from .instancers import InstancerValues
 from .mesh import MeshArrays, evaluated_mesh, read_mesh
 from .normals import coarse_share, given_normals
 
@@ -49,8 +50,13 @@ class Placed:
         Whether the camera sees black in its place.
     random_id
         Blender's random number of the instance.
+    instancer
+        What it has of its instancer; None: the object is not an instance.
     apart
         Whether instances of different holders need separate meshes, since lights are linked to holders.
+    single
+        Whether a mesh that reads values of the object cannot be shared by instances, since its materials are baked or
+        displace it by these values.
     """
 
     object: Any
@@ -60,14 +66,22 @@ class Placed:
     visible: frozenset[str]
     holdout: bool
     random_id: int
+    instancer: InstancerValues | None
     apart: bool
+    single: bool
+
+    @property
+    def values(self) -> ObjectValues:
+        """What its attributes are read from."""
+        return ObjectValues(self.object, self.source.matrix, self.random_id, self.instancer)
 
 
 @dataclass
 class Group:
     """Instances of one mesh with equal materials and settings.
 
-    `corner_count` is the number of corners of Blender's mesh.
+    `attributes` has all attributes, with the values of the first object; `own` has those that differ between objects,
+    for each object. `corner_count` is the number of corners of Blender's mesh.
     """
 
     arrays: MeshArrays
@@ -78,6 +92,7 @@ class Group:
     holdout: bool = False
     sources: list[Source] = field(default_factory=list)
     holders: list[str] = field(default_factory=list)
+    own: dict[str, list[tuple[float, ...]]] = field(default_factory=dict)
     corner_count: int = 0
 
 
@@ -130,15 +145,23 @@ class PlacedMeshes:
                 "decides which of them is seen and, in Cycles, whether they shadow each other",
             )
         terminator = float(_terminator(ob))
-        single = flat or any(is_of_object(name) for name in names)
-        key = (shape, placed.slots, placed.visible, placed.holdout, terminator,
-               placed.holder if placed.apart else None, len(self._groups) if single else None)  # fmt: skip
+        values = placed.values
+        found = {name: values.value(name) for name in sorted(names) if is_of_object(name)}
+        own = {name: value for name, value in found.items() if value is not None}
+        key = (shape, placed.slots, placed.visible, placed.holdout, terminator, placed.holder if placed.apart else None,
+               tuple((name, len(value)) for name, value in own.items()),
+               len(self._groups) if flat or (placed.single and own) else None)  # fmt: skip
         if key not in self._groups:
-            values = ObjectValues(ob, placed.source.matrix, placed.random_id)
-            self._groups[key] = Group(arrays, attributes(values), placed.slots, placed.visible, terminator,
+            # What has been read may be that of another object with the same mesh.
+            read = dict(attributes(values))
+            read |= {name: np.full((*arrays.faces.shape, len(value)), value, np.float32)
+                     for name, value in own.items() if name in read}
+            self._groups[key] = Group(arrays, read, placed.slots, placed.visible, terminator,
                                       placed.holdout, corner_count=corner_count)  # fmt: skip
         self._groups[key].sources.append(placed.source)
         self._groups[key].holders.append(placed.holder)
+        for name, value in own.items():
+            self._groups[key].own.setdefault(name, []).append(value)
 
     def groups(self) -> list[Group]:
         """Return the collected meshes, each with all its instances."""
@@ -159,7 +182,7 @@ class PlacedMeshes:
                 first.instance = True
                 first.objects = tuple(dict.fromkeys(source.object for source in group.sources))
                 name = unused_name(first, first.object, out)
-                out[name] = replace(_in_own_space(group), instances=np.stack([s.matrix for s in group.sources]))
+                out[name] = _with_instances(group)
             sources[name] = first
         return out
 
@@ -199,6 +222,17 @@ def _in_own_space(group: Group) -> edgegrad.Mesh:
     return edgegrad.Mesh(vertices, arrays.faces.copy(), smoothing=arrays.smoothing, normals=normals,
                          attributes=group.attributes, visible_to=group.visible,
                          terminator_offset=group.terminator, **_materials(group))  # fmt: skip
+
+
+def _with_instances(group: Group) -> edgegrad.Mesh:
+    """Make a mesh in object space, with the transforms and the values of all objects."""
+    mesh = _in_own_space(group)
+    return replace(
+        mesh, instances=np.stack([source.matrix for source in group.sources]),
+        attributes={name: value for name, value in mesh.attributes.items() if name not in group.own},
+        instance_attributes={name: np.array(values, np.float32) for name, values in group.own.items()
+                             if name in mesh.attributes},
+    )  # fmt: skip
 
 
 def _in_world(group: Group, matrix: F64) -> edgegrad.Mesh:

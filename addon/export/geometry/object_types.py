@@ -11,7 +11,6 @@ from edgegrad import Camera
 
 from ...problem import Report
 from ..materials.material import MaterialReading
-from .attributes import ObjectValues
 from .hair import Hair, HairMeshes, hair_of
 from .meshes import Placed, PlacedMeshes
 from .points import build_points
@@ -88,7 +87,7 @@ class OtherGeometry:
             self._place(placed, hair.part, slot, needed[slot], partial(make.build, hair, translucent=through))
 
     def _place(self, placed: Placed, part: str, slot: str, names: set[str], build: Callable[..., Any]) -> None:
-        values = ObjectValues(placed.object, placed.source.matrix, placed.random_id)
+        values = placed.values
         key = (placed.object.data.as_pointer(), part, frozenset(names))
         if key not in self._built:
             self._built[key] = build(values=values, names=names)

@@ -81,10 +81,8 @@ def _geometry(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand
 def _attribute(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     if node.attribute_type == "VIEW_LAYER":
         raise unreadable(node, groups, "attribute of the view layer", bakeable=False)
-    of_object = node.attribute_type in ("OBJECT", "INSTANCER")
-    if node.attribute_type == "INSTANCER":
-        reader.note(f"node '{label(node, groups)}' uses the property of the object, not of its instancer")
-    value = attributes.layer(attributes.PROPERTY + node.attribute_name if of_object else node.attribute_name)
+    kind = {"OBJECT": attributes.PROPERTY, "INSTANCER": attributes.INSTANCER}.get(node.attribute_type, "")
+    value = attributes.layer(kind + node.attribute_name)
     if output.identifier == "Fac":
         return e.Average(value)
     return e.Channel(value, 3) if output.identifier == "Alpha" else value

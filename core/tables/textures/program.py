@@ -101,8 +101,8 @@ class TextureTables:
     pixels: F32
     table_shape: I32  # (T, 5) offset, rows, columns, interpolate, extrapolate
     lookups: F32
-    attribute_offset: I64  # (A * S) where the data of face 0 would be in `attributes`
-    attribute_components: I32  # (A * S) 0: the mesh has no such attribute
+    attribute_offset: I64  # (A * S) where the data of face 0, or of instance 0, would be in `attributes`
+    attribute_components: I32  # (A * S) 0: the mesh has no such attribute; -c: c values of each instance
     attributes: F32
     face_mesh: I32  # (F) mesh of each face
     mesh_box: F32  # (S, 2, 3) centre and size of the bounding box, relative to the origin
@@ -417,12 +417,15 @@ def _attributes(meshes: Sequence[Mesh], resources: Resources, earlier: TextureTa
     parts: list[F32] = []
     end = 0
     first_face = np.cumsum([0] + [len(mesh.faces) for mesh in meshes])
+    first_instance = np.cumsum([0] + [0 if mesh.instances is None else len(mesh.instances) for mesh in meshes])
     offsets, components = [], []
     for name in resources.attributes:
-        for mesh, first in zip(meshes, first_face, strict=False):
+        for mesh, face, instance in zip(meshes, first_face, first_instance, strict=False):
             values = mesh.attributes.get(name)
-            count = 0 if values is None else values.shape[2]
-            offsets.append(end - int(first) * 3 * count)
+            count, before = (0, 0) if values is None else (values.shape[2], 3 * int(face))
+            if values is None and (values := mesh.instance_attributes.get(name)) is not None:
+                count, before = -values.shape[1], int(instance)
+            offsets.append(end - before * abs(count))
             components.append(count)
             if values is not None:
                 parts.append(values)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "boundary/curves/picture_frame.h"
@@ -13,6 +14,7 @@
 #include "scene/mesh_instances.h"
 #include "tasks/block_sizes.h"
 #include "tasks/boundary_task.h"
+#include "tasks/seed_tags.h"
 #include "util/parallel.h"
 
 namespace edgegrad {
@@ -28,6 +30,8 @@ constexpr double kMostPlaces = 512.0;
 constexpr double kMostParts = 1 << 20;
 // Edges per item of parallel work.
 constexpr int64_t kEdgeBlock = 1 << 13;
+// The memory of searches that find more candidates is not kept for later ones.
+constexpr size_t kMostSpare = size_t{1} << 22;
 
 // The order of candidates: silhouettes, borders and sharp creases come before blunt creases, and each group
 // follows a Z-order curve of picture tiles. Neighbours on the list are thus of one kind and close in the
@@ -42,7 +46,23 @@ struct Run {
     int32_t mesh, instance;
     int64_t first, count;
     bool counts;  // the first instance's edges stand for those of all
+    bool lists;   // its edges become candidates
 };
+
+// A hash (the finaliser of splitmix64, Steele et al. 2014).
+uint32_t random_bits(uint32_t seed, uint32_t k) {
+    uint64_t x = ((uint64_t{seed} << 32) | k) + 0x9e3779b97f4a7c15ull;
+    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
+    x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
+    return static_cast<uint32_t>((x ^ (x >> 31)) >> 32);
+}
+
+// The range of an instance's edges that is its window.
+std::pair<int64_t, int64_t> window_of(const EdgeList& edges, int32_t instance, int64_t first, int64_t last) {
+    const int64_t random = random_bits(edges.seed ^ kWindowSeed, static_cast<uint32_t>(instance));
+    const int64_t window = (random * edges.windows) >> 32, count = last - first;
+    return {first + count * window / edges.windows, first + count * (window + 1) / edges.windows};
+}
 
 // The ranges of edges of all meshes for which requested(mesh, is placed) holds, with all instances.
 template <typename Requested>
@@ -51,13 +71,23 @@ std::vector<Run> runs_of(const EdgeList& edges, const Requested& requested) {
     const auto instances = mesh_instances(t);
     std::vector<Run> runs;
     for (int32_t mesh = 0; mesh < t.visible_meshes; ++mesh) {
-        const std::vector<int32_t>& of_mesh = instances[static_cast<size_t>(mesh)];
+        const MeshInstances::Copies of_mesh = instances[static_cast<size_t>(mesh)];
         if (!requested(mesh, is_placed(of_mesh))) continue;
+        const bool cut = of_mesh.size() > 1;
+        if (edges.part != EdgeList::kAll && cut != (edges.part == EdgeList::kWindows)) continue;
         const auto [first, last] = mesh_edges(t, static_cast<size_t>(mesh));
+        const auto add = [&](int32_t instance, int64_t from, int64_t to, bool counts, bool lists) {
+            for (int64_t k = from; k < to; k += kEdgeBlock)
+                runs.push_back({mesh, instance, k, std::min(kEdgeBlock, to - k), counts, lists});
+        };
+        if (edges.part == EdgeList::kWindows) add(of_mesh.front(), first, last, true, false);
         for (int32_t instance : of_mesh)
-            for (int64_t k = first; k < last; k += kEdgeBlock)
-                runs.push_back(
-                    {mesh, instance, k, std::min(kEdgeBlock, last - k), instance == of_mesh.front()});
+            if (edges.part != EdgeList::kWindows) {
+                add(instance, first, last, instance == of_mesh.front(), true);
+            } else {
+                const auto [from, to] = window_of(edges, instance, first, last);
+                add(instance, from, to, false, true);
+            }
     }
     return runs;
 }
@@ -147,7 +177,7 @@ void join(const CandidateParts& parts, const std::vector<Run>& runs, bool placed
 // Collects candidates: visit(run, memory, counts, add) calls add for each candidate of a run, in parallel.
 // The memory comes from pools of the edge cache.
 template <typename Visit>
-Candidates collect(const EdgeList& edges, const std::vector<Run>& runs, const Visit& visit) {
+Candidates collect_all(const EdgeList& edges, const std::vector<Run>& runs, const Visit& visit) {
     std::shared_ptr<CandidateParts> parts = edges.kept.spare_parts.take();
     parts->runs.resize(runs.size());
     std::vector<RunWeights> memory(static_cast<size_t>(edges.threads));
@@ -160,7 +190,7 @@ Candidates collect(const EdgeList& edges, const std::vector<Run>& runs, const Vi
         part.entries.reserve(most), part.places.reserve(most);
         visit(run, memory[static_cast<size_t>(thread)], part.counts,
               [&](int64_t edge, float u0, float u1, float mass, uint32_t place) {
-                  if (!(mass > 0.0f)) return;
+                  if (!(mass > 0.0f) || !run.lists) return;
                   part.entries.push_back({static_cast<int32_t>(edge), u0, u1, mass});
                   part.places.push_back(static_cast<uint16_t>(place));
               });
@@ -173,8 +203,22 @@ Candidates collect(const EdgeList& edges, const std::vector<Run>& runs, const Vi
     out.counts.of = edges.count();
     for (size_t k = 0; k < runs.size(); ++k)
         if (runs[k].counts) out.counts.add(parts->runs[k].counts);
-    edges.kept.spare_parts.give(std::move(parts));
+    if (out.edge.size() <= kMostSpare) edges.kept.spare_parts.give(std::move(parts));
     return out;
+}
+
+// The same, or only those of each mesh's first instance, if counts are all that is needed and these show that
+// there are candidates. Of a hundred thousand instances the other candidates take gigabytes.
+template <typename Visit>
+Candidates collect(const EdgeList& edges, const std::vector<Run>& runs, const Visit& visit) {
+    if (edges.counts_alone) {
+        std::vector<Run> first;
+        std::copy_if(runs.begin(), runs.end(), std::back_inserter(first),
+                     [](const Run& r) { return r.counts; });
+        Candidates found = collect_all(edges, first, visit);
+        if (found.size() > 0 || first.size() == runs.size()) return found;
+    }
+    return collect_all(edges, runs, visit);
 }
 
 // Whether the k-th edge of a run may carry a jump, by its shape.
@@ -186,6 +230,17 @@ bool keeps(const SceneTables& tables, const EdgeWeightTask& task, const Run& run
 }
 
 }  // namespace
+
+int32_t edge_windows(const SceneTables& tables, int64_t most) {
+    if (tables.instance_mesh.empty()) return 1;
+    const auto instances = mesh_instances(tables);
+    int64_t all = 1;
+    for (size_t m = 0; m < instances.size(); ++m) {
+        const auto [first, last] = mesh_edges(tables, m);
+        if (instances[m].size() > 1) all += (last - first) * static_cast<int64_t>(instances[m].size());
+    }
+    return static_cast<int32_t>(std::min<int64_t>((all - 1) / std::max<int64_t>(most, 1) + 1, 1 << 16));
+}
 
 std::vector<float> unit_normals(const SceneTables& t, int threads) {
     const auto faces = static_cast<int64_t>(t.faces.size() / 3);

@@ -40,6 +40,11 @@ class Kept {
         }
         return value_;
     }
+    // The value for `key` if it is stored, else null.
+    std::shared_ptr<const Value> find(const Key& key) {
+        const std::lock_guard<std::mutex> lock(lock_);
+        return value_ && key_ == key ? value_ : nullptr;
+    }
     // Forgets the value and returns it.
     std::shared_ptr<Value> clear() {
         const std::lock_guard<std::mutex> lock(lock_);

@@ -124,7 +124,7 @@ Box PlacedMesh::local(const Box& world) const {
 }
 
 void place_intersections(const SceneTables& tables, const Intersections& own,
-                         const std::vector<int32_t>& instances, Intersections& out) {
+                         std::span<const int32_t> instances, Intersections& out) {
     for (int32_t instance : instances) {
         may_cancel();
         const Placement place = Placement::of(tables, instance);

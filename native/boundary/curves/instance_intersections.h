@@ -1,6 +1,8 @@
 // The lines along which instances intersect themselves, each other and other surfaces.
 #pragma once
 
+#include <span>
+
 #include "boundary/curves/intersections.h"
 #include "boundary/meshes/face_tree.h"
 #include "boundary/meshes/placed_vertex.h"
@@ -23,7 +25,7 @@ struct PlacedMesh {
 
 // Appends a mesh's intersections with itself, once for each of its instances.
 void place_intersections(const SceneTables& tables, const Intersections& own,
-                         const std::vector<int32_t>& instances, Intersections& out);
+                         std::span<const int32_t> instances, Intersections& out);
 
 // Appends the intersections of instances with each other and with meshes that are not instanced. Considered
 // are pairs of which one moves, or all pairs if the camera moves, of meshes visible to rays of `seers`.

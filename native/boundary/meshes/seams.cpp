@@ -66,9 +66,9 @@ bool attributes_differ(const SceneTables& t, const uint32_t (&face)[2], const in
     const auto mesh = static_cast<size_t>(x.face_mesh[face[0]]);
     for (size_t a = 0; a * meshes < x.mesh_attributes.size(); ++a) {
         const TextureAttribute& attribute = x.mesh_attributes[a * meshes + mesh];
-        if (attribute.components == 0) continue;
+        if (attribute.components <= 0) continue;  // both faces are of one instance
         const auto at = [&](int k) {
-            return x.attributes->data() + attribute.offset +
+            return x.attributes.data() + attribute.offset +
                    (3 * int64_t{face[k]} + corner[k]) * attribute.components;
         };
         if (differ(at(0), at(1), attribute.components)) return true;

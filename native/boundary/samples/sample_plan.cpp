@@ -31,8 +31,8 @@ constexpr double kDensity = 2.5;
 }  // namespace
 
 SamplePlan::SamplePlan(std::shared_ptr<const Candidates> candidates, double requested, double most,
-                       const RenderOptions& options, BoundaryKind kind, bool guided)
-    : candidates_(std::move(candidates)), options_(options), kind_(kind), guided_(guided) {
+                       const RenderOptions& options, BoundaryKind kind, bool guided, float factor)
+    : candidates_(std::move(candidates)), options_(options), kind_(kind), guided_(guided), factor_(factor) {
     const double all = candidates_->size() == 0 ? 0.0 : std::ceil(std::min(requested, most));
     total_[0] = static_cast<int64_t>(all);
     if (!guided_ || total_[0] == 0) return;
@@ -137,7 +137,7 @@ BoundaryTask SamplePlan::task(int pass, int64_t first, int64_t count) {
     t.limits = options_.limits;
     t.guide = pass == 0 ? nullptr : guide_.data();
     t.shares = guided_ ? total_[0] : 1;
-    t.scale = scale(pass);
+    t.scale = scale(pass) * factor_;
     t.score = guided_ && pass == 0 ? score_.data() : nullptr;
     t.record = view(pass);
     return t;

@@ -17,9 +17,9 @@ class SamplePlan {
     // A plan of one pass with `requested` samples, at most `most`. If `guided`, a fraction of these makes the
     // first pass, and the sizes of its samples distribute the others. Both passes estimate the whole term,
     // and the result is a weighted mean of both. The weights are constants, so the mean is unbiased although
-    // the second pass depends on the first.
+    // the second pass depends on the first. The term is multiplied by `factor`.
     SamplePlan(std::shared_ptr<const Candidates> candidates, double requested, double most,
-               const RenderOptions& options, BoundaryKind kind, bool guided);
+               const RenderOptions& options, BoundaryKind kind, bool guided, float factor = 1.0f);
 
     BoundaryKind kind() const { return kind_; }
 
@@ -49,6 +49,7 @@ class SamplePlan {
     RenderOptions options_;
     BoundaryKind kind_;
     bool guided_;
+    float factor_;
     int64_t total_[2] = {0, 0};
     std::vector<float> score_;   // by sample of the first pass, one per share of the weight
     std::vector<double> guide_;  // (shares + 1)

@@ -1,11 +1,14 @@
 #include "engine/terms/boundary_terms.h"
 
 #include <algorithm>
+#include <optional>
+#include <type_traits>
 
 #include "engine/terms/curve_terms.h"
 #include "scene/sharp_lobes.h"
 #include "tasks/boundary_kind.h"
 #include "tasks/boundary_task.h"
+#include "tasks/seed_tags.h"
 #include "util/parallel.h"
 
 namespace edgegrad {
@@ -24,14 +27,54 @@ constexpr double kLeastPrimary = 0.15, kLeastScattered = 0.09;
 // light: fewer than a few per segment). Samples then hit segments at random, and seconds x variance hardly
 // depends on their number. With few segments it falls with the number of samples.
 constexpr double kSamplesTowardsLight = 32.0, kLeastPart = 0.25;
-double scattered(const Candidates& segments, double each, double samples) {
-    return std::clamp(samples / (each * static_cast<double>(std::max<int64_t>(1, segments.size()))),
-                      kLeastPart, 1.0);
+double scattered(int64_t segments, double each, double samples) {
+    return std::clamp(samples / (each * static_cast<double>(std::max<int64_t>(1, segments))), kLeastPart,
+                      1.0);
 }
 
 using SharedCandidates = std::shared_ptr<const Candidates>;
 SharedCandidates shared(SharedCandidates known) { return known; }
 SharedCandidates shared(Candidates made) { return std::make_shared<const Candidates>(std::move(made)); }
+
+// The candidates of a search. Those of instances of very many edges are listed by themselves
+// (EdgeList::windows).
+struct Found {
+    SharedCandidates whole, windows;  // `windows` may be null
+    double factor = 1.0;              // of estimates from `windows`
+
+    double mass_of_windows() const { return windows ? factor * windows->mass() : 0.0; }
+    double mass() const { return whole->mass() + mass_of_windows(); }
+    int64_t size() const { return whole->size() + (windows ? windows->size() : 0); }
+    EdgeCounts counts() const {
+        EdgeCounts out = whole->counts;
+        if (windows) out.add(windows->counts);
+        return out;
+    }
+    // Calls visit(candidates, their part of the samples, factor) for each list.
+    template <typename Visit>
+    void each(const Visit& visit) const {
+        if (!windows) return visit(whole, 1.0, 1.0);
+        const double part = mass() > 0.0 ? mass_of_windows() / mass() : 0.0;
+        if (part < 1.0) visit(whole, 1.0 - part, 1.0);
+        if (part > 0.0) visit(windows, part, factor);
+    }
+};
+
+// The candidates that search(edges) finds, which are kept if they are complete.
+template <typename Key, typename Search>
+Found searched(const EdgeList& edges, bool in_windows, Kept<Key, Candidates>& kept,
+               const std::type_identity_t<Key>& key, const Search& search) {
+    if (in_windows) {
+        EdgeList part = edges;
+        part.part = EdgeList::kWhole;
+        SharedCandidates whole = shared(search(part));
+        part.part = EdgeList::kWindows;
+        return {std::move(whole), shared(search(part)), static_cast<double>(edges.windows)};
+    }
+    if (!edges.counts_alone) return {kept.get(key, [&] { return search(edges); }), nullptr};
+    const SharedCandidates known = kept.find(key);
+    return {known ? known : shared(search(edges)), nullptr};
+}
 
 // Materials that may have camera-sampled lobes (boundary/segment/camera_sampled_lobes.h).
 std::vector<int32_t> camera_sampled(const SceneView& scene, const SceneTables& tables, float alpha) {
@@ -73,20 +116,23 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
                 std::make_unique<BoundaryTerm>(std::move(plan), std::move(lines), lobes, weights));
     };
     // Samples of candidates by their learned weights, or of `segments`, from which about `cells` cells are
-    // learned.
+    // learned. `factor` multiplies the estimate from the candidates.
     const auto add = [&](BoundaryKind kind, const Candidates& found, const auto& segments, double cells,
-                         double samples, BoundaryTerm::Lines lines = {}) {
+                         double samples, BoundaryTerm::Lines lines = {}, double factor = 1.0) {
         if (decided.alone()) return;
         const BoundaryKindRow& row = kBoundaryTable[kind];
-        LearnedWeights* weights = learned ? &learned->weights[kind] : nullptr;
+        // Each call lists other edges of instances, of which nothing can be learned.
+        LearnedWeights* weights = learned && factor == 1.0 ? &learned->weights[kind] : nullptr;
         const bool known = weights && weights->knows(edges, found);
         auto sampled = known ? shared(weights->pieces(found)) : shared(segments());
         if (weights && !known)
             weights->begin(edges, found, sampled->direction_cells,
                            row.domain != kPictureLines && row.chains(options.max_depth), cells);
         const double share = share_of(kind);
-        keep(SamplePlan(std::move(sampled), share * samples, share * row.share * picture, options, kind,
-                        options.two_passes && !known),
+        RenderOptions own = options;
+        if (factor != 1.0) own.seed ^= kWindowSeed;
+        keep(SamplePlan(std::move(sampled), share * samples, share * row.share * picture, own, kind,
+                        options.two_passes && !known, static_cast<float>(factor)),
              std::move(lines), alpha, weights);
     };
     // The same for kinds whose samples start at the camera.
@@ -99,18 +145,27 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
     };
     std::shared_ptr<const Intersections> seen;
     const EdgeCache::Sides sides(edges.solid_side, edges.solid_side + edges.tables.visible_meshes);
-    const auto silhouettes = [&] {
-        return edges.kept.silhouettes.get(sides, [&] { return shadow_candidates(scene, edges, true); });
+    // Samples that start at the camera look for edges in a tree, which needs all of them.
+    const bool needs_all =
+        decided.computes(Part::kCameraSampledIndirect) && !camera_sampled(scene, edges.tables, alpha).empty();
+    const bool in_windows = edges.windows > 1 && !decided.alone() && !needs_all;
+    std::optional<Found> outlines_of_all;
+    const auto silhouettes = [&]() -> const Found& {
+        if (!outlines_of_all)
+            outlines_of_all =
+                searched(edges, in_windows, edges.kept.silhouettes, sides,
+                         [&](const EdgeList& part) { return shadow_candidates(scene, part, true); });
+        return *outlines_of_all;
     };
     // Whether the search for a part's edges has found any. Adds their counts to the decision.
-    const auto has_edges = [&](Part part, const Candidates& found) {
+    const auto has_edges = [&](Part part, int64_t size, const EdgeCounts& counts) {
         Decision& d = decided[part];
         const int64_t still = d.edges.still;
-        d.edges = found.counts, d.edges.still = still;
-        if (found.size() == 0)
-            decided.none(part, part == Part::kPrimaryEdges && found.counts.kept > 0 ? Reason::kOutOfView
-                                                                                    : Reason::kFlat);
-        return found.size() > 0;
+        d.edges = counts, d.edges.still = still;
+        if (size == 0)
+            decided.none(part,
+                         part == Part::kPrimaryEdges && counts.kept > 0 ? Reason::kOutOfView : Reason::kFlat);
+        return size > 0;
     };
     if (decided.computes(Part::kPrimaryEdges)) {
         // Light of a fixed direction near contact (scene/contact.h) moves over all intersections. One search
@@ -127,35 +182,42 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
         Intersections shown = moving_intersections(edges.tables, moving, *seen);
         decided.found(Part::kSeenIntersections, edges.tables, shown);
         auto lines = std::make_shared<EdgesAndIntersections>(edges.tables, std::move(shown));
-        const auto found = edges.kept.primary.get({{scene.camera}, moving}, [&] {
-            Candidates all = primary_candidates(scene, edges, moving);
-            lines->add_candidates(scene.camera, all);
-            return all;
-        });
-        has_edges(Part::kPrimaryEdges, *found);
+        const Found found = searched(edges, in_windows, edges.kept.primary, {{scene.camera}, moving},
+                                     [&](const EdgeList& part) {
+                                         Candidates all = primary_candidates(scene, part, moving);
+                                         if (part.part != EdgeList::kWindows)
+                                             lines->add_candidates(scene.camera, all);
+                                         return all;
+                                     });
+        has_edges(Part::kPrimaryEdges, found.size(), found.counts());
         // As many samples per pixel of an edge's length as the picture has per pixel
         const double all =
-            std::min(found->mass() * options.samples, kBoundaryTable[kPrimaryBoundary].share * picture);
-        const double part = scattered(*found, 1.0, all);
+            std::min(found.mass() * options.samples, kBoundaryTable[kPrimaryBoundary].share * picture);
+        const double part = scattered(found.size(), 1.0, all);
         const double samples = std::max(part * all, (part < 1.0 ? kLeastScattered : kLeastPrimary) * picture);
-        add(kPrimaryBoundary, *found, [&] { return found; }, learned_cells(samples), samples,
-            {std::move(lines), nullptr});
+        found.each([&](const SharedCandidates& list, double of_samples, double factor) {
+            add(
+                kPrimaryBoundary, *list, [&] { return list; }, learned_cells(samples), of_samples * samples,
+                {lines, nullptr}, factor);
+        });
     }
     // Samples along edges, `directions` of them in learned cells.
-    const auto add_shadows = [&](BoundaryKind kind, const std::shared_ptr<const Candidates>& found,
-                                 double directions) {
-        if (!has_edges(kBoundaryTable[kind].part, *found)) return;
+    const auto add_shadows = [&](BoundaryKind kind, const Found& found, double directions) {
+        if (!has_edges(kBoundaryTable[kind].part, found.size(), found.counts())) return;
         const BoundaryKindRow& row = kBoundaryTable[kind];
-        const double samples = row.share * picture, part = scattered(*found, kSamplesTowardsLight, samples);
-        add(
-            kind, *found,
-            [&] { return over_directions(*found, part * directions, row.chains(options.max_depth)); },
-            learned_cells(part * samples), part * samples);
+        const double all = row.share * picture, part = scattered(found.size(), kSamplesTowardsLight, all);
+        found.each([&](const SharedCandidates& list, double of_samples, double factor) {
+            const double own = of_samples * part;
+            add(
+                kind, *list,
+                [&] { return over_directions(*list, own * directions, row.chains(options.max_depth)); },
+                learned_cells(own * all), own * all, {}, factor);
+        });
     };
     if (decided.computes(Part::kLightShadows))
         add_shadows(kShadowBoundary,
-                    edges.kept.shadow.get({edges.lights, sides},
-                                          [&] { return shadow_candidates(scene, edges, false); }),
+                    searched(edges, in_windows, edges.kept.shadow, {edges.lights, sides},
+                             [&](const EdgeList& part) { return shadow_candidates(scene, part, false); }),
                     0.0);
     if (decided.computes(Part::kEnvironmentShadows))
         // Directions to an environment image are sampled by the image, not in cells.
@@ -165,28 +227,32 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
                         : kDirectionSegments * (kBoundaryTable[kEnvironmentShadow].share * picture));
     if (decided.computes(Part::kEmitterOutlines) && scene.face_fixed_direction) {
         const Candidates outlines = emitter_candidates(scene, edges);
-        if (has_edges(Part::kEmitterOutlines, outlines))
+        if (has_edges(Part::kEmitterOutlines, outlines.size(), outlines.counts))
             add_whole_picture(kEmitterOutline, [&] {
                 return std::make_shared<EdgeTree>(scene, edges.tables, outlines, true);
             });
     }
     if (decided.computes(Part::kIndirectEdges)) {
-        const auto found = silhouettes();
-        const bool any = has_edges(Part::kIndirectEdges, *found);
+        const Found& found = silhouettes();
+        const bool any = has_edges(Part::kIndirectEdges, found.size(), found.counts());
         if (!any) decided.none(Part::kCameraSampledIndirect, decided[Part::kIndirectEdges].reason);
         if (any && decided.computes(Part::kCameraSampledIndirect) &&
             decided.lists_materials(Part::kCameraSampledIndirect, camera_sampled(scene, edges.tables, alpha)))
             add_whole_picture(kCameraSampledIndirect, [&] {
-                return edges.kept.tree.get(sides, [&] { return EdgeTree(scene, edges.tables, *found); });
+                return edges.kept.tree.get(sides,
+                                           [&] { return EdgeTree(scene, edges.tables, *found.whole); });
             });
         const BoundaryKindRow& row = kBoundaryTable[kIndirectBoundary];
-        const double samples = row.share * picture;
-        add(
-            kIndirectBoundary, *found,
-            [&] {
-                return over_directions(*found, kDirectionSegments * samples, row.chains(options.max_depth));
-            },
-            learned_cells(samples), samples);
+        found.each([&](const SharedCandidates& list, double of_samples, double factor) {
+            const double samples = of_samples * row.share * picture;
+            add(
+                kIndirectBoundary, *list,
+                [&] {
+                    return over_directions(*list, kDirectionSegments * samples,
+                                           row.chains(options.max_depth));
+                },
+                learned_cells(samples), samples, {}, factor);
+        });
     }
     for (CurveTerm& curve :
          curve_terms(scene, edges, options, motion,

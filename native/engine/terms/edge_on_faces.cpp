@@ -4,8 +4,11 @@
 #include <array>
 #include <cmath>
 #include <tuple>
+#include <utility>
 
+#include "boundary/curves/instance_intersections.h"
 #include "boundary/curves/picture_frame.h"
+#include "boundary/meshes/face_tree.h"
 #include "boundary/meshes/placed_vertex.h"
 #include "sampling/z_order.h"
 #include "scene/mesh_instances.h"
@@ -21,6 +24,8 @@ constexpr double kEdgeOn = 0.15, kDensity = 0.3;
 constexpr double kMostOfFace = 0.1, kMost = 0.25;
 // Faces per item of parallel work.
 constexpr int64_t kFaceBlock = 1 << 13;
+// Largest number of faces of all instances that are examined, which limits seconds and memory.
+constexpr int64_t kMostFaces = int64_t{1} << 22;
 // Triangles are sorted by tiles, 2^8 along each side of the picture, so that systematic samples along the
 // list are spread evenly over the picture.
 constexpr uint32_t kTileBits = 8;
@@ -165,6 +170,42 @@ void add_face(const FramePlanes& frame, const SceneView& scene, const Placement&
     part.entries.push_back(entry);
 }
 
+// A range of faces of one mesh, placed by one instance.
+struct Run {
+    size_t mesh;
+    int32_t instance;
+    int8_t side;
+    int64_t first, last;
+};
+
+// Keeps about kMostFaces faces: those of the instances that look largest from the camera. Faces that are not
+// listed get the picture's own samples alone, so that any choice gives the same mean.
+void keep_largest(std::vector<Run>& runs, const SceneTables& tables, const CameraView& camera) {
+    std::vector<std::pair<float, size_t>> order;  // minus the size, and the run
+    size_t boxed = tables.mesh_first_face.size();
+    Box box;
+    for (size_t k = 0; k < runs.size(); ++k) {
+        const Run& run = runs[k];
+        if (boxed != run.mesh) box = mesh_box(tables, boxed = run.mesh);
+        const Box world = PlacedMesh(tables, static_cast<int32_t>(run.mesh), run.instance, box).box;
+        float extent = 0.0f, distance = 0.0f;
+        for (int c = 0; c < 3; ++c) {
+            const float away = 0.5f * (world.low[c] + world.high[c]) - camera.position[c];
+            extent = std::max(extent, world.high[c] - world.low[c]), distance += away * away;
+        }
+        order.emplace_back(-extent * extent / std::max(distance, 1e-30f), k);
+    }
+    std::sort(order.begin(), order.end());
+    std::vector<Run> kept;
+    int64_t faces = 0;
+    for (const auto& [size, k] : order) {
+        if (faces > kMostFaces) break;
+        kept.push_back(runs[k]);
+        faces += runs[k].last - runs[k].first;
+    }
+    runs = std::move(kept);
+}
+
 // Whether radiance may vary within a face; otherwise the motion of hits along it changes nothing. Direct
 // light of the environment is constant over a flat face.
 bool varies_over_faces(const SceneView& scene, const RenderOptions& options) {
@@ -181,21 +222,20 @@ EdgeOnList edge_on_faces(const SceneView& scene, const SceneTables& tables, cons
     const CameraView& camera = scene.camera;
     if (camera.kind == kEquirectangular || !varies_over_faces(scene, options)) return out;
     const auto instances = mesh_instances(tables);
-    struct Run {
-        int32_t instance;
-        int8_t side;
-        int64_t first, last;
-    };
     std::vector<Run> runs;
+    int64_t faces = 0;
     for (size_t mesh = 0; mesh < instances.size(); ++mesh) {
         const bool moves =
             motion.camera || motion.moving[mesh] || (motion.instances && is_placed(instances[mesh]));
         if (!moves || !(tables.mesh_mask[mesh] & (1 << kCameraRay))) continue;
         const int64_t end = tables.mesh_first_face[mesh + 1];
         for (int32_t instance : instances[mesh])
-            for (int64_t first = tables.mesh_first_face[mesh]; first < end; first += kFaceBlock)
-                runs.push_back({instance, sides[mesh], first, std::min(first + kFaceBlock, end)});
+            for (int64_t first = tables.mesh_first_face[mesh]; first < end; first += kFaceBlock) {
+                runs.push_back({mesh, instance, sides[mesh], first, std::min(first + kFaceBlock, end)});
+                faces += runs.back().last - first;
+            }
     }
+    if (faces > kMostFaces) keep_largest(runs, tables, camera);
     const FramePlanes frame(camera);
     const double pixels = static_cast<double>(camera.width) * camera.height;
     std::vector<Chunk> parts(runs.size());

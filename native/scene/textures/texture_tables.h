@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "scene/table_rows.h"
@@ -10,21 +11,37 @@
 
 namespace edgegrad {
 
+// Floats in memory that something else owns, which lives as long as this. Large arrays are not copied, and
+// the tables of a scene before and after an update share those that it leaves as they are.
+class SharedFloats {
+ public:
+    SharedFloats() = default;
+    SharedFloats(std::shared_ptr<const void> owner, const float* data, size_t size)
+        : owner_(std::move(owner)), data_(data), size_(size) {}
+    const float* data() const { return data_; }
+    size_t size() const { return size_; }
+
+ private:
+    std::shared_ptr<const void> owner_;
+    const float* data_ = nullptr;
+    size_t size_ = 0;
+};
+inline const float* rows_of(const SharedFloats& table) {
+    return table.size() ? table.data() : zero_row<float>();
+}
+
 struct TextureTables {
-    // Large arrays are shared by the tables of a scene before and after an update that leaves them as they
-    // are.
-    using Shared = std::shared_ptr<const std::vector<float>>;
     std::vector<TextureInstruction> code;
     std::vector<int32_t> program_first;
     std::vector<float> constants;
     std::vector<int32_t> closure_program, closure_weight_program, closure_normal_program, closure_uv,
         closure_tangent;
     std::vector<TextureImage> images;
-    Shared pixels;
+    SharedFloats pixels;
     std::vector<TextureLookup> tables;
     std::vector<float> lookups;
     std::vector<TextureAttribute> mesh_attributes;
-    Shared attributes;
+    SharedFloats attributes;
     std::vector<int32_t> face_mesh;
     std::vector<float> mesh_box;
 

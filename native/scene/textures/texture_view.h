@@ -32,9 +32,9 @@ struct TextureLookup {
     int32_t interpolate, extrapolate;
 };
 
-// Corner data of one attribute on one mesh.
+// One attribute on one mesh: values at corners or, if `components` is negative, one value per instance.
 struct TextureAttribute {
-    int64_t offset;      // in `attributes`, of the corner data of face 0
+    int64_t offset;      // in `attributes`, of the corner data of face 0, or of the value of instance 0
     int32_t components;  // 0: the mesh does not have it
 };
 

@@ -34,10 +34,10 @@ Bounds range_of(const float* first, size_t count) {
 
 // All channels together. Missing channels are 1, and 0 is beyond the border of clipped images.
 Bounds bounds_of(const TextureTables& t, const TextureImage& image) {
-    if (image.unassociate || image.interpolation == kImageCubic || !t.pixels) return {};
+    if (image.unassociate || image.interpolation == kImageCubic || t.pixels.size() == 0) return {};
     const auto count = static_cast<size_t>(image.width) * static_cast<size_t>(image.height) *
                        static_cast<size_t>(image.channels);
-    Bounds b = range_of(t.pixels->data() + image.offset, count);
+    Bounds b = range_of(t.pixels.data() + image.offset, count);
     b.most = std::max(b.most, 1.0f);
     if (image.extension == kImageClip) b.least = std::min(b.least, 0.0f);
     return b;

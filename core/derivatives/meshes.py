@@ -255,6 +255,7 @@ def _layer_places(tables: Tables, k: int, layer: str) -> Iterator[int]:
     textures = tables.textures
     if textures is None or layer not in textures.attribute_names:
         return
-    at = textures.attribute_names.index(layer) * len(tables.mesh_names) + k
+    meshes = len(tables.mesh_names) + len(tables.fields)
+    at = textures.attribute_names.index(layer) * meshes + k
     first_face, components = int(tables.mesh_first_face[k]), int(textures.attribute_components[at])
     yield int(textures.attribute_offset[at]) + first_face * 3 * components

@@ -118,7 +118,8 @@ def _met_alone(scene: Scene, wrt: Sequence[str]) -> str:
     names = list(dict.fromkeys(name for _, name, _ in asked))
     if any((collection, field) != ("meshes", "vertices") for collection, _, field in asked):
         return ""
-    if _lets_light_pass(scene) or len(names) == len(scene.meshes) or any(scene.emits(name) for name in names):
+    others = len(scene.meshes) + len(scene.fields) - len(names)
+    if _lets_light_pass(scene) or others == 0 or any(scene.emits(name) for name in names):
         return ""
     quoted = [f"'{name}'" for name in names]
     return listed(quoted) if len(quoted) > MOST_NAMED else " or ".join(quoted)
@@ -155,14 +156,15 @@ class Reflecting:
     """The meshes that aren't black all over, each looked at when it is asked for: there may be very many."""
 
     def __init__(self, scene: Scene) -> None:
-        self._meshes = scene.meshes
+        self._meshes, self._fields = scene.meshes, scene.fields
         self._materials = {name for name in scene.materials if any(map(_reflects, scene.closures(name)))}
 
     def __contains__(self, name: str) -> bool:
         return not self._materials.isdisjoint(self._meshes[name].used_materials)
 
     def __bool__(self) -> bool:
-        return any(name in self for name in self._meshes)
+        return any(name in self for name in self._meshes) or any(one.material in self._materials
+                                                                 for one in self._fields.values())
 
 
 def _reflects(closure: Material) -> bool:

@@ -24,6 +24,7 @@ def picture_plan(scene: Scene, max_depth: int) -> tuple[str, ...]:
 
 def _used(scene: Scene) -> list[Material]:
     names = dict.fromkeys(name for mesh in scene.meshes.values() for name in mesh.materials)
+    names |= dict.fromkeys(one.material for one in scene.fields.values())
     return [closure for name in names for closure in scene.closures(name)]
 
 
@@ -31,6 +32,9 @@ def _rays(scene: Scene, used: list[Material], max_depth: int) -> Iterator[str]:
     faces = sum(len(m.faces) for m in scene.meshes.values())
     copies = sum(len(m.instances) for m in scene.meshes.values() if m.instances is not None)
     yield f"{_count(faces, 'triangle')}" + (f", {_count(copies, 'instance')} of them traced in place" if copies else "")
+    if scene.fields:
+        cells = sum(int(one.cells.prod()) for one in scene.fields.values())
+        yield f"{_count(len(scene.fields), 'distance field')} of {_count(cells, 'cell')}"
     if max_depth == 1:
         yield "one segment: only light seen directly, no surface is shaded"
     elif all(flags(closure) & LAMBERTIAN for closure in used):
@@ -55,7 +59,8 @@ def _shaders(scene: Scene, used: list[Material]) -> Iterator[str]:
         parts = [word for bit, word in ((GLOSSY, "reflection"), (REFRACTION, "refraction")) if occurs & bit]
         kinds = sorted({closure.kind.capitalize() for closure in used})
         yield f"shaders {', '.join(kinds)}" + (f", with {' and '.join(parts)}" if parts else "")
-    if not any(mesh.smoothing is not None for mesh in scene.meshes.values()) and not occurs & NORMAL_MAP:
+    smooth = scene.fields or any(mesh.smoothing is not None for mesh in scene.meshes.values())
+    if not smooth and not occurs & NORMAL_MAP:
         yield "all is shaded flat: no normals are interpolated"
 
 

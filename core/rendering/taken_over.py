@@ -116,7 +116,7 @@ class TakenOver:
             known = self._objects.get(key)
             if known is None:
                 raise ValueError(f"{_words(key)}: was added after the last update; call the renderer's update(), "
-                                 "or make a new Renderer if it is a mesh")
+                                 "or make a new Renderer if it is a mesh or a field")
             if key[0] == "camera" and not camera:
                 continue
             field = known.changed(held)
@@ -126,7 +126,7 @@ class TakenOver:
         for key in self._objects if len(seen) < len(self._objects) else ():
             if key not in seen:
                 raise ValueError(f"{_words(key)}: was removed after the last update; call the renderer's update(), or "
-                                 "make a new Renderer if it was a mesh")
+                                 "make a new Renderer if it was a mesh or a field")
 
 
 def _objects(scene: Scene) -> Iterator[tuple[_Key, Any]]:

@@ -47,6 +47,9 @@ enum class Part : int32_t {
     kLightJumps,         // of light on a surface that passes through what gives it
     kSteppedShadows,     // of borders that an image draws in what surfaces let through
     kRimLines,           // on rough glass, of lights without size
+    kFieldOutlines,      // of distance fields, and their shadows
+    kFieldLines,         // where surfaces pass through distance fields
+    kFieldMirrors,       // seen by mirrors and glass, by way of distance fields
     kMirroredOutlines,   // of lights, in mirrors and behind glass
     kTotalReflection,    // borders of it, by refraction shaders
     kLongChains,         // of mirrors
@@ -96,6 +99,9 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kLightJumps, "light jumps", kShadowTerm},
     {Part::kSteppedShadows, "stepped shadows", kShadowTerm},
     {Part::kRimLines, "rim lines", kInteriorTerm},
+    {Part::kFieldOutlines, "field outlines", kPrimaryTerm},
+    {Part::kFieldLines, "field lines", kPrimaryTerm},
+    {Part::kFieldMirrors, "field mirrors", kPrimaryTerm},
     {Part::kMirroredOutlines, "mirrored outlines", kPrimaryTerm},
     {Part::kTotalReflection, "total reflection", kPrimaryTerm},
     {Part::kLongChains, "long chains", kPrimaryTerm},

@@ -23,8 +23,8 @@ def differentiable(scene: Scene) -> tuple[Scene, list[str]]:
     """Simplify a scene until the reference engine can differentiate it, with a sentence for each simplification.
 
     Surfaces become flat-shaded, opaque and Lambertian, with their mean colour. Instances become part of one mesh.
-    Distance fields are left out. Lights lose their size, and the camera becomes a pinhole with a box filter. Meshes keep their vertices, so gradients
-    with respect to them are valid for the original scene.
+    Distance fields are left out. Lights lose their size, and the camera becomes a pinhole with a box filter. Meshes
+    keep their vertices, so gradients with respect to them are valid for the original scene.
     """
     validated(scene)
     notes: list[str] = []

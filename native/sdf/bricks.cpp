@@ -36,6 +36,12 @@ class BrickFinder {
                 }
         if (high[0] == 0) return false;
         for (int a = 0; a < 3; ++a) brick.first[a] = first[a] + low[a], brick.last[a] = first[a] + high[a];
+        for (int a = 0; a < 3; ++a) {
+            brick.lower[a] = static_cast<float>(brick.first[a]) - (brick.first[a] > 0 ? kBrickOverlap : 0.0f);
+            brick.upper[a] =
+                static_cast<float>(brick.last[a]) + (brick.last[a] < f_.cells(a) ? kBrickOverlap : 0.0f);
+        }
+        brick.lower[3] = -1.0f, brick.upper[3] = 1.0f;
         bound_curvature(brick);
         fit_plane(brick);
         return true;
@@ -155,6 +161,12 @@ int32_t first_brick(int32_t coefficient) {
 }
 
 }  // namespace
+
+void TracedField::set_view(const FieldView& next) {
+    view = next;
+    for (int c = 0; c < 4; ++c)
+        for (int a = 0; a < 4; ++a) to_grid[c][a] = a < 3 ? view.to_grid[a][c] : 0.0;
+}
 
 void TracedField::find_bricks(const int32_t (&first)[3], const int32_t (&last)[3], int threads) {
     int32_t from[3], to[3];

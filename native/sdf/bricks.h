@@ -18,6 +18,8 @@ constexpr float kBrickOverlap = 1.0f / 256.0f;
 // is a distance.
 struct FieldBrick {
     int32_t first[3], last[3];
+    // The box of the cells with the overlap, as far as the field reaches; the fourth axis is unbounded.
+    float lower[4], upper[4];
     // Bounds of the second derivatives xx, yy, zz, yz, xz, xy: extremes of differences of the coefficients.
     float low[6], high[6];
     // In the brick the spline differs by `error` at most from an affine function, by its value at `first` and
@@ -28,7 +30,10 @@ struct FieldBrick {
 // A field with its bricks, in the order of the grid: what callbacks of Embree read.
 struct TracedField {
     FieldView view;
+    double to_grid[4][4];  // columns of the view's map, with a fourth row of zeros
     std::vector<FieldBrick> bricks;
+
+    void set_view(const FieldView& next);
 
     // Finds the bricks again of which a coefficient in [first, last) has changed.
     void find_bricks(const int32_t (&first)[3], const int32_t (&last)[3], int threads);

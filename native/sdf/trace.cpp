@@ -27,37 +27,38 @@ struct Slope {
     float value, slope;
 };
 
+typedef double Four __attribute__((vector_size(32)));
+
 // The part of a ray within a brick: `from` and `direction` in grid coordinates relative to the brick.
 class RayInBrick {
  public:
     RayInBrick(const TracedField& field, const FieldBrick& brick, const float (&origin)[3],
                const float (&direction)[3], float near, float far)
         : field_(field.view), brick_(brick) {
-        double o[3], d[3], first = near, last = far, length = 0.0;
-        for (int a = 0; a < 3; ++a) {
-            const auto& m = field_.to_grid[a];
-            o[a] = m[0] * origin[0] + m[1] * origin[1] + m[2] * origin[2] + m[3];
-            d[a] = m[0] * direction[0] + m[1] * direction[1] + m[2] * direction[2];
-            length += d[a] * d[a];
-        }
-        for (int a = 0; a < 3; ++a) {
-            // The overlap must not reach out of the box, where the field ends.
-            const double low = brick.first[a] > 0 ? brick.first[a] - static_cast<double>(kBrickOverlap) : 0.0;
-            const double high = brick.last[a] < field_.cells(a)
-                                    ? brick.last[a] + static_cast<double>(kBrickOverlap)
-                                    : brick.last[a];
-            if (d[a] == 0.0) {
-                if (o[a] < low || o[a] > high) return;
-                continue;
-            }
-            const double inverse = 1.0 / d[a], t0 = (low - o[a]) * inverse, t1 = (high - o[a]) * inverse;
-            first = max_of(first, t0 < t1 ? t0 : t1);
-            last = min_of(last, t0 < t1 ? t1 : t0);
-        }
+        const auto column = [&](int c) {
+            Four r;
+            __builtin_memcpy(&r, field.to_grid[c], sizeof r);
+            return r;
+        };
+        const auto bound = [](const float (&corner)[4]) {
+            return __builtin_convertvector(load_taps(corner), Four);
+        };
+        const Four x = column(0), y = column(1), z = column(2);
+        const Four o = x * origin[0] + y * origin[1] + (z * origin[2] + column(3));
+        const Four exact = x * direction[0] + y * direction[1] + z * direction[2];
+        // A ray along a face of the box, whose distance to it would be 0/0, is within the box
+        const Four d = exact == 0.0 ? Four{} + 1e-300 : exact;
+        const Four inverse = 1.0 / d, t0 = (bound(brick.lower) - o) * inverse,
+                   t1 = (bound(brick.upper) - o) * inverse;
+        const Four in = t0 < t1 ? t0 : t1, out = t0 < t1 ? t1 : t0;
+        const double first = max_of(max_of(in[0], in[1]), max_of(in[2], static_cast<double>(near)));
+        const double last = min_of(min_of(out[0], out[1]), min_of(out[2], static_cast<double>(far)));
+        const double length = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
         if (!(first < last) || !(length > 0.0) || !(last - first < 1e30)) return;
         start_ = first;
+        const Four from = o + d * first;
         for (int a = 0; a < 3; ++a) {
-            from_[a] = static_cast<float>(o[a] + first * d[a] - brick.first[a]);
+            from_[a] = static_cast<float>(from[a] - brick.first[a]);
             direction_[a] = static_cast<float>(d[a]);
         }
         length_ = static_cast<float>(last - first);

@@ -45,6 +45,8 @@ Bvh::Bvh(const embree::Api& api, const SceneTables& tables, int threads) : api_(
     }
 }
 
+Bvh::~Bvh() { release(); }
+
 void Bvh::release() {
     if (abandoned_) return;
     for (embree::Geometry g : instances_) api_.release_geometry(g);
@@ -110,7 +112,7 @@ embree::Geometry Bvh::new_mesh(const SceneTables& tables, int32_t mesh) {
 // The primitives of a field are its bricks; queries bring the functions that intersect them.
 embree::Geometry Bvh::new_field(const SceneTables& tables, size_t field) {
     TracedField& f = fields_[field];
-    f.view = tables.fields[field].view();
+    f.set_view(tables.fields[field].view());
     f.find_bricks(threads_);
     embree::Geometry g = api_.new_geometry(device_, embree::kUser);
     geometries_.push_back(g);
@@ -126,7 +128,7 @@ embree::Geometry Bvh::new_field(const SceneTables& tables, size_t field) {
 // Bricks are primitives: if others than before may have the surface, the field's BVH is built again.
 void Bvh::find_bricks(const SceneTables& tables, const ChangedField& changed) {
     TracedField& f = fields_[static_cast<size_t>(changed.field)];
-    f.view = tables.fields[static_cast<size_t>(changed.field)].view();
+    f.set_view(tables.fields[static_cast<size_t>(changed.field)].view());
     const size_t before = f.bricks.size();
     if (changed.last[0] > 0) f.find_bricks(changed.first, changed.last, threads_);
     const embree::Geometry g = geometries_[static_cast<size_t>(tables.first_field() + changed.field)];

@@ -11,7 +11,7 @@ class Bvh {
     // Shares the tables' vertices, faces and coefficients of fields, which must not move in memory. The
     // vertices need four floats of padding at their end, because Embree reads 16 bytes at each.
     Bvh(const embree::Api& api, const SceneTables& tables, int threads);
-    ~Bvh() { release(); }
+    ~Bvh();
     Bvh(const Bvh&) = delete;
     Bvh& operator=(const Bvh&) = delete;
 

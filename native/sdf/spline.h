@@ -36,18 +36,23 @@ struct FieldPoint {
 
 // The cell (i, j, k) at the fractions (u, v, w).
 EG_INLINE FieldPoint spline(const FieldView& f, const int32_t (&cell)[3], const float (&at)[3]) {
-    const Taps wx = spline_weights(at[0]), wy = spline_weights(at[1]), wz = spline_weights(at[2]);
-    const Taps dx = spline_slopes(at[0]), dy = spline_slopes(at[1]), dz = spline_slopes(at[2]);
+    // The weights of all axes together: those of tap k are w[k]
+    constexpr float sixth = 1.0f / 6.0f;
+    const Taps u{at[0], at[1], at[2], 0.0f}, v = 1.0f - u, u2 = u * u, v2 = v * v;
+    const Taps w[4] = {v2 * v * sixth, (4.0f - 3.0f * u2 * (1.0f + v)) * sixth,
+                       (4.0f - 3.0f * v2 * (1.0f + u)) * sixth, u2 * u * sixth};
+    const Taps d[4] = {-0.5f * v2, 0.5f * u * (3.0f * u - 4.0f), 0.5f * v * (4.0f - 3.0f * v), 0.5f * u2};
+    const Taps wz{w[0][2], w[1][2], w[2][2], w[3][2]}, dz{d[0][2], d[1][2], d[2][2], d[3][2]};
     const int64_t step = f.size[2], slab = step * f.size[1];
     const float* first = f.values + cell[0] * slab + cell[1] * step + cell[2];
     Taps value{}, along_x{}, along_y{};
     for (int i = 0; i < 4; ++i, first += slab) {
         const Taps r0 = load_taps(first), r1 = load_taps(first + step), r2 = load_taps(first + 2 * step),
                    r3 = load_taps(first + 3 * step);
-        const Taps row = r0 * wy[0] + r1 * wy[1] + (r2 * wy[2] + r3 * wy[3]);
-        value += row * wx[i];
-        along_x += row * dx[i];
-        along_y += (r0 * dy[0] + r1 * dy[1] + (r2 * dy[2] + r3 * dy[3])) * wx[i];
+        const Taps row = r0 * w[0][1] + r1 * w[1][1] + (r2 * w[2][1] + r3 * w[3][1]);
+        value += row * w[i][0];
+        along_x += row * d[i][0];
+        along_y += (r0 * d[0][1] + r1 * d[1][1] + (r2 * d[2][1] + r3 * d[3][1])) * w[i][0];
     }
     return {sum_taps(value * wz), {sum_taps(along_x * wz), sum_taps(along_y * wz), sum_taps(value * dz)}};
 }

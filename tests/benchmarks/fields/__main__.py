@@ -14,6 +14,7 @@ import resource
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -61,6 +62,12 @@ def cpu_seconds(call: Callable[[], object]) -> float:
     return time.process_time() - start
 
 
+def resident() -> float:
+    """Megabytes of memory in use (Linux)."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * resource.getpagesize() / 2**20
+
+
 def compare(light: str, depth: int, size: int) -> None:
     """Print the seconds of both pictures and their ratio."""
     renderers = {name: Renderer(scene) for name, scene in scenes(light, size).items()}
@@ -79,10 +86,10 @@ def grow(size: int) -> None:
     scene = scenes("environment", 128)["field"]
     field = sampled(torus, size)
     scene.fields = {"torus": field}
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    before = resident()
     renderer = Renderer(scene, watched=False)
     build = cpu_seconds(lambda: renderer.render(spp=1))
-    memory = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024 - field.values.nbytes / 2**20
+    memory = resident() - before - field.values.nbytes / 2**20
     field.values[-size // 4 :, size // 2 :, size // 2 :] += np.float32(1e-3)
     corner = cpu_seconds(renderer.update)
     field.values += np.float32(1e-3)

@@ -15,6 +15,7 @@ from .rendering.renderer import Cancelled, Renderer
 from .scene import parameters
 from .scene.bounces import Bounces
 from .scene.camera import Camera
+from .scene.field import Field
 from .scene.image import Image
 from .scene.light import AreaLight, PointLight, SpotLight, SunLight
 from .scene.material import Material, Mixture
@@ -31,6 +32,7 @@ __all__ = [
     "Bounces",
     "Camera",
     "Cancelled",
+    "Field",
     "FitResult",
     "FitStep",
     "Image",

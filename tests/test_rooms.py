@@ -22,6 +22,7 @@ ROOT = pathlib.Path(__file__).parents[1]
 NATIVE = (
     ("simd", "util"),  # packets of numbers; threads and memory
     ("embree", "sampling"),  # the C interface of Embree; random numbers
+    ("sdf",),  # distance fields: splines, bricks, rays
     ("scene",),  # tables and views of a scene, its BVH, its lights
     ("film", "tasks"),  # filters, which a scene's view holds; what engine and kernels agree on, which refers to views
     ("texture",),  # evaluates a view's programs for a surface

@@ -266,7 +266,7 @@ def _layer_places(tables: Tables, k: int, layer: str) -> Iterator[int]:
     textures = tables.textures
     if textures is None or layer not in textures.attribute_names:
         return
-    at = textures.attribute_names.index(layer) * len(tables.mesh_names) + k
+    at = textures.attribute_names.index(layer) * (len(tables.mesh_names) + len(tables.fields)) + k
     components = int(textures.attribute_components[at])
     first = 3 * int(tables.mesh_first_face[k])
     if components < 0:

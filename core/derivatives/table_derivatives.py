@@ -102,6 +102,9 @@ def pieces(scene: Scene, tables: Tables, path: str) -> list[Piece]:
     """
     parameters.owner(scene, path)
     collection, name, field = parameters.split(path)
+    if collection == "fields":
+        raise ValueError(f"parameter '{path}' has no derivative in this version: the motion of a field's surface is "
+                         "not differentiated; leave it out, or use a mesh")
     reason = _WITHOUT.get((collection, field))
     if reason is not None:
         raise ValueError(f"parameter '{path}' has no derivative: {reason}")

@@ -250,4 +250,5 @@ def _copy(scene: Scene) -> Scene:
         {name: replace(light) for name, light in scene.lights.items()},
         replace(scene.world),
         {name: replace(image) for name, image in scene.images.items()},
+        {name: replace(one) for name, one in scene.fields.items()},
     )

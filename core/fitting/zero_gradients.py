@@ -34,7 +34,7 @@ def why_untouched(scene: Scene, losses: NDArray[np.float64], path: str, planned:
     if not losses.any():
         return "the pictures already equal their targets"
     if collection == "materials" and not _is_used(scene, name):
-        return "no mesh uses this material"
+        return "no mesh or field uses this material"
     if planned.zero.get(path) == UNREAD:
         return f"{UNREAD} (a texture replaces it, or it has no effect on a light without size)"
     if collection == "lights" and fieldname == "color" and np.size(parameters.get(scene, path)):
@@ -75,6 +75,8 @@ def untouched_part(scene: Scene, cameras: Sequence[Camera], path: str, touched: 
 
 
 def _is_used(scene: Scene, name: str) -> bool:
-    """Whether a mesh uses the material, or a mixture that contains it."""
+    """Whether a mesh or field uses the material, or a mixture that contains it."""
     users = {name, *(other for other, m in scene.materials.items() if isinstance(m, Mixture) and name in m.parts)}
+    if any(one.material in users for one in scene.fields.values()):
+        return True
     return any(not users.isdisjoint(mesh.materials) for mesh in scene.meshes.values())

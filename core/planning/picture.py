@@ -14,13 +14,16 @@ _KINDS = {AreaLight: "area light", PointLight: "point light", SpotLight: "spot",
 
 def picture_plan(scene: Scene, facts: PictureFacts, max_depth: int) -> tuple[str, ...]:
     """Return sentences on rays, shaders, textures, lights and environment."""
-    return (*_rays(facts, max_depth), *_shaders(scene, facts), *_textures(scene), *_lights(scene, facts),
+    return (*_rays(scene, facts, max_depth), *_shaders(scene, facts), *_textures(scene), *_lights(scene, facts),
             _environment(scene, facts))
 
 
-def _rays(facts: PictureFacts, max_depth: int) -> Iterator[str]:
+def _rays(scene: Scene, facts: PictureFacts, max_depth: int) -> Iterator[str]:
     copies = f", {_count(facts.instances, 'instance')} of them traced in place" if facts.instances else ""
     yield _count(facts.triangles, "triangle") + copies
+    if scene.fields:
+        cells = sum(int(one.cells.prod()) for one in scene.fields.values())
+        yield f"{_count(len(scene.fields), 'distance field')} of {_count(cells, 'cell')}"
     if max_depth == 1:
         yield "one segment: only light seen directly, no surface is shaded"
     elif facts.lambertian:

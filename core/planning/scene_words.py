@@ -12,7 +12,7 @@ from ..scene.scene import Scene
 
 @dataclass(frozen=True)
 class SceneWords:
-    """The decisions on a derivative, with the names of what they are about."""
+    """The decisions on a derivative, with the names of what they are about. Fields are numbered behind the meshes."""
 
     scene: Scene
     meshes: Sequence[str]
@@ -23,7 +23,7 @@ class SceneWords:
     @staticmethod
     def of(scene: Scene, decided: Decisions) -> SceneWords:
         """Of the decisions on a derivative of a scene."""
-        return SceneWords(scene, list(scene.meshes), list(scene.lights), list(scene.materials),
+        return SceneWords(scene, [*scene.meshes, *scene.fields], list(scene.lights), list(scene.materials),
                           {decision.part: decision for decision in decided})
 
     def computed(self, part: str) -> Decision | None:

@@ -52,6 +52,9 @@ class Engine:
         self.decided: Decisions = ()
         self._threads = threads if threads > 0 else (os.cpu_count() or 1)
         self._topology: Edges | None = None
+        if tables.fields:
+            raise ValueError("the reference engine does not trace distance fields; leave scene.fields empty, or use "
+                             "the native engine")
         self.update(tables)
 
     def update_values(self, tables: Tables) -> None:

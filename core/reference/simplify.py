@@ -23,8 +23,8 @@ def differentiable(scene: Scene) -> tuple[Scene, list[str]]:
     """Simplify a scene until the reference engine can differentiate it, with a sentence for each simplification.
 
     Surfaces become flat-shaded, opaque and Lambertian, with their mean colour. Instances become part of one mesh.
-    Lights lose their size, and the camera becomes a pinhole with a box filter. Meshes keep their vertices, so gradients
-    with respect to them are valid for the original scene.
+    Distance fields are left out. Lights lose their size, and the camera becomes a pinhole with a box filter. Meshes
+    keep their vertices, so gradients with respect to them are valid for the original scene.
     """
     validated(scene)
     notes: list[str] = []
@@ -32,6 +32,7 @@ def differentiable(scene: Scene) -> tuple[Scene, list[str]]:
     materials = {name: _material(scene, name, notes) for name in scene.materials}
     meshes = {name: _mesh(name, mesh, notes) for name, mesh in scene.meshes.items()}
     lights = {name: _light(name, light, notes) for name, light in scene.lights.items()}
+    notes += [f"field '{name}': is left out" for name in scene.fields]
     world = scene.world
     if world.image is not None or world.visible_to != frozenset(RAYS):
         notes.append("world: its mean colour replaces the image, and all rays see it")

@@ -188,6 +188,7 @@ class Renderer:
         tables = flat.flatten(self.scene, self._tables.origin, None if images else self._tables.textures)
         tables = with_requested(self.scene, tables, self._wrt)
         same = np.array_equal(tables.faces, self._tables.faces) and tables.mesh_names == self._tables.mesh_names
+        same = same and tables.same_fields(self._tables)
         if not same or len(tables.vertices) != len(self._tables.vertices):
             raise ValueError("scene: its topology has changed; make a new Renderer")
         # Engines can update vertices and values. Any other change of a mesh needs a new engine.
@@ -271,7 +272,7 @@ class Renderer:
 
     def _changes_geometry(self, path: str) -> bool:
         """Whether a parameter other than vertices may change the geometry or the images in the engine."""
-        if path.startswith(("meshes.", "images.")) or isinstance(_held(self.scene, path), AreaLight):
+        if path.startswith(("meshes.", "images.", "fields.")) or isinstance(_held(self.scene, path), AreaLight):
             return True
         # The instances of an emissive mesh are separate meshes in world space, so emission changes the geometry.
         instanced = any(mesh.instances is not None for mesh in self.scene.meshes.values())

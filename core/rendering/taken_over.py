@@ -161,12 +161,12 @@ class _Collection:
             place = self._place.get(name)
             if place is None:
                 raise ValueError(f"{_words(kind, name)}: was added after the last update; call the renderer's "
-                                 "update(), or make a new Renderer if it is a mesh")
+                                 "update(), or make a new Renderer if it is a mesh or a field")
             _require_same(_words(kind, name), self._held[place].changed(value))
         for name in self._names if len(held) < len(self._names) else ():
             if name not in held:
                 raise ValueError(f"{_words(kind, name)}: was removed after the last update; call the renderer's "
-                                 "update(), or make a new Renderer if it was a mesh")
+                                 "update(), or make a new Renderer if it was a mesh or a field")
 
     def _watch_anew(self, k: int) -> None:
         if self._watch is not None:

@@ -20,7 +20,8 @@ class FixedScene(Scene):
     @cached_property
     def used_materials(self) -> list[str]:
         """As `Scene.used_materials`."""
-        return [name for name in self.materials if name in self._users]
+        of_fields = {one.material for one in self.fields.values()}
+        return [name for name in self.materials if name in self._users or name in of_fields]
 
     @cached_property
     def emitters(self) -> list[str]:

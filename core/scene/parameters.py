@@ -6,7 +6,7 @@ Grammar::
            | "meshes." NAME "." FIELD | "meshes." NAME ".attributes." LAYER
            | "meshes." NAME ".instance_attributes." LAYER
            | "materials." NAME "." FIELD | "materials." NAME ".textures." FIELD
-           | "lights." NAME "." FIELD | "images." NAME ".pixels"
+           | "lights." NAME "." FIELD | "images." NAME ".pixels" | "fields." NAME "." FIELD
 
 Names may contain dots ("Cube.001"): the text before the first dot is the collection, the text after the last dot is
 the field. The name of a LAYER (UV map, colours, other values) may contain dots too: it is the text after the last
@@ -29,7 +29,7 @@ from ..expression.numbers import numbers, with_numbers
 from .names import listed
 from .scene import Scene
 
-COLLECTIONS = ("meshes", "materials", "lights", "images")
+COLLECTIONS = ("meshes", "materials", "lights", "images", "fields")
 SINGLE = ("camera", "world")
 # Fields that hold a dict of parameters, and the collections whose objects have such a field.
 ATTRIBUTES, INSTANCE_ATTRIBUTES, TEXTURES = "attributes.", "instance_attributes.", "textures."
@@ -61,7 +61,7 @@ def split(path: str) -> tuple[str, str, str]:
         return collection, name, fieldname
     raise ValueError(f"unknown parameter path {shown(path)}; a path is camera.FIELD, world.FIELD, meshes.NAME.FIELD, "
                      "meshes.NAME.attributes.LAYER, meshes.NAME.instance_attributes.LAYER, materials.NAME.FIELD, "
-                     "materials.NAME.textures.FIELD, lights.NAME.FIELD or images.NAME.pixels")
+                     "materials.NAME.textures.FIELD, lights.NAME.FIELD, images.NAME.pixels or fields.NAME.FIELD")
 
 
 def owner(scene: Scene, path: str) -> tuple[Any, str]:

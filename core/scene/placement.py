@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from .field import Field
 from .material import Material
 from .mesh import TANGENT, Mesh, leaves_in_place
 from .scene import Scene
@@ -54,8 +55,17 @@ def has_uv_tangents(closure: Material) -> bool:
 
 
 def placed_meshes(scene: Scene) -> list[Mesh]:
-    """The scene's meshes as the tables have them, in order; what places them is in `instances`, or applied."""
-    return [expanded(mesh) if stands_in_world(scene, mesh) else _instanced(mesh) for mesh in scene.meshes.values()]
+    """The scene's meshes as the tables have them, in order; what places them is in `instances`, or applied.
+
+    Behind them stands a mesh for each field (`stand_in`).
+    """
+    meshes = [expanded(mesh) if stands_in_world(scene, mesh) else _instanced(mesh) for mesh in scene.meshes.values()]
+    return [*meshes, *map(stand_in, scene.fields.values())]
+
+
+def stand_in(one: Field) -> Mesh:
+    """The mesh by which the tables number a field: the corners of its box, and one face without an area."""
+    return Mesh(one.corners(), np.zeros((1, 3), np.int32), (one.material,), visible_to=one.visible_to)
 
 
 def is_moved(mesh: Mesh) -> bool:

@@ -13,6 +13,7 @@ from .._check import RAYS, array, derived, instance, mapping, number, orthonorma
 from .._fields import Check, Checked, by, near, optional
 from ..expression.nodes import images_of, required_attributes
 from .camera import Camera
+from .field import Field
 from .image import Image
 from .light import AreaLight, Light, PointLight, SpotLight, SunLight
 from .material import Material, Mixture
@@ -62,7 +63,7 @@ class World(Checked):
 
 @dataclass
 class Scene(Checked):
-    """Camera, meshes, materials, lights, world and images; parameter paths use the names of the dicts.
+    """Camera, meshes, materials, lights, world, images and fields; parameter paths use the names of the dicts.
 
     Raises
     ------
@@ -76,6 +77,7 @@ class Scene(Checked):
     lights: Mapping[str, Light] = field(default_factory=dict)
     world: World = field(default_factory=World)
     images: Mapping[str, Image] = field(default_factory=dict)
+    fields: Mapping[str, Field] = field(default_factory=dict)
 
     checks: ClassVar[Mapping[str, Check]] = {
         "camera": by(instance, Camera),
@@ -84,6 +86,7 @@ class Scene(Checked):
         "lights": by(mapping, by(instance, (PointLight, SpotLight, SunLight, AreaLight))),
         "world": by(instance, World),
         "images": by(mapping, by(instance, Image)),
+        "fields": by(mapping, by(instance, Field)),
     }
 
     def validate(self) -> None:
@@ -100,6 +103,8 @@ class Scene(Checked):
             light.validate(name)
         for name, image in self.images.items():
             image.validate(name)
+        for name, one in self.fields.items():
+            one.validate(name)
         self.world.validate()
         self._check_names()
         if not self._is_lit():
@@ -114,15 +119,17 @@ class Scene(Checked):
 
     @property
     def used_materials(self) -> list[str]:
-        """Names of the materials that some face uses, in the order of `materials`."""
+        """Names of the materials that some face or field uses, in the order of `materials`."""
         used = {name for mesh in self.meshes.values() for name in mesh.used_materials}
+        used |= {one.material for one in self.fields.values()}
         return [name for name in self.materials if name in used]
 
     @property
     def slots(self) -> list[str]:
-        """Names of the materials that some mesh has, whether a face uses them or not."""
-        of_meshes = dict.fromkeys([mesh.materials for mesh in self.meshes.values()])
-        return list(dict.fromkeys(name for names in of_meshes for name in names))
+        """Names of the materials that some mesh or field has, whether a face uses them or not."""
+        lists = dict.fromkeys([mesh.materials for mesh in self.meshes.values()])
+        lists |= dict.fromkeys([(one.material,) for one in self.fields.values()])
+        return list(dict.fromkeys(name for names in lists for name in names))
 
     @property
     def triangle_count(self) -> int:
@@ -167,10 +174,12 @@ class Scene(Checked):
             for slot in mesh.materials:
                 _check_known(f"mesh '{name}': material", slot, self.materials)
         self._check_attributes()
+        self._check_fields()
         for name, light in self.lights.items():
             for field_name in ("receivers", "blockers"):
                 for key in getattr(light, field_name) or ():
-                    _check_known(f"light '{name}': {field_name}: mesh", key, self.meshes)
+                    if key not in self.fields:
+                        _check_known(f"light '{name}': {field_name}: mesh", key, self.meshes)
         if self.world.image is not None:
             _check_known("world: image", self.world.image, self.images)
 
@@ -192,6 +201,31 @@ class Scene(Checked):
                     there = {other for mesh in meshes[name] for other in (*mesh.attributes, *mesh.instance_attributes)}
                     raise ValueError(f"material '{name}': textures read the attribute {shown(key)}, which is not in "
                                      f"attributes of any mesh with the material{near(key, there)}")
+
+    def _check_fields(self) -> None:
+        """Refuse materials of fields that need light samples on the surface, or coordinates that it lacks."""
+        for name, one in self.fields.items():
+            where = f"field '{name}'"
+            if name in self.meshes:
+                raise ValueError(f"{where}: a mesh has this name too; rename one of them")
+            _check_known(f"{where}: material", one.material, self.materials)
+            material = self.materials[one.material]
+            held = [material, *self.closures(one.material)]
+            read = sorted({key for part in held for value in part.textures.values()
+                           for key in required_attributes(value)})
+            if read:
+                raise ValueError(f"{where}: textures of its material '{one.material}' read the attribute "
+                                 f"{shown(read[0])}, which a field does not have; use positions instead")
+            for closure in self.closures(one.material):
+                if _emits(closure):
+                    raise ValueError(f"{where}: its material '{one.material}' emits light, which fields cannot do; "
+                                     "use a material without emission, or a mesh")
+                if "normal" in closure.textures and closure.normal_space == "TANGENT":
+                    raise ValueError(f"{where}: its material '{one.material}' has a normal map, which needs a UV map; "
+                                     "use a material without it, or a mesh")
+                if "anisotropy" in closure.textures or closure.anisotropy != 0.0:
+                    raise ValueError(f"{where}: its material '{one.material}' has an anisotropy, whose direction needs "
+                                     "a UV map; set anisotropy to 0, or use a mesh")
 
     def _is_lit(self) -> bool:
         return (

@@ -14,6 +14,7 @@ from ..scene.light import AreaLight
 from ..scene.mesh import Mesh
 from ..scene.placement import smoothing_groups
 from ..scene.scene import Scene
+from .fields import field_tables
 
 # An elliptic light is a polygon of this many sides that has the area of the ellipse.
 ELLIPSE_SIDES = 64
@@ -24,7 +25,7 @@ FIRST_BLOCKERS = len(RAYS)
 
 
 def geometry(scene: Scene, placed: list[Mesh], origin: NDArray[np.float64] | None) -> dict[str, Any]:
-    """Return the fields of `Tables` that describe the meshes of `placement.placed_meshes`."""
+    """Return the columns of `Tables` that describe the meshes of `placement.placed_meshes`."""
     material_index = {name: k for k, name in enumerate(scene.materials)}
     area_lights = [light for light in scene.lights.values() if isinstance(light, AreaLight)]
     meshes = list(placed)
@@ -53,7 +54,9 @@ def geometry(scene: Scene, placed: list[Mesh], origin: NDArray[np.float64] | Non
         "mesh_first_vertex": first_vertex,
         "mesh_first_face": first_face,
         "mesh_names": tuple(scene.meshes),
-        "visible": np.array([1] * len(scene.meshes) + [0] * len(area_lights), np.uint8),
+        "fields": field_tables(scene, origin),
+        "field_names": tuple(scene.fields),
+        "visible": np.array([1] * len(placed) + [0] * len(area_lights), np.uint8),
         **_masks(scene, meshes),
         "mesh_terminator": np.array([m.terminator_offset for m in meshes], np.float32),
         **_shading_normals(meshes, first_face),
@@ -113,7 +116,7 @@ def _masks(scene: Scene, meshes: list[Mesh]) -> dict[str, Any]:
     mask = np.array([bits[mesh.visible_to] for mesh in meshes], np.uint32)
     received = np.zeros(len(meshes), np.uint32)
     shadow = np.uint32(ray_bits(["shadow"]))
-    number = {name: k for k, name in enumerate(scene.meshes)} if receivers or blockers else {}
+    number = {name: k for k, name in enumerate((*scene.meshes, *scene.fields))} if receivers or blockers else {}
     for j, members in enumerate(receivers):
         received[[number[name] for name in members]] |= np.uint32(1 << j)
     for j, members in enumerate(blockers):

@@ -21,6 +21,7 @@ from ..scene.parameters import split
 from ..scene.placement import placed_meshes
 from ..scene.scene import Scene, validated
 from .camera import camera_row
+from .fields import FieldTable
 from .geometry import geometry, ray_bits
 from .lights import LightTable, light_table
 from .materials import TWO_SIDED, MaterialTable, material_table
@@ -42,7 +43,8 @@ _VALUED = ("materials", "lights", "world", "camera")
 
 @dataclass
 class Tables:
-    """A scene as arrays: V vertices, F faces, S meshes (those of area lights come last), M materials.
+    """A scene as arrays: V vertices, F faces, S meshes (behind the scene's those of fields, then those of area
+    lights), M materials.
 
     World positions are relative to `origin`, so that float32 keeps its precision far from the origin of the world.
     """
@@ -54,6 +56,8 @@ class Tables:
     mesh_first_vertex: NDArray[np.int64]  # (S + 1,)
     mesh_first_face: NDArray[np.int64]  # (S + 1,)
     mesh_names: tuple[str, ...]  # of the meshes of the scene; meshes of area lights have no name
+    fields: tuple[FieldTable, ...]
+    field_names: tuple[str, ...]
     visible: NDArray[np.uint8]  # (S,) 1: rays can hit it; 0: an area light, which rays pass through
     mesh_mask: NDArray[np.uint32]  # (S,) bits of rays that hit it: 1 << kind of ray, 1 << (FIRST_BLOCKERS + set)
     mesh_receivers: NDArray[np.uint32]  # (S,) bits of the sets of receivers that contain it
@@ -98,13 +102,18 @@ class Tables:
         """Whether the meshes and their vertices are the same as in other tables."""
         return self.same_but_vertices(other) and all(
             np.array_equal(getattr(self, name), getattr(other, name)) for name in ("origin", "vertices")
-        )
+        ) and all(map(FieldTable.same_values, self.fields, other.fields))
 
     def same_but_vertices(self, other: Tables) -> bool:
         """Whether an update from other tables needs no rebuild: all from which engines build structures is the same."""
-        return self.mesh_names == other.mesh_names and all(
+        return self.mesh_names == other.mesh_names and self.same_fields(other) and all(
             np.array_equal(getattr(self, name), getattr(other, name)) for name in _BUILT_IN
         )
+
+    def same_fields(self, other: Tables) -> bool:
+        """Whether the fields have the same names and sizes."""
+        sizes = [[table.values.shape for table in tables.fields] for tables in (self, other)]
+        return self.field_names == other.field_names and sizes[0] == sizes[1]
 
     def edges(self) -> topology.Edges:
         """Return the edges of all meshes that rays can hit; area lights are left out."""

@@ -142,6 +142,9 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
             Triangle t = gather_triangle(scene, select(surface, face, splat(0)));
             const Int instance = next_ints(memory, surface, next, &Vertex::instance);
             place_triangle(scene, select(surface, instance, splat(-1)), t);
+            Float b1 = constant(next_floats(memory, surface, next, &Vertex::b1)),
+                  b2 = constant(next_floats(memory, surface, next, &Vertex::b2));
+            settle_on_fields(scene, surface, face, t, b1, b2);
             // Emission of the surface has a fixed direction; light that it scatters is in material form.
             Mask fixed = holds_direction(scene, surface & may_fix & (instance < 0), face, material);
             if (any(fixed)) {
@@ -159,8 +162,7 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
                     motion.material_form - next_floats(memory, surface, next, &Vertex::fixed_weight);
                 motion.drift = next_drift(memory, surface, next);
             }
-            const Segment y = segment_to(position, t, next_floats(memory, surface, next, &Vertex::b1),
-                                         next_floats(memory, surface, next, &Vertex::b2), motion);
+            const Segment y = segment_to(position, t, b1.value, b2.value, motion);
             s.next_w = select(surface, y.w, s.next_w);
             s.next_value = select(surface, s.next_value * y.measure, s.next_value);
         }

@@ -25,9 +25,11 @@ inline Vec3 transparent_share(const SceneView& scene, const TransparentPacket<W>
         return surface_transmittance(scene, c, TexturePoint{});
     }
     const Int instance = select(active, load(p.instance), splat(-1));
-    const PlacedTriangle t = placed_triangle(scene, face, instance);
+    PlacedTriangle t = placed_triangle(scene, face, instance);
     SurfacePoint c =
         surface_point(scene, active, face, detach(t), load(p.b1), load(p.b2), detach(w), instance);
+    const Mask field = on_field(scene, active, face);
+    if (any(field)) t.triangle = select(field, c.triangle, t.triangle);
     if (scene.any_terminator && any(near)) {
         const RawVec3 way = values(y) - values(c.position);
         const Vec3 turned = constant3(way * finite_inverse(raw::sqrt(dot(way, way))) - values(w));

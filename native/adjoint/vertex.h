@@ -164,9 +164,31 @@ inline Vec3 way_through(const SceneView& scene, const VertexMemory& memory, Mask
     Triangle t = gather_triangle(scene, select(surface, face, splat(0)));
     const Int instance = next_ints(memory, surface, next, &Vertex::instance);
     place_triangle(scene, select(surface, instance, splat(-1)), t);
-    const Vec3 y = interpolate(t, constant(next_floats(memory, surface, next, &Vertex::b1)),
-                               constant(next_floats(memory, surface, next, &Vertex::b2)));
+    Float b1 = constant(next_floats(memory, surface, next, &Vertex::b1)),
+          b2 = constant(next_floats(memory, surface, next, &Vertex::b2));
+    settle_on_fields(scene, surface, face, t, b1, b2);
+    const Vec3 y = interpolate(t, b1, b2);
     return select(surface, y - from, way);
+}
+
+// The normals of fields turn as their points move over the surface.
+inline void turn_field_normals(const SceneView& scene, Mask field, SurfacePoint& x) {
+    RawVec3 rows[3] = {};
+    for (int i = 0; i < W; ++i) {
+        if (!field[i]) continue;
+        const float at[3] = {x.position.x[i], x.position.y[i], x.position.z[i]};
+        float change[3][3];
+        normal_change(scene.fields[x.face[i] - scene.first_field_face], at, change);
+        const float side = x.side[i];
+        for (int k = 0; k < 3; ++k) {
+            rows[k].x[i] = side * change[k][0];
+            rows[k].y[i] = side * change[k][1];
+            rows[k].z[i] = side * change[k][2];
+        }
+    }
+    const Vec3 step = x.position - detach(x.position);
+    x.normal = x.normal + Vec3{dot(constant3(rows[0]), step), dot(constant3(rows[1]), step),
+                               dot(constant3(rows[2]), step)};
 }
 
 // Computes the light that leaves a packet's vertices. `incoming` arrives along the ray that continues.
@@ -196,8 +218,10 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     // Compute the surface point and the view direction
     const Int face = select(hit, load(v.face), splat(0));
     const Int instance = select(hit, load(v.instance), splat(-1));
-    const PlacedTriangle t = placed_triangle(scene, face, instance);
+    PlacedTriangle t = placed_triangle(scene, face, instance);
     SurfacePoint x = surface_point(scene, hit, face, detach(t), load(v.b1), load(v.b2), recorded, instance);
+    const Mask field = on_field(scene, hit, face);
+    if (any(field)) t.triangle = select(field, x.triangle, t.triangle);
     x.mesh = load(v.mesh);
     Vec3 view = -recorded;
     // Let the point move in screen form, material form or a blend of both
@@ -218,6 +242,7 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
             }
         }
         move_met_point(x, t.triangle, screen_form_weight, arrival.from, way);
+        if (any(field)) turn_field_normals(scene, field, x);
         if (!diffuse_alone(scene)) view = unit(select(screen_form, -direction, arrival.from - x.position));
     }
     out.position = x.position;

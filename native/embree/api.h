@@ -15,7 +15,7 @@ using Geometry = void*;
 constexpr uint32_t kInvalidId = 0xFFFFFFFFu;
 
 enum Property : int { kVersionMajor = 1, kVersionMinor = 2, kVersionPatch = 3, kRayMaskSupported = 64 };
-enum GeometryType : int { kTriangle = 0, kInstance = 121 };
+enum GeometryType : int { kTriangle = 0, kUser = 120, kInstance = 121 };
 enum BufferType : int { kIndexBuffer = 0, kVertexBuffer = 1 };
 enum Format : int { kUInt3 = 0x5003, kFloat3 = 0x9003, kFloat3x4RowMajor = 0x9134 };
 enum Quality : int { kLow = 0, kMedium = 1, kHigh = 2, kRefit = 3 };
@@ -64,13 +64,37 @@ struct FilterArguments {
 };
 using Filter = void (*)(const FilterArguments*);
 
+// RTCIntersectFunctionNArguments and RTCOccludedFunctionNArguments, which have the same layout: the first one
+// has n values of RayHit, the second one of Ray.
+struct UserArguments {
+    int* valid;
+    void* user;
+    uint32_t primitive;
+    QueryContext* context;
+    void* rays;
+    uint32_t n;
+    uint32_t geom_id;
+};
+using UserFunction = void (*)(const UserArguments*);
+
+// RTCBounds and RTCBoundsFunctionArguments.
+struct alignas(16) Bounds {
+    float lower[4], upper[4];
+};
+struct BoundsArguments {
+    void* user;
+    uint32_t primitive, time_step;
+    Bounds* bounds;
+};
+using BoundsFunction = void (*)(const BoundsArguments*);
+
 // RTCIntersectArguments and RTCOccludedArguments, which have the same layout.
 struct QueryArguments {
     int flags = kIncoherent;
     uint32_t feature_mask = 0xFFFFFFFFu;
     QueryContext* context = nullptr;
     Filter filter = nullptr;
-    void* user_function = nullptr;
+    UserFunction user_function = nullptr;
     float min_width_distance_factor = 0.0f;
 };
 
@@ -94,6 +118,9 @@ struct Api {
     void (*update_buffer)(Geometry, int, unsigned);
     void (*enable_argument_filter)(Geometry, bool);
     void (*set_geometry_mask)(Geometry, unsigned);
+    void (*set_primitive_count)(Geometry, unsigned);
+    void (*set_user_data)(Geometry, void*);
+    void (*set_bounds_function)(Geometry, BoundsFunction, void*);
     void (*set_instanced_scene)(Geometry, SceneHandle);
     void (*set_transform)(Geometry, unsigned, int, const void*);
     void (*attach_geometry_by_id)(SceneHandle, Geometry, unsigned);

@@ -70,6 +70,9 @@ Api resolve_all(void* handle) {
     resolve(handle, "rtcUpdateGeometryBuffer", api.update_buffer);
     resolve(handle, "rtcSetGeometryEnableFilterFunctionFromArguments", api.enable_argument_filter);
     resolve(handle, "rtcSetGeometryMask", api.set_geometry_mask);
+    resolve(handle, "rtcSetGeometryUserPrimitiveCount", api.set_primitive_count);
+    resolve(handle, "rtcSetGeometryUserData", api.set_user_data);
+    resolve(handle, "rtcSetGeometryBoundsFunction", api.set_bounds_function);
     resolve(handle, "rtcSetGeometryInstancedScene", api.set_instanced_scene);
     resolve(handle, "rtcSetGeometryTransform", api.set_transform);
     resolve(handle, "rtcAttachGeometryByID", api.attach_geometry_by_id);

@@ -21,8 +21,8 @@ constexpr int kLeastFixedDirectionFaces = 8;
 // Selects the light that has a fixed direction (shading/lights/fixed_direction_light.h): that of moving
 // meshes with many emissive faces, on surfaces with sharp lobes, if only faces emit and occlude light.
 void PreparedScene::hold_directions(const SceneTables& tables, const RequestedMotion& motion) {
-    if (!view_.lights.face_light || view_.emission_varies || view_.rays_differ || view_.lights.any_linked ||
-        (view_.all_flags & kHasTransparency))
+    if (!view_.lights.face_light || !tables.fields.empty() || view_.emission_varies || view_.rays_differ ||
+        view_.lights.any_linked || (view_.all_flags & kHasTransparency))
         return;
     std::vector<int32_t> faces(tables.face_material.size(), 0),
         materials(tables.material_first_closure.size() - 1, 0);
@@ -69,6 +69,10 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const Scene
     view_.bvh = bvh ? bvh->handle() : nullptr;
     view_.brute_triangles = brute_triangles_.data();
     view_.brute_count = static_cast<int32_t>(brute_triangles_.size());
+    for (const FieldTable& field : tables.fields) fields_.push_back(field.view());
+    view_.fields = fields_.data();
+    view_.field_count = static_cast<int32_t>(fields_.size());
+    view_.first_field_face = fields_.empty() ? 0 : tables.first_field_face();
     view_.vertices = rows_of(tables.vertices);
     view_.faces = rows_of(tables.faces);
     view_.face_material = rows_of(tables.face_material);

@@ -30,6 +30,7 @@ class PreparedScene {
 
     std::shared_ptr<const LightList> lights_;
     std::vector<BruteTriangle> brute_triangles_;
+    std::vector<FieldView> fields_;
     std::vector<int32_t> face_moving_, face_fixed_direction_, material_fixed_direction_, mesh_contact_;
     std::vector<float> transparent_boxes_, mesh_size_;
     std::shared_ptr<const CoplanarPolygons> polygons_;

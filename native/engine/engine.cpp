@@ -39,6 +39,36 @@ bool lambertian_and_flat(const SceneTables& tables) {
            });
 }
 
+bool same_sizes(const std::vector<FieldTable>& a, const std::vector<FieldTable>& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                      [](const FieldTable& one, const FieldTable& other) {
+                          return std::equal(std::begin(one.size), std::end(one.size), other.size);
+                      });
+}
+
+// The box of the coefficients that differ from those of a field. Returns whether there are any.
+bool find_changes(const FieldTable& field, const std::vector<float>& next, Bvh::ChangedField& changed) {
+    std::copy(std::begin(field.size), std::end(field.size), changed.first);
+    size_t at = 0;
+    for (int32_t i = 0; i < field.size[0]; ++i)
+        for (int32_t j = 0; j < field.size[1]; ++j, at += static_cast<size_t>(field.size[2])) {
+            if (std::memcmp(&field.values[at], &next[at],
+                            sizeof(float) * static_cast<size_t>(field.size[2])) == 0)
+                continue;
+            for (int32_t k = 0; k < field.size[2]; ++k) {
+                if (field.values[at + static_cast<size_t>(k)] == next[at + static_cast<size_t>(k)]) continue;
+                const int32_t place[3] = {i, j, k};
+                for (int a = 0; a < 3; ++a) {
+                    changed.first[a] = std::min(changed.first[a], place[a]);
+                    changed.last[a] = std::max(changed.last[a], place[a] + 1);
+                }
+            }
+        }
+    if (changed.last[0] > 0) return true;
+    std::fill_n(changed.first, 3, 0);
+    return false;
+}
+
 }  // namespace
 
 Engine::Engine(const embree::Api& api, const KernelTable& kernels, SceneTables tables, int threads)
@@ -77,14 +107,15 @@ void Engine::require_settled() const {
 }
 
 void Engine::update(SceneTables next) {
-    if (next.vertices.size() != tables_.vertices.size() || next.mesh_first_face != tables_.mesh_first_face)
+    if (next.vertices.size() != tables_.vertices.size() || next.mesh_first_face != tables_.mesh_first_face ||
+        !same_sizes(next.fields, tables_.fields))
         throw std::runtime_error("the scene's topology has changed; make a new renderer");
     const bool failed = !settled_;
     if (failed) bvh_ = nullptr;  // the last update was interrupted
     settled_ = false;
     std::vector<int32_t> moved;
     bool far = false;
-    for (int32_t m = 0; m < tables_.visible_meshes; ++m) {
+    for (int32_t m = 0; m < tables_.first_field(); ++m) {
         const auto first = 3 * static_cast<ptrdiff_t>(tables_.mesh_first_vertex[m]);
         const auto last = 3 * static_cast<ptrdiff_t>(tables_.mesh_first_vertex[m + 1]);
         if (!failed && std::equal(next.vertices.begin() + first, next.vertices.begin() + last,
@@ -93,14 +124,31 @@ void Engine::update(SceneTables next) {
         moved.push_back(m);
         far = place_vertices(m, [&](size_t k, size_t) { return next.vertices[k]; }) || far;
     }
-    // Vertices of area lights, which are in no BVH.
-    const auto hidden = 3 * static_cast<ptrdiff_t>(tables_.mesh_first_vertex[tables_.visible_meshes]);
+    // Vertices of fields and of area lights, which are in no BVH.
+    const auto hidden = 3 * static_cast<ptrdiff_t>(tables_.mesh_first_vertex[tables_.first_field()]);
     std::copy(next.vertices.begin() + hidden, next.vertices.end(), tables_.vertices.begin() + hidden);
     tables_.textures = std::move(next.textures);
     tables_.environment_map = std::move(next.environment_map);
+    const std::vector<Bvh::ChangedField> fields = place_fields(next.fields, failed);
     take_values(std::move(next));
-    moved_vertices(moved, far);
+    moved_geometry(moved, far, fields);
     settled_ = true;
+}
+
+// Takes coefficients and transforms of fields in place. Returns what has changed.
+std::vector<Bvh::ChangedField> Engine::place_fields(const std::vector<FieldTable>& next, bool all) {
+    std::vector<Bvh::ChangedField> changed;
+    for (size_t k = 0; k < next.size(); ++k) {
+        FieldTable& field = tables_.fields[k];
+        Bvh::ChangedField c{static_cast<int32_t>(k), {0, 0, 0}, {0, 0, 0}, false};
+        c.placed = all || !std::equal(std::begin(field.to_world), std::end(field.to_world), next[k].to_world);
+        const bool values = find_changes(field, next[k].values, c);
+        if (!values && !c.placed) continue;
+        std::copy(next[k].values.begin(), next[k].values.end(), field.values.begin());
+        std::copy(std::begin(next[k].to_world), std::end(next[k].to_world), field.to_world);
+        changed.push_back(c);
+    }
+    return changed;
 }
 
 void Engine::update_values(ValueTables values) {
@@ -117,14 +165,14 @@ void Engine::take_values(ValueTables values) {
 
 void Engine::move_vertices(int32_t mesh, const double* vertices, size_t count, const double* origin) {
     require_settled();
-    if (mesh < 0 || mesh >= tables_.visible_meshes ||
+    if (mesh < 0 || mesh >= tables_.first_field() ||
         count != static_cast<size_t>(tables_.mesh_first_vertex[mesh + 1] - tables_.mesh_first_vertex[mesh]))
         throw std::runtime_error("the scene's topology has changed; make a new renderer");
     const double* from = vertices - 3 * static_cast<ptrdiff_t>(tables_.mesh_first_vertex[mesh]);
     settled_ = false;
     const bool far =
         place_vertices(mesh, [&](size_t k, size_t c) { return static_cast<float>(from[k] - origin[c]); });
-    moved_vertices({mesh}, far);
+    moved_geometry({mesh}, far, {});
     settled_ = true;
 }
 
@@ -161,8 +209,9 @@ bool Engine::place_vertices(int32_t mesh, const F& coordinate) {
     return static_cast<double>(all.motion) > kRebuildMotion * static_cast<double>(all.high - all.low);
 }
 
-void Engine::moved_vertices(const std::vector<int32_t>& moved, bool far) {
-    if (moved.empty()) return;
+void Engine::moved_geometry(const std::vector<int32_t>& moved, bool far,
+                            const std::vector<Bvh::ChangedField>& fields) {
+    if (moved.empty() && fields.empty()) return;
     lights_ = dark_lights_ = nullptr;
     bodies_ = nullptr;
     normals_ = nullptr;
@@ -171,7 +220,7 @@ void Engine::moved_vertices(const std::vector<int32_t>& moved, bool far) {
     update_shading_normals(tables_, threads_);
     if (!bvh_) return;
     if (far) built_vertices_ = tables_.vertices;
-    bvh_->update(tables_, moved, far);
+    bvh_->update(tables_, moved, far, fields);
 }
 
 std::shared_ptr<const std::vector<SolidBody>> Engine::bodies() const {
@@ -223,7 +272,7 @@ std::vector<uint8_t> Engine::clear_emitters(const LightList& lights) const {
 // Whether the scene is a flat sheet or one convex body, seen from outside, that emits and scatters light only
 // above its triangles.
 bool Engine::hides_no_light() const {
-    if (closed_.size() != 1 || !lambertian_and_flat(tables_)) return false;
+    if (closed_.size() != 1 || !tables_.fields.empty() || !lambertian_and_flat(tables_)) return false;
     if (closed_[0] && solid_sides(*bodies(), tables_.camera)[0] == 0) return false;
     return is_convex_mesh(0);
 }
@@ -232,7 +281,9 @@ bool Engine::hides_no_light() const {
 // occludes a part of itself. A ray from one mesh to the other is outside of both. Transparent surfaces are
 // excluded, since their transmittance may jump anywhere.
 bool Engine::hides_no_surface() const {
-    if (closed_.empty() || closed_.size() > kMostConvex || !tables_.instance_mesh.empty()) return false;
+    if (closed_.empty() || closed_.size() > kMostConvex || !tables_.instance_mesh.empty() ||
+        !tables_.fields.empty())
+        return false;
     for (int32_t flags : tables_.closure_flags)
         if (flags & kHasTransparency) return false;
     for (size_t mesh = 0; mesh < closed_.size(); ++mesh)
@@ -291,6 +342,12 @@ void Engine::probe_lights(const LightProbes& probes) const {
 void Engine::probe_directions(const DirectionProbes& probes) const {
     require_settled();
     kernels_.light_directions(PreparedScene(api_, &bvh(), tables_, nullptr, false, lights()).view(), probes);
+}
+
+void Engine::trace(const RayBatch& rays, int32_t* face, float* distance) const {
+    require_settled();
+    kernels_.ray_batch(PreparedScene(api_, &bvh(), tables_, nullptr, false, nullptr).view(), rays, face,
+                       distance);
 }
 
 void Engine::probe_environment(const EnvironmentProbes& probes) const {

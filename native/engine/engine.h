@@ -87,12 +87,16 @@ class Engine {
     void probe_lights(const LightProbes& probes) const;
     void probe_directions(const DirectionProbes& probes) const;
     void probe_environment(const EnvironmentProbes& probes) const;
+    // For tests and measurements: rays by themselves, in columns of whole packets.
+    void trace(const RayBatch& rays, int32_t* face, float* distance) const;
 
  private:
     struct DerivativeCall;
     template <typename F>
     bool place_vertices(int32_t mesh, const F& coordinate);
-    void moved_vertices(const std::vector<int32_t>& moved, bool far);
+    void moved_geometry(const std::vector<int32_t>& moved, bool far,
+                        const std::vector<Bvh::ChangedField>& fields);
+    std::vector<Bvh::ChangedField> place_fields(const std::vector<FieldTable>& next, bool all);
     void take_values(ValueTables values);
     void require_settled() const;
     const Bvh& bvh() const;

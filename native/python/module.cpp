@@ -84,6 +84,25 @@ edgegrad::CameraView read_camera(nb::handle t) {
     return c;
 }
 
+std::vector<edgegrad::FieldTable> read_fields(nb::handle t) {
+    std::vector<edgegrad::FieldTable> fields;
+    for (const nb::handle field : nb::cast<nb::tuple>(t.attr("fields"))) {
+        edgegrad::FieldTable f{};
+        const InputArray<float> values(field.attr("values"), "values", {-1, -1, -1});
+        f.values = values.copy();
+        for (int a = 0; a < 3; ++a) {
+            if (values.shape(a) < 4)
+                throw std::invalid_argument("a field has fewer than 4 coefficients along an axis");
+            f.size[a] = static_cast<int32_t>(values.shape(a));
+        }
+        const auto rows = column<double>(field, "to_world");
+        if (rows.size() != 12) throw std::invalid_argument("a field's transform has the wrong shape");
+        std::copy(rows.begin(), rows.end(), f.to_world);
+        fields.push_back(std::move(f));
+    }
+    return fields;
+}
+
 void read_geometry(nb::handle t, edgegrad::GeometryTables& s) {
     s.vertices = column<float>(t, "vertices");
     s.faces = column<uint32_t, int32_t>(t, "faces");
@@ -100,6 +119,12 @@ void read_geometry(nb::handle t, edgegrad::GeometryTables& s) {
     s.custom_normals = column<float>(t, "custom_normals");
     s.instance_mesh = column<int32_t>(t, "instance_mesh");
     s.instance_to_world = column<float>(t, "instance_to_world");
+    s.fields = read_fields(t);
+    if (s.fields.size() > static_cast<size_t>(s.visible_meshes))
+        throw std::invalid_argument("the tables' sizes disagree");
+    for (int32_t m = s.first_field(); m < s.visible_meshes; ++m)
+        if (s.mesh_first_face[static_cast<size_t>(m) + 1] != s.mesh_first_face[static_cast<size_t>(m)] + 1)
+            throw std::invalid_argument("a field must have one face");
     check_indices(s.faces, s.vertices.size() / 3, "faces");
     check_indices(s.instance_mesh, static_cast<size_t>(s.visible_meshes), "instances");
     check_indices(s.corner_normal, static_cast<size_t>(s.mesh_first_normal.back()), "shading normals", -1);
@@ -458,5 +483,11 @@ NB_MODULE(_native, m) {
              })
         .def("picture_facts", &Scene::picture_facts)
         .def("decide", &Scene::decide, "requested"_a, "options"_a, "parameters"_a)
+        .def(
+            "trace",
+            [](const Scene& s, nb::handle origins, nb::handle directions, float far, bool shadow) {
+                return edgegrad::trace_rays(s.engine(), origins, directions, far, shadow);
+            },
+            "origins"_a, "directions"_a, "far"_a, "shadow"_a)
         .def_prop_ro("instruction_set", &Scene::instruction_set);
 }

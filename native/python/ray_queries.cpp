@@ -200,6 +200,25 @@ class RayScene {
 
 }  // namespace
 
+nb::tuple trace_rays(const Engine& engine, nb::handle origins, nb::handle directions, float far,
+                     bool shadow) {
+    const Columns rays(Vectors(origins, "origins"), Vectors(directions, "directions"), far);
+    std::vector<int32_t> face(static_cast<size_t>(rays.padded));
+    std::vector<float> distance(static_cast<size_t>(rays.padded));
+    RayBatch batch{};
+    for (int c = 0; c < 3; ++c) {
+        batch.origin[c] = rays.value[c].data();
+        batch.direction[c] = rays.value[3 + c].data();
+    }
+    batch.far = rays.value[6].data();
+    batch.count = rays.padded;
+    batch.shadow = shadow;
+    engine.trace(batch, face.data(), distance.data());
+    const auto count = static_cast<size_t>(rays.count);
+    face.resize(count), distance.resize(count);
+    return nb::make_tuple(to_numpy(face, {count}), to_numpy(distance, {count}));
+}
+
 void bind_rays(nb::module_& m) {
     nb::class_<RayScene>(m, "RayScene", "One mesh and its BVH, for measuring ray queries by themselves.")
         .def(nb::init<nb::handle, nb::handle, int, nb::handle>(), "vertices"_a, "faces"_a, "threads"_a,

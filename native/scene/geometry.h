@@ -2,6 +2,7 @@
 #pragma once
 
 #include "scene/view.h"
+#include "sdf/tangent_plane.h"
 #include "simd/vector.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -63,6 +64,56 @@ EG_INLINE Float place_triangle(const SceneView& scene, Int instance, Triangle& t
     Vec3* const corners[3] = {&t.p0, &t.p1, &t.p2};
     for (Vec3* p : corners) *p = select(placed, place_point(m, *p), *p);
     return select(placed, handedness(m), splat(1.0f));
+}
+
+// Lanes of hits of distance fields.
+EG_INLINE Mask on_field(const SceneView& scene, Mask active, Int face) {
+    if (scene.field_count == 0) return splat(0);
+    const Int number = face - scene.first_field_face;
+    return active & (number >= 0) & (number < scene.field_count);
+}
+
+EG_INLINE Triangle select(Mask m, const Triangle& a, const Triangle& b) {
+    return {select(m, a.p0, b.p0), select(m, a.p1, b.p1), select(m, a.p2, b.p2)};
+}
+
+EG_INLINE void set_lane(Float& a, int lane, float value) {
+#ifdef EDGEGRAD_TAPED
+    a.value[lane] = value;
+#else
+    a[lane] = value;
+#endif
+}
+
+// Replaces the triangles of hits of fields by triangles in the surface's tangent plane that begin at the hit.
+EG_OUTLINE void place_on_fields(const SceneView& scene, Mask lanes, Int face, Triangle& t, Float& b1,
+                                Float& b2) {
+    const auto bits_of = [](float value) {
+        uint32_t bits;
+        __builtin_memcpy(&bits, &value, sizeof bits);
+        return bits;
+    };
+    Triangle tangent{zero3(), zero3(), zero3()};
+    for (int i = 0; i < W; ++i) {
+        if (!lanes[i]) continue;
+        const uint32_t code[2] = {bits_of(b1[i]), bits_of(b2[i])};
+        float corners[3][3];
+        tangent_triangle(scene.fields[face[i] - scene.first_field_face], code, corners);
+        Vec3* const out[3] = {&tangent.p0, &tangent.p1, &tangent.p2};
+        for (int k = 0; k < 3; ++k) {
+            set_lane(out[k]->x, i, corners[k][0]);
+            set_lane(out[k]->y, i, corners[k][1]);
+            set_lane(out[k]->z, i, corners[k][2]);
+        }
+    }
+    t = select(lanes, tangent, t);
+    b1 = select(lanes, splat(0.0f), b1);
+    b2 = select(lanes, splat(0.0f), b2);
+}
+EG_INLINE void settle_on_fields(const SceneView& scene, Mask active, Int face, Triangle& t, Float& b1,
+                                Float& b2) {
+    const Mask lanes = on_field(scene, active, face);
+    if (scene.field_count > 0 && any(lanes)) place_on_fields(scene, lanes, face, t, b1, b2);
 }
 
 // M = (p1 - p0) x (p2 - p0): twice the area times the normal.
@@ -134,9 +185,10 @@ EG_INLINE SurfacePoint surface_point(const SceneView& scene, Mask active, Int fa
                                      Float b1, Float b2, Vec3 view, Int instance) {
     SurfacePoint s;
     s.face = face;
+    s.triangle = t.triangle;
+    settle_on_fields(scene, active, face, s.triangle, b1, b2);
     s.b1 = b1;
     s.b2 = b2;
-    s.triangle = t.triangle;
     s.mesh = splat(0);
     s.instance = instance;
     s.position = interpolate(s.triangle, b1, b2);

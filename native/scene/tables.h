@@ -9,14 +9,26 @@
 #include "scene/lights/environment_map.h"
 #include "scene/textures/texture_tables.h"
 #include "scene/view.h"
+#include "sdf/field_view.h"
 
 namespace edgegrad {
 
-// Meshes and their instances: the input of BVHs.
+// A distance field (core/tables/fields.py).
+struct FieldTable {
+    std::vector<float> values;
+    int32_t size[3];
+    double to_world[12];  // rows, from grid coordinates (sdf/field_view.h)
+
+    FieldView view() const { return field_view(values.data(), size, to_world); }
+};
+
+// Meshes and their instances, and fields: the input of BVHs.
 struct GeometryTables {
     std::vector<float> vertices;
     std::vector<int32_t> faces, face_material, mesh_first_vertex, mesh_first_face;
     int32_t visible_meshes = 0;  // the first meshes; the others are area lights
+    // The last of the visible meshes stand for fields, in this order: each has one face without an area.
+    std::vector<FieldTable> fields;
     std::vector<int32_t> mesh_mask, mesh_receivers;
     std::vector<float> mesh_terminator;
     std::vector<int32_t> corner_normal, mesh_first_normal;
@@ -27,6 +39,10 @@ struct GeometryTables {
     std::vector<float> instance_to_world;
     std::vector<uint32_t> edge_vertices, edge_face_first, edge_faces, edge_opposite;
     std::vector<uint8_t> material_used;  // whether visible faces have the material
+
+    // The first of the meshes that stand for fields, and their first face.
+    int32_t first_field() const { return visible_meshes - static_cast<int32_t>(fields.size()); }
+    int32_t first_field_face() const { return mesh_first_face[static_cast<size_t>(first_field())]; }
 };
 
 // Materials, lights, environment and camera.

@@ -12,6 +12,7 @@
 #include "scene/material_params.h"
 #include "scene/rays/brute_triangle.h"
 #include "scene/textures/texture_view.h"
+#include "sdf/field_view.h"
 
 namespace edgegrad {
 
@@ -86,6 +87,11 @@ struct SceneView {
     embree::SceneHandle bvh;
     const BruteTriangle* brute_triangles;  // all triangles, if testing all is faster than the BVH
     int32_t brute_count;                   // 0: the BVH is used
+
+    // Distance fields. A hit of field k has the face first_field_face + k, and a place in the field in the
+    // bits of its barycentrics (sdf/trace.h).
+    const FieldView* fields;
+    int32_t field_count, first_field_face;
 
     const float* vertices;         // (V, 3)
     const int32_t* faces;          // (F, 3)

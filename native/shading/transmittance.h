@@ -104,9 +104,9 @@ EG_OUTLINE Vec3 transmittance(const SceneView& scene, Mask active, Vec3 origin, 
     TransparentRecorder recorder(rays.record);
     context.recorder = rays.record.memory ? &recorder : nullptr;
     embree::QueryArguments args;
-    args.context = &context.edges.base;
+    args.context = &context.edges.bricks.base;
     args.flags |= embree::kInvokeArgumentFilter;
-    args.filter = filter_transparent;
+    args.filter = context.edges.bricks.filter = filter_transparent;
     do {
         store(valid, active);
         set_ray(ray, origin, direction, splat(0.0f), far, rays.mask);

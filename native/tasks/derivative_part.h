@@ -49,6 +49,9 @@ enum class Part : int32_t {
     kLightJumps,         // jumps of light on a surface that passes through its source
     kSteppedShadows,     // shadows of borders that an image draws in a surface's transmittance
     kRimLines,           // rims on rough glass, for lights without size
+    kFieldOutlines,      // outlines of distance fields, and their shadows
+    kFieldLines,         // lines where surfaces pass through distance fields
+    kFieldMirrors,       // edges seen by mirrors and glass by way of distance fields
     kMirroredOutlines,   // outlines of lights, in mirrors and behind glass
     kTotalReflection,    // borders of total reflection of Refraction closures
     kLongChains,         // chains of too many mirrors
@@ -100,6 +103,9 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kLightJumps, "light jumps", kShadowTerm},
     {Part::kSteppedShadows, "stepped shadows", kShadowTerm},
     {Part::kRimLines, "rim lines", kInteriorTerm},
+    {Part::kFieldOutlines, "field outlines", kPrimaryTerm},
+    {Part::kFieldLines, "field lines", kPrimaryTerm},
+    {Part::kFieldMirrors, "field mirrors", kPrimaryTerm},
     {Part::kMirroredOutlines, "mirrored outlines", kPrimaryTerm},
     {Part::kTotalReflection, "total reflection", kPrimaryTerm},
     {Part::kLongChains, "long chains", kPrimaryTerm},

@@ -146,7 +146,7 @@ def compile_textures(
     ValueError
         Naming the material and the field whose expression can't be compiled.
     """
-    placed = list(scene.meshes.values()) if meshes is None else meshes[: len(scene.meshes)]
+    placed = list(scene.meshes.values()) if meshes is None else meshes
     start = np.zeros(3) if origin is None else np.asarray(origin, np.float64)
     scene, tracked = _tracked(scene, requested)
     resources = Resources(origin=(float(start[0]), float(start[1]), float(start[2])))

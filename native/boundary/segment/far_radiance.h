@@ -24,7 +24,9 @@ EG_INLINE ImageTask light_paths(const BoundaryTask& task) {
 // leave y from a point slightly beside the edge, on the side that the edge's faces do not occlude.
 EG_INLINE Vec3 leave_contact(const SceneView& scene, Mask touched, Vec3 t, Vec3 hidden_side,
                              const Closest& y) {
-    const Triangle triangle = placed_triangle(scene, y.face, y.instance).triangle;
+    Triangle triangle = placed_triangle(scene, y.face, y.instance).triangle;
+    Float b1 = y.b1, b2 = y.b2;
+    settle_on_fields(scene, touched, y.face, triangle, b1, b2);
     Vec3 across = cross(area_normal(triangle), t);
     across = across * (aside(triangle) / max(sqrt(dot(across, across)), 1e-30f));
     return select(touched, select(dot(across, hidden_side) > 0.0f, -across, across), zero3());

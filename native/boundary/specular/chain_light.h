@@ -84,8 +84,10 @@ EG_INLINE ChainLightRay see_chain_light(const SceneView& scene, Mask active, con
     const Mask on_face = active & (light.face >= 0);
     if (any(on_face)) {
         const Int face = select(on_face, light.face, splat(0));
-        const Vec3 m =
-            area_normal(placed_triangle(scene, face, select(on_face, light.instance, splat(-1))).triangle);
+        Triangle t = placed_triangle(scene, face, select(on_face, light.instance, splat(-1))).triangle;
+        Float b1 = light.b1, b2 = light.b2;
+        settle_on_fields(scene, on_face, face, t, b1, b2);
+        const Vec3 m = area_normal(t);
         normal = select(on_face, m * (1.0f / max(sqrt(dot(m, m)), 1e-37f)), normal);
     }
     // Measure the ray to it
@@ -207,7 +209,7 @@ EG_OUTLINE Mask choose_surface(const SceneView& scene, const ScatteringPoint& x,
     at.face = select(found, y.hit.face, splat(0)), at.instance = select(found, y.hit.instance, splat(-1));
     at.b1 = y.hit.b1, at.b2 = y.hit.b2;
     at.scatters = found;
-    at.place = interpolate(placed_triangle(scene, at.face, at.instance).triangle, at.b1, at.b2);
+    at.place = hit_position(scene, found, y.hit, placed_triangle(scene, at.face, at.instance));
     at.blockers = at.visible_to = all;
     at.density = density * see_chain_light(scene, found, at, x.x.position).measure;
     found &= at.density > 0.0f;

@@ -168,8 +168,7 @@ EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryT
     s.reach = receiver.hit.distance;
     const PlacedTriangle t = placed_triangle(scene, select(s.active, receiver.hit.face, splat(0)),
                                              select(s.active, receiver.hit.instance, splat(-1)));
-    s.view = place_in_picture(scene, s.active, interpolate(t.triangle, receiver.hit.b1, receiver.hit.b2),
-                              p.random);
+    s.view = place_in_picture(scene, s.active, hit_position(scene, s.active, receiver.hit, t), p.random);
     s.x = surface_point(scene, s.active & (chained | s.view.active),
                         select(s.active, receiver.hit.face, splat(0)), t, receiver.hit.b1, receiver.hit.b2,
                         s.view.direction, select(s.active, receiver.hit.instance, splat(-1)));

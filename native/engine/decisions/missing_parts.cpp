@@ -54,7 +54,9 @@ class Search {
             if (!motion_.camera && !moving_[m]) continue;
             const int32_t first = tables_.mesh_first_face[m], last = tables_.mesh_first_face[m + 1];
             if (last - first > kSelfIntersectionFaces) (closed_[m] ? closed : large).push_back(mesh);
-            if (!is_placed(instances[m]) && may_be_cut(boxes->of[m]) && is_cut(m)) cut.push_back(mesh);
+            if (mesh < tables_.first_field() && !is_placed(instances[m]) && may_be_cut(boxes->of[m]) &&
+                is_cut(m))
+                cut.push_back(mesh);
             if (any_steps &&
                 std::any_of(tables_.face_material.begin() + first, tables_.face_material.begin() + last,
                             [&](int32_t material) { return steps[static_cast<size_t>(material)]; }))
@@ -83,6 +85,24 @@ class Search {
         materials(Part::kSteppedShadows, used_materials(tables_, [&](size_t k) {
                       return (tables_.closure_flags[k] & kHasTransparency) && has_texel_borders(tables_, k);
                   }));
+    }
+
+    // Outlines of fields that the camera sees move with the camera, and their shadows with all that moves.
+    void fields() {
+        const bool seen = motion_.camera, lit = any_moves_ && f_.options.max_depth >= 2;
+        std::vector<int32_t> outlines, all;
+        for (int32_t mesh = tables_.first_field(); mesh < tables_.visible_meshes; ++mesh) {
+            const int32_t mask = tables_.mesh_mask[static_cast<size_t>(mesh)];
+            all.push_back(mesh);
+            if ((seen && (mask & 1 << kCameraRay)) || (lit && (mask & ~(1 << kCameraRay))))
+                outlines.push_back(mesh);
+        }
+        meshes(Part::kFieldOutlines, std::move(outlines));
+        if (motion_.camera || motion_.any_mesh_moves()) meshes(Part::kFieldLines, all);
+        const std::vector<int32_t> smooth = used_materials(
+            tables_, [&](size_t k) { return may_be_specular(tables_, k, f_.scene.followed_alpha); });
+        if (f_.chains && f_.options.max_depth >= 2 && !smooth.empty())
+            meshes(Part::kFieldMirrors, std::move(all));
     }
 
     void mirrored() {
@@ -289,6 +309,7 @@ void note_missing(const BoundaryFacts& facts, const Requested& requested, const 
     Search search(facts, requested, closed, threads, kept, decided);
     search.seen_by_the_camera();
     search.lit_surfaces();
+    search.fields();
     search.mirrored();
 }
 

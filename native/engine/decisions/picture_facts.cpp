@@ -4,13 +4,13 @@ namespace edgegrad {
 
 PictureFacts picture_facts(const SceneView& scene, const SceneTables& tables) {
     PictureFacts out;
-    out.triangles = tables.mesh_first_face[static_cast<size_t>(tables.visible_meshes)];
+    out.triangles = tables.mesh_first_face[static_cast<size_t>(tables.first_field())];
     out.instances = static_cast<int64_t>(tables.instance_mesh.size());
     out.transparent = scene.all_flags & kHasTransparency;
     out.lambertian = scene.common_flags & kLambertian;
     out.glossy = scene.all_flags & kHasGlossy;
     out.refracting = scene.all_flags & kHasRefraction;
-    out.flat = !scene.corner_normal && !(scene.all_flags & kHasNormalMap);
+    out.flat = tables.fields.empty() && !scene.corner_normal && !(scene.all_flags & kHasNormalMap);
     for (int32_t light = 0; light < scene.lights.count; ++light)
         if (scene.lights.kind[light] == kTriangleLight)
             ++out.emissive_triangles;

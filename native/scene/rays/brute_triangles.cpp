@@ -66,7 +66,7 @@ std::vector<BruteTriangle> all_brute_triangles(const GeometryTables& tables) {
 
 std::vector<BruteTriangle> brute_triangles(const GeometryTables& tables) {
     const int32_t faces = tables.mesh_first_face[static_cast<size_t>(tables.visible_meshes)];
-    if (faces > kBruteForceFaces || !tables.instance_mesh.empty()) return {};
+    if (faces > kBruteForceFaces || !tables.instance_mesh.empty() || !tables.fields.empty()) return {};
     return all_brute_triangles(tables);
 }
 

@@ -33,7 +33,7 @@ void check_room(size_t faces) {
 
 }  // namespace
 
-Bvh::Bvh(const embree::Api& api, const SceneTables& tables, int threads) : api_(api) {
+Bvh::Bvh(const embree::Api& api, const SceneTables& tables, int threads) : api_(api), threads_(threads) {
     check_room(tables.faces.size() / 3);
     device_ = embree::device(threads);
     api_.device_error(device_);  // clears an error that an earlier call has left
@@ -44,6 +44,8 @@ Bvh::Bvh(const embree::Api& api, const SceneTables& tables, int threads) : api_(
         throw;
     }
 }
+
+Bvh::~Bvh() { release(); }
 
 void Bvh::release() {
     if (abandoned_) return;
@@ -72,18 +74,13 @@ void Bvh::build(const SceneTables& tables) {
     const auto instances = mesh_instances(tables);
     // Reserve first: an exception between creating an Embree object and storing it would leak it.
     geometries_.reserve(static_cast<size_t>(tables.visible_meshes));
+    fields_.resize(tables.fields.size());  // callbacks have their addresses
     instanced_.reserve(static_cast<size_t>(tables.visible_meshes));
     instances_.reserve(tables.instance_mesh.size());
     for (int32_t m = 0; m < tables.visible_meshes; ++m) {
-        embree::Geometry g = api_.new_geometry(device_, embree::kTriangle);
-        geometries_.push_back(g);
-        const size_t vertices = static_cast<size_t>(tables.mesh_first_vertex[m + 1]);
-        const size_t first = static_cast<size_t>(tables.mesh_first_face[m]);
-        const size_t faces = static_cast<size_t>(tables.mesh_first_face[m + 1]) - first;
-        api_.set_shared_buffer(g, embree::kVertexBuffer, 0, embree::kFloat3, tables.vertices.data(), 0, 12,
-                               vertices);
-        api_.set_shared_buffer(g, embree::kIndexBuffer, 0, embree::kUInt3, tables.faces.data(), 12 * first,
-                               12, faces);
+        const embree::Geometry g = m < tables.first_field()
+                                       ? new_mesh(tables, m)
+                                       : new_field(tables, static_cast<size_t>(m - tables.first_field()));
         api_.enable_argument_filter(g, true);
         api_.set_geometry_mask(g, static_cast<unsigned>(tables.mesh_mask[m]));
         api_.commit_geometry(g);
@@ -97,6 +94,48 @@ void Bvh::build(const SceneTables& tables) {
     build_instances(tables);
     embree::commit_scene(scene_);
     check("building the BVH");
+}
+
+embree::Geometry Bvh::new_mesh(const SceneTables& tables, int32_t mesh) {
+    embree::Geometry g = api_.new_geometry(device_, embree::kTriangle);
+    geometries_.push_back(g);
+    const size_t vertices = static_cast<size_t>(tables.mesh_first_vertex[mesh + 1]);
+    const size_t first = static_cast<size_t>(tables.mesh_first_face[mesh]);
+    const size_t faces = static_cast<size_t>(tables.mesh_first_face[mesh + 1]) - first;
+    api_.set_shared_buffer(g, embree::kVertexBuffer, 0, embree::kFloat3, tables.vertices.data(), 0, 12,
+                           vertices);
+    api_.set_shared_buffer(g, embree::kIndexBuffer, 0, embree::kUInt3, tables.faces.data(), 12 * first, 12,
+                           faces);
+    return g;
+}
+
+// The primitives of a field are its bricks; queries bring the functions that intersect them.
+embree::Geometry Bvh::new_field(const SceneTables& tables, size_t field) {
+    TracedField& f = fields_[field];
+    f.set_view(tables.fields[field].view());
+    f.find_bricks(threads_);
+    embree::Geometry g = api_.new_geometry(device_, embree::kUser);
+    geometries_.push_back(g);
+    api_.set_primitive_count(g, static_cast<unsigned>(f.bricks.size()));
+    api_.set_user_data(g, &f);
+    const auto bounds = [](const embree::BoundsArguments* args) {
+        static_cast<const TracedField*>(args->user)->bounds(args->primitive, *args->bounds);
+    };
+    api_.set_bounds_function(g, bounds, nullptr);
+    return g;
+}
+
+// Bricks are primitives: if others than before may have the surface, the field's BVH is built again.
+void Bvh::find_bricks(const SceneTables& tables, const ChangedField& changed) {
+    TracedField& f = fields_[static_cast<size_t>(changed.field)];
+    f.set_view(tables.fields[static_cast<size_t>(changed.field)].view());
+    const size_t before = f.bricks.size();
+    if (changed.last[0] > 0) f.find_bricks(changed.first, changed.last, threads_);
+    const embree::Geometry g = geometries_[static_cast<size_t>(tables.first_field() + changed.field)];
+    const bool refit = f.bricks.size() == before && !changed.placed;
+    api_.set_geometry_quality(g, refit ? embree::kRefit : embree::kMedium);
+    api_.set_primitive_count(g, static_cast<unsigned>(f.bricks.size()));
+    api_.commit_geometry(g);
 }
 
 void Bvh::build_instances(const SceneTables& tables) {
@@ -130,8 +169,9 @@ void Bvh::make_dynamic() {
     dynamic_ = true;
 }
 
-void Bvh::update(const SceneTables& tables, const std::vector<int32_t>& moved, bool far) {
-    if (moved.empty()) return;
+void Bvh::update(const SceneTables& tables, const std::vector<int32_t>& moved, bool far,
+                 const std::vector<ChangedField>& fields) {
+    if (moved.empty() && fields.empty()) return;
     api_.device_error(device_);
     // A scene that never moves has one BVH over all meshes, which is fastest to trace. From the first motion
     // on the scene is dynamic: one BVH per mesh, so that only moved meshes are refitted.
@@ -144,10 +184,15 @@ void Bvh::update(const SceneTables& tables, const std::vector<int32_t>& moved, b
         api_.commit_geometry(g);
     };
     if (rebuild) {
-        for (int32_t m = 0; m < tables.visible_meshes; ++m) commit(m, embree::kMedium);
+        for (int32_t m = 0; m < tables.first_field(); ++m) commit(m, embree::kMedium);
     } else {
         for (int32_t m : moved) commit(m, embree::kRefit);
     }
+    for (int32_t m = tables.first_field(); rebuild && m < tables.visible_meshes; ++m) {
+        api_.set_geometry_quality(geometries_[static_cast<size_t>(m)], embree::kMedium);
+        api_.commit_geometry(geometries_[static_cast<size_t>(m)]);
+    }
+    for (const ChangedField& changed : fields) find_bricks(tables, changed);
     for (const Instanced& i : instanced_)
         if (rebuild || std::find(moved.begin(), moved.end(), i.mesh) != moved.end())
             embree::commit_scene(i.scene);

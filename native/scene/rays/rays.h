@@ -2,6 +2,7 @@
 #pragma once
 
 #include "scene/rays/brute_force.h"
+#include "sdf/trace.h"
 #include "simd/lanes.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -19,7 +20,7 @@ using Ray = embree::Ray<W>;
 
 // Context of a query whose filter ignores the faces of an edge, per lane.
 struct EdgeContext {
-    embree::QueryContext base;  // first: Embree passes its address to the filter
+    BrickContext bricks;  // first: Embree passes its address to the filter
     const SceneView* scene;
     int32_t edge[W];
     int32_t instance[W];  // of the edge
@@ -67,6 +68,7 @@ EG_INLINE void set_ray(Ray& ray, Vec3 origin, Vec3 direction, Float near, Float 
 
 EG_INLINE void query_intersect(const SceneView& scene, const int32_t* valid, RayHit& rays,
                                embree::QueryArguments& args) {
+    args.user_function = intersect_brick;
     if constexpr (W == 16)
         scene.api->intersect16(valid, scene.bvh, &rays, &args);
     else if constexpr (W == 8)
@@ -79,6 +81,7 @@ EG_INLINE void query_intersect(const SceneView& scene, const int32_t* valid, Ray
 
 EG_INLINE void query_occluded(const SceneView& scene, const int32_t* valid, Ray& ray,
                               embree::QueryArguments& args) {
+    args.user_function = occlude_brick;
     if constexpr (W == 16)
         scene.api->occluded16(valid, scene.bvh, &ray, &args);
     else if constexpr (W == 8)
@@ -97,9 +100,18 @@ struct Closest {
     Float distance;  // in units of the direction's length
 };
 
+// The position of a hit on its face.
+EG_INLINE Vec3 hit_position(const SceneView& scene, Mask active, const Closest& hit,
+                            const PlacedTriangle& face) {
+    Triangle t = face.triangle;
+    Float b1 = hit.b1, b2 = hit.b2;
+    settle_on_fields(scene, active, hit.face, t, b1, b2);
+    return interpolate(t, b1, b2);
+}
+
 EG_INLINE void set_filter(const SceneView& scene, const Ignored& ignored, EdgeContext& context,
                           embree::QueryArguments& args) {
-    args.context = &context.base;
+    args.context = &context.bricks.base;
     if (!any(ignored.edge >= 0)) return;
     context.scene = &scene;
     store(context.edge, ignored.edge);

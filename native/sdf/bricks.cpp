@@ -1,0 +1,227 @@
+#include "sdf/bricks.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "util/parallel.h"
+
+namespace edgegrad {
+namespace {
+
+constexpr int kTaps = 4;                         // coefficients of a cell along an axis
+constexpr int kReach = kBrickCells + kTaps - 1;  // and of a brick
+
+struct Extremes {
+    float low = 3.4e38f, high = -3.4e38f;
+    void add(float x) { low = std::min(low, x), high = std::max(high, x); }
+};
+
+class BrickFinder {
+ public:
+    explicit BrickFinder(const FieldView& f) : f_(f), step_{int64_t{f.size[1]} * f.size[2], f.size[2], 1} {}
+
+    // The brick from cell `first` on. Returns whether the surface may be in it.
+    bool find(const int32_t (&first)[3], FieldBrick& brick) const {
+        int32_t count[3];  // of cells
+        for (int a = 0; a < 3; ++a) count[a] = std::min(kBrickCells, f_.cells(a) - first[a]);
+        if (is_empty(first, count)) return false;
+        int32_t low[3] = {kBrickCells, kBrickCells, kBrickCells}, high[3] = {0, 0, 0};
+        for (int32_t i = 0; i < count[0]; ++i)
+            for (int32_t j = 0; j < count[1]; ++j)
+                for (int32_t k = 0; k < count[2]; ++k) {
+                    const int32_t in[3] = {i, j, k}, cell[3] = {first[0] + i, first[1] + j, first[2] + k};
+                    if (is_empty_cell(cell)) continue;
+                    for (int a = 0; a < 3; ++a)
+                        low[a] = std::min(low[a], in[a]), high[a] = std::max(high[a], in[a] + 1);
+                }
+        if (high[0] == 0) return false;
+        for (int a = 0; a < 3; ++a) brick.first[a] = first[a] + low[a], brick.last[a] = first[a] + high[a];
+        for (int a = 0; a < 3; ++a) {
+            brick.lower[a] = static_cast<float>(brick.first[a]) - (brick.first[a] > 0 ? kBrickOverlap : 0.0f);
+            brick.upper[a] =
+                static_cast<float>(brick.last[a]) + (brick.last[a] < f_.cells(a) ? kBrickOverlap : 0.0f);
+        }
+        brick.lower[3] = -1.0f, brick.upper[3] = 1.0f;
+        bound_curvature(brick);
+        fit_plane(brick);
+        return true;
+    }
+
+ private:
+    const float* at(int32_t i, int32_t j, int32_t k) const {
+        return f_.values + i * step_[0] + j * step_[1] + k * step_[2];
+    }
+
+    bool is_empty(const int32_t (&cell)[3], const int32_t (&count)[3]) const {
+        Extremes all;
+        for (int32_t i = 0; i < count[0] + kTaps - 1; ++i)
+            for (int32_t j = 0; j < count[1] + kTaps - 1; ++j) {
+                const float* row = at(cell[0] + i, cell[1] + j, cell[2]);
+                for (int32_t k = 0; k < count[2] + kTaps - 1; ++k) all.add(row[k]);
+            }
+        return all.low > 0.0f || all.high < 0.0f;
+    }
+
+    // Whether the polynomial of a cell has no root there. Its Bezier points are convex combinations of its
+    // coefficients, and so nearer to it.
+    bool is_empty_cell(const int32_t (&cell)[3]) const {
+        constexpr float kRounding = 1e-6f;
+        float p[kTaps][kTaps][kTaps], largest = 0.0f;
+        Extremes taps;
+        for (int i = 0; i < kTaps; ++i)
+            for (int j = 0; j < kTaps; ++j)
+                for (int k = 0; k < kTaps; ++k) {
+                    const float c = at(cell[0] + i, cell[1] + j, cell[2])[k];
+                    p[i][j][k] = c;
+                    taps.add(c);
+                }
+        if (taps.low > 0.0f || taps.high < 0.0f) return true;
+        largest = std::max(-taps.low, taps.high);
+        for (int a = 0; a < kTaps; ++a)
+            for (int b = 0; b < kTaps; ++b) to_bezier(p[0][a][b], p[1][a][b], p[2][a][b], p[3][a][b]);
+        for (int a = 0; a < kTaps; ++a)
+            for (int b = 0; b < kTaps; ++b) to_bezier(p[a][0][b], p[a][1][b], p[a][2][b], p[a][3][b]);
+        Extremes points;
+        for (int a = 0; a < kTaps; ++a)
+            for (int b = 0; b < kTaps; ++b) {
+                to_bezier(p[a][b][0], p[a][b][1], p[a][b][2], p[a][b][3]);
+                for (int k = 0; k < kTaps; ++k) points.add(p[a][b][k]);
+            }
+        return points.low > kRounding * largest || points.high < -kRounding * largest;
+    }
+
+    static void to_bezier(float& a, float& b, float& c, float& d) {
+        const float first = (a + 4.0f * b + c) / 6.0f, last = (b + 4.0f * c + d) / 6.0f;
+        const float second = (2.0f * b + c) / 3.0f, third = (b + 2.0f * c) / 3.0f;
+        a = first, b = second, c = third, d = last;
+    }
+
+    void bound_curvature(FieldBrick& b) const {
+        int32_t count[3];  // of coefficients
+        for (int a = 0; a < 3; ++a) count[a] = b.last[a] - b.first[a] + kTaps - 1;
+        constexpr int axes[6][2] = {{0, 0}, {1, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}};
+        for (int n = 0; n < 6; ++n) {
+            const int p = axes[n][0], q = axes[n][1];
+            int32_t end[3] = {count[0], count[1], count[2]};
+            --end[p], --end[q];
+            const int64_t sp = step_[p], sq = step_[q];
+            Extremes e;
+            for (int32_t i = 0; i < end[0]; ++i)
+                for (int32_t j = 0; j < end[1]; ++j) {
+                    const float* row = at(b.first[0] + i, b.first[1] + j, b.first[2]);
+                    for (int32_t k = 0; k < end[2]; ++k)
+                        e.add((row[k + sp + sq] - row[k + sp]) - (row[k + sq] - row[k]));
+                }
+            b.low[n] = e.low, b.high[n] = e.high;
+        }
+    }
+
+    // The B-spline reproduces affine functions, whose coefficients are their values. So the difference is a
+    // convex combination of the differences of the coefficients.
+    void fit_plane(FieldBrick& b) const {
+        constexpr float kRounding = 2e-6f;
+        int32_t count[3];
+        for (int a = 0; a < 3; ++a) count[a] = b.last[a] - b.first[a] + kTaps - 1;
+        const auto each = [&](const auto& visit) {
+            for (int32_t i = 0; i < count[0]; ++i)
+                for (int32_t j = 0; j < count[1]; ++j) {
+                    const float* row = at(b.first[0] + i, b.first[1] + j, b.first[2]);
+                    for (int32_t k = 0; k < count[2]; ++k) visit(i, j, k, row[k]);
+                }
+        };
+        // Slopes by least squares: the coefficients' correlation with their centred places
+        double sum[3] = {0.0, 0.0, 0.0};
+        each([&](int32_t i, int32_t j, int32_t k, float c) {
+            sum[0] += (i - 0.5 * (count[0] - 1)) * c;
+            sum[1] += (j - 0.5 * (count[1] - 1)) * c;
+            sum[2] += (k - 0.5 * (count[2] - 1)) * c;
+        });
+        const double all = static_cast<double>(count[0]) * count[1] * count[2];
+        for (int a = 0; a < 3; ++a) {
+            const double n = count[a];
+            b.slope[a] = static_cast<float>(sum[a] * 12.0 / (all * (n * n - 1.0)));
+        }
+        Extremes rest, taps;
+        each([&](int32_t i, int32_t j, int32_t k, float c) {
+            rest.add(c - (b.slope[0] * static_cast<float>(i - 1) + b.slope[1] * static_cast<float>(j - 1) +
+                          b.slope[2] * static_cast<float>(k - 1)));
+            taps.add(c);
+        });
+        b.value = 0.5f * (rest.low + rest.high);
+        b.error = 0.5f * (rest.high - rest.low) + kRounding * std::max(-taps.low, taps.high);
+    }
+
+    const FieldView& f_;
+    const int64_t step_[3];
+};
+
+// The first brick that reads a coefficient, or the one behind the last.
+int32_t first_brick(int32_t coefficient) {
+    return std::max(0, coefficient - kReach + 1 + kBrickCells - 1) / kBrickCells;
+}
+
+}  // namespace
+
+void TracedField::set_view(const FieldView& next) {
+    view = next;
+    for (int c = 0; c < 4; ++c)
+        for (int a = 0; a < 4; ++a) to_grid[c][a] = a < 3 ? view.to_grid[a][c] : 0.0;
+}
+
+void TracedField::find_bricks(const int32_t (&first)[3], const int32_t (&last)[3], int threads) {
+    int32_t from[3], to[3];
+    for (int a = 0; a < 3; ++a) {
+        const int32_t all = (view.cells(a) + kBrickCells - 1) / kBrickCells;
+        from[a] = std::min(first_brick(first[a]), all);
+        to[a] = std::clamp((last[a] - 1) / kBrickCells + 1, from[a], all);
+    }
+    const BrickFinder finder(view);
+    // Slabs are found at the same time, and joined in the order of the grid.
+    const int64_t slabs = to[0] - from[0];
+    std::vector<std::vector<FieldBrick>> found(static_cast<size_t>(slabs));
+    parallel_for(threads, slabs, nullptr, [&](int, int64_t slab) {
+        FieldBrick brick;
+        for (int32_t j = from[1]; j < to[1]; ++j)
+            for (int32_t k = from[2]; k < to[2]; ++k) {
+                const int32_t cell[3] = {(from[0] + static_cast<int32_t>(slab)) * kBrickCells,
+                                         j * kBrickCells, k * kBrickCells};
+                if (finder.find(cell, brick)) found[static_cast<size_t>(slab)].push_back(brick);
+            }
+    });
+    const auto place = [](const FieldBrick& b, int a) { return b.first[a] / kBrickCells; };
+    std::vector<FieldBrick> all;
+    for (const FieldBrick& b : bricks) {
+        bool kept = false;
+        for (int a = 0; a < 3; ++a) kept = kept || place(b, a) < from[a] || place(b, a) >= to[a];
+        if (kept) all.push_back(b);
+    }
+    for (const auto& slab : found) all.insert(all.end(), slab.begin(), slab.end());
+    std::sort(all.begin(), all.end(), [&](const FieldBrick& a, const FieldBrick& b) {
+        for (int c = 0; c < 3; ++c)
+            if (place(a, c) != place(b, c)) return place(a, c) < place(b, c);
+        return false;
+    });
+    bricks = std::move(all);
+}
+
+void TracedField::bounds(size_t brick, embree::Bounds& box) const {
+    const FieldBrick& b = bricks[brick];
+    double low[3], high[3], size = 0.0;
+    for (int c = 0; c < 3; ++c) {
+        low[c] = high[c] = view.to_world[c][3];
+        for (int a = 0; a < 3; ++a) {
+            const double m = view.to_world[c][a], x = m * (b.first[a] - kBrickOverlap),
+                         y = m * (b.last[a] + kBrickOverlap);
+            low[c] += std::min(x, y), high[c] += std::max(x, y);
+        }
+        size = std::max({size, std::abs(low[c]), std::abs(high[c])});
+    }
+    const double slack = 1e-6 * size;  // rounding of the box and of rays
+    const auto put = [&](float* out, const double (&p)[3], double by) {
+        for (int c = 0; c < 3; ++c) out[c] = static_cast<float>(p[c] + by);
+    };
+    put(box.lower, low, -slack);
+    put(box.upper, high, slack);
+}
+
+}  // namespace edgegrad

@@ -1,0 +1,46 @@
+// A distance field as kernels read it: a grid of cubic B-spline coefficients.
+//
+// Grid coordinates count cells, from the lower corner of the field's box. The cell (i, j, k) reads the 4^3
+// coefficients from (i, j, k) on, so that n coefficients make n - 3 cells. The surface is where the spline
+// changes its sign; it is negative inside.
+#pragma once
+
+#include <cstdint>
+
+namespace edgegrad {
+
+struct FieldView {
+    const float* values;    // (size[0], size[1], size[2])
+    int32_t size[3];        // numbers of coefficients
+    double to_world[3][4];  // rows, from grid coordinates
+    double to_grid[3][4];
+
+    int32_t cells(int axis) const { return size[axis] - 3; }
+};
+
+// Makes a view; `to_world` are the rows of a map that can be inverted.
+inline FieldView field_view(const float* values, const int32_t (&size)[3], const double (&to_world)[12]) {
+    FieldView f{};
+    f.values = values;
+    for (int a = 0; a < 3; ++a) {
+        f.size[a] = size[a];
+        for (int c = 0; c < 4; ++c) f.to_world[a][c] = to_world[4 * a + c];
+    }
+    const auto& m = f.to_world;
+    double cofactor[3][3];
+    for (int a = 0; a < 3; ++a)
+        for (int c = 0; c < 3; ++c)
+            cofactor[a][c] = m[(a + 1) % 3][(c + 1) % 3] * m[(a + 2) % 3][(c + 2) % 3] -
+                             m[(a + 1) % 3][(c + 2) % 3] * m[(a + 2) % 3][(c + 1) % 3];
+    const double det = m[0][0] * cofactor[0][0] + m[0][1] * cofactor[0][1] + m[0][2] * cofactor[0][2];
+    for (int a = 0; a < 3; ++a) {
+        f.to_grid[a][3] = 0.0;
+        for (int c = 0; c < 3; ++c) {
+            f.to_grid[a][c] = cofactor[c][a] / det;
+            f.to_grid[a][3] -= f.to_grid[a][c] * m[c][3];
+        }
+    }
+    return f;
+}
+
+}  // namespace edgegrad

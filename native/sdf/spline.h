@@ -1,0 +1,93 @@
+// The cubic B-spline of a field at one point, with its derivatives in grid coordinates. The taps of a row are
+// read together, so that one point takes 16 loads, whatever its neighbours in a packet do.
+#pragma once
+
+#include "sdf/field_view.h"
+#include "simd/packet.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+typedef float Taps __attribute__((vector_size(16)));
+
+EG_INLINE Taps load_taps(const float* p) {
+    Taps r;
+    __builtin_memcpy(&r, p, sizeof r);
+    return r;
+}
+EG_INLINE float sum_taps(Taps a) { return (a[0] + a[2]) + (a[1] + a[3]); }
+
+// The basis functions of a cell at the fraction u, and their derivatives.
+EG_INLINE Taps spline_weights(float u) {
+    const float v = 1.0f - u, u2 = u * u, v2 = v * v;
+    constexpr float k = 1.0f / 6.0f;
+    return Taps{v2 * v * k, (4.0f - 3.0f * u2 * (1.0f + v)) * k, (4.0f - 3.0f * v2 * (1.0f + u)) * k,
+                u2 * u * k};
+}
+EG_INLINE Taps spline_slopes(float u) {
+    const float v = 1.0f - u;
+    return Taps{-0.5f * v * v, 0.5f * u * (3.0f * u - 4.0f), 0.5f * v * (4.0f - 3.0f * v), 0.5f * u * u};
+}
+EG_INLINE Taps spline_bends(float u) { return Taps{1.0f - u, 3.0f * u - 2.0f, 1.0f - 3.0f * u, u}; }
+
+struct FieldPoint {
+    float value;
+    float gradient[3];
+};
+
+// The cell (i, j, k) at the fractions (u, v, w).
+EG_INLINE FieldPoint spline(const FieldView& f, const int32_t (&cell)[3], const float (&at)[3]) {
+    // The weights of all axes together: those of tap k are w[k]
+    constexpr float sixth = 1.0f / 6.0f;
+    const Taps u{at[0], at[1], at[2], 0.0f}, v = 1.0f - u, u2 = u * u, v2 = v * v;
+    const Taps w[4] = {v2 * v * sixth, (4.0f - 3.0f * u2 * (1.0f + v)) * sixth,
+                       (4.0f - 3.0f * v2 * (1.0f + u)) * sixth, u2 * u * sixth};
+    const Taps d[4] = {-0.5f * v2, 0.5f * u * (3.0f * u - 4.0f), 0.5f * v * (4.0f - 3.0f * v), 0.5f * u2};
+    const Taps wz{w[0][2], w[1][2], w[2][2], w[3][2]}, dz{d[0][2], d[1][2], d[2][2], d[3][2]};
+    const int64_t step = f.size[2], slab = step * f.size[1];
+    const float* first = f.values + cell[0] * slab + cell[1] * step + cell[2];
+    Taps value{}, along_x{}, along_y{};
+    for (int i = 0; i < 4; ++i, first += slab) {
+        const Taps r0 = load_taps(first), r1 = load_taps(first + step), r2 = load_taps(first + 2 * step),
+                   r3 = load_taps(first + 3 * step);
+        const Taps row = r0 * w[0][1] + r1 * w[1][1] + (r2 * w[2][1] + r3 * w[3][1]);
+        value += row * w[i][0];
+        along_x += row * d[i][0];
+        along_y += (r0 * d[0][1] + r1 * d[1][1] + (r2 * d[2][1] + r3 * d[3][1])) * w[i][0];
+    }
+    return {sum_taps(value * wz), {sum_taps(along_x * wz), sum_taps(along_y * wz), sum_taps(value * dz)}};
+}
+
+// Second derivatives: xx, yy, zz, yz, xz, xy.
+EG_INLINE void spline_curvature(const FieldView& f, const int32_t (&cell)[3], const float (&at)[3],
+                                float (&h)[6]) {
+    Taps basis[3][3];  // by axis and order
+    for (int a = 0; a < 3; ++a) {
+        basis[a][0] = spline_weights(at[a]);
+        basis[a][1] = spline_slopes(at[a]);
+        basis[a][2] = spline_bends(at[a]);
+    }
+    constexpr int order[6][3] = {{2, 0, 0}, {0, 2, 0}, {0, 0, 2}, {0, 1, 1}, {1, 0, 1}, {1, 1, 0}};
+    const int64_t step = f.size[2], slab = step * f.size[1];
+    for (int n = 0; n < 6; ++n) {
+        const float* first = f.values + cell[0] * slab + cell[1] * step + cell[2];
+        Taps sum{};
+        for (int i = 0; i < 4; ++i)
+            for (int j = 0; j < 4; ++j)
+                sum += load_taps(first + i * slab + j * step) *
+                       (basis[0][order[n][0]][i] * basis[1][order[n][1]][j]);
+        h[n] = sum_taps(sum * basis[2][order[n][2]]);
+    }
+}
+
+// The cell of a grid point within the field's box, and the fraction within it.
+EG_INLINE void find_cell(const FieldView& f, const double (&at)[3], int32_t (&cell)[3],
+                         float (&fraction)[3]) {
+    for (int a = 0; a < 3; ++a) {
+        const int32_t last = f.cells(a) - 1;
+        const int32_t c = at[a] > 0.0 ? static_cast<int32_t>(at[a] < last ? at[a] : last) : 0;
+        cell[a] = c;
+        fraction[a] = static_cast<float>(at[a] - c);
+    }
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

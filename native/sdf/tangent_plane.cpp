@@ -1,0 +1,111 @@
+#include "sdf/tangent_plane.h"
+
+#include "sdf/place_code.h"
+#include "sdf/spline.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+namespace {
+
+double larger(double a, double b) { return a > b ? a : b; }
+double size_of(double a) { return a < 0.0 ? -a : a; }
+
+// The gradient in the world: gradients map by the transpose of the inverse.
+void to_world_gradient(const FieldView& f, const float (&gradient)[3], double (&g)[3]) {
+    for (int c = 0; c < 3; ++c)
+        g[c] = f.to_grid[0][c] * gradient[0] + f.to_grid[1][c] * gradient[1] + f.to_grid[2][c] * gradient[2];
+}
+
+double length_of(const double (&v)[3]) { return __builtin_sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
+
+// The largest coefficient that a cell reads.
+double largest_coefficient(const FieldView& f, const int32_t (&cell)[3]) {
+    Taps most{};
+    const int64_t step = f.size[2], slab = step * f.size[1];
+    const float* first = f.values + cell[0] * slab + cell[1] * step + cell[2];
+    for (int i = 0; i < 4; ++i)
+        for (int j = 0; j < 4; ++j) {
+            const Taps c = load_taps(first + i * slab + j * step), size = c < 0.0f ? -c : c;
+            most = size > most ? size : most;
+        }
+    const float a = most[0] > most[1] ? most[0] : most[1], b = most[2] > most[3] ? most[2] : most[3];
+    return static_cast<double>(a > b ? a : b);
+}
+
+}  // namespace
+
+void tangent_triangle(const FieldView& field, const uint32_t (&code)[2], float (&corners)[3][3]) {
+    constexpr double kMostPull = 0.1;    // cells
+    constexpr double kRounding = 1e-6;   // of values of the spline, as a share of its coefficients
+    constexpr double kRayOffset = 2e-6;  // as in ray_offset, of the largest coordinate
+    double grid[3];
+    decode_place(field, code, grid);
+    int32_t cell[3];
+    float at[3];
+    find_cell(field, grid, cell, at);
+    const FieldPoint p = spline(field, cell, at);
+    // Pull by Newton's method in grid coordinates, but not far where the gradient vanishes
+    double square = 0.0;
+    for (const float slope : p.gradient) square += static_cast<double>(slope) * slope;
+    const double step = square > 0.0 ? static_cast<double>(p.value) / square : 0.0;
+    if (step * step * square < kMostPull * kMostPull)
+        for (int a = 0; a < 3; ++a) grid[a] -= step * static_cast<double>(p.gradient[a]);
+    double g[3], x[3], extent = 0.0;
+    to_world_gradient(field, p.gradient, g);
+    const double length = length_of(g);
+    for (int c = 0; c < 3; ++c) {
+        const auto& m = field.to_world[c];
+        x[c] = m[0] * grid[0] + m[1] * grid[1] + m[2] * grid[2] + m[3];
+        extent = larger(extent, size_of(x[c]));
+        for (int a = 0; a < 3; ++a) extent = larger(extent, size_of(m[a]) * field.cells(a));
+    }
+    const double n[3] = {length > 0.0 ? g[0] / length : 0.0, length > 0.0 ? g[1] / length : 0.0,
+                         length > 0.0 ? g[2] / length : 1.0};
+    // Rounding moves the surface by this much, at most by a cell
+    double cell_size = 0.0;
+    for (int a = 0; a < 3; ++a)
+        for (int c = 0; c < 3; ++c) cell_size = larger(cell_size, size_of(field.to_world[c][a]));
+    const double error = length > 0.0 ? kRounding * largest_coefficient(field, cell) / length : cell_size;
+    const double size = larger(extent, (error < 0.01 * cell_size ? error : 0.01 * cell_size) / kRayOffset);
+    // Tangents (simd/vector.h, basis)
+    const double sign = n[2] >= 0.0 ? 1.0 : -1.0, r = -1.0 / (sign + n[2]), q = n[0] * n[1] * r;
+    const double u[3] = {1.0 + sign * n[0] * n[0] * r, sign * q, -sign * n[0]};
+    const double v[3] = {q, sign + n[1] * n[1] * r, -n[1]};
+    for (int c = 0; c < 3; ++c) {
+        corners[0][c] = static_cast<float>(x[c]);
+        corners[1][c] = static_cast<float>(x[c] + size * u[c]);
+        corners[2][c] = static_cast<float>(x[c] + size * v[c]);
+    }
+}
+
+void normal_change(const FieldView& field, const float (&position)[3], float (&rows)[3][3]) {
+    double grid[3];
+    for (int a = 0; a < 3; ++a) {
+        const auto& m = field.to_grid[a];
+        grid[a] = m[0] * position[0] + m[1] * position[1] + m[2] * position[2] + m[3];
+    }
+    int32_t cell[3];
+    float at[3], h[6];
+    find_cell(field, grid, cell, at);
+    const FieldPoint p = spline(field, cell, at);
+    spline_curvature(field, cell, at, h);
+    double g[3];
+    to_world_gradient(field, p.gradient, g);
+    const double length = length_of(g), inverse = length > 0.0 ? 1.0 / length : 0.0;
+    const double hessian[3][3] = {{h[0], h[5], h[4]}, {h[5], h[1], h[3]}, {h[4], h[3], h[2]}};
+    double world[3][3];  // to_grid^T hessian to_grid
+    for (int c = 0; c < 3; ++c)
+        for (int d = 0; d < 3; ++d) {
+            world[c][d] = 0.0;
+            for (int a = 0; a < 3; ++a)
+                for (int b = 0; b < 3; ++b)
+                    world[c][d] += field.to_grid[a][c] * hessian[a][b] * field.to_grid[b][d];
+        }
+    for (int d = 0; d < 3; ++d) {
+        double along = 0.0;
+        for (int c = 0; c < 3; ++c) along += g[c] * inverse * world[c][d];
+        for (int c = 0; c < 3; ++c)
+            rows[c][d] = static_cast<float>((world[c][d] - g[c] * inverse * along) * inverse);
+    }
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,1 @@
+"""Distance fields beside meshes: `python -m tests.benchmarks.fields`."""

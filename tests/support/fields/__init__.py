@@ -1,0 +1,1 @@
+"""Distance fields for tests, and the rays that they meet."""

@@ -33,21 +33,6 @@ class FixedScene(Scene):
         """As `Scene.slots`."""
         return Scene.slots.fget(self)  # type: ignore[attr-defined]
 
-    @cached_property
-    def triangle_count(self) -> int:
-        """As `Scene.triangle_count`."""
-        return Scene.triangle_count.fget(self)  # type: ignore[attr-defined]
-
-    @cached_property
-    def instance_count(self) -> int:
-        """As `Scene.instance_count`."""
-        return Scene.instance_count.fget(self)  # type: ignore[attr-defined]
-
-    @cached_property
-    def is_flat(self) -> bool:
-        """As `Scene.is_flat`."""
-        return Scene.is_flat.fget(self)  # type: ignore[attr-defined]
-
     def emits(self, mesh_name: str) -> bool:
         """As `Scene.emits`."""
         return mesh_name in self._emitting

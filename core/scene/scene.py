@@ -131,21 +131,6 @@ class Scene(Checked):
         lists |= dict.fromkeys([(one.material,) for one in self.fields.values()])
         return list(dict.fromkeys(name for names in lists for name in names))
 
-    @property
-    def triangle_count(self) -> int:
-        """Triangles of all meshes; those of instances are counted once."""
-        return sum(map(len, [mesh.faces for mesh in self.meshes.values()]))
-
-    @property
-    def instance_count(self) -> int:
-        """Instances of all meshes."""
-        return sum([len(mesh.instances) for mesh in self.meshes.values() if mesh.instances is not None])
-
-    @property
-    def is_flat(self) -> bool:
-        """Whether no mesh has shading normals."""
-        return not [mesh for mesh in self.meshes.values() if mesh.smoothing is not None]
-
     def meshes_with(self, materials: Collection[str]) -> list[str]:
         """Names of the meshes with faces of at least one of these materials."""
         sought = frozenset(materials)

@@ -139,7 +139,7 @@ def test_parameters_that_nothing_depends_on_are_named() -> None:
             iterations=1, spp=2,
         )
     words = [str(w.message) for w in caught]
-    assert any("'materials.spare.base_color', because no mesh uses this material" in w for w in words)
+    assert any("'materials.spare.base_color', because no mesh or field uses this material" in w for w in words)
     assert any("'meshes.behind.vertices', because nothing that the cameras see" in w for w in words)
     assert len(words) == 2 and result.untouched[COLOR] == 0.0
     assert caught[0].filename == __file__

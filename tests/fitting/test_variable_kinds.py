@@ -172,7 +172,7 @@ def test_sizes_stay_above_zero_and_shares_within_one() -> None:
         ("materials.wood.alpha", "the picture does not depend on it"),
         ("lights.point.radius", "the picture does not depend on it"),
         ("meshes.still.attributes.unread", "the picture does not depend on it"),
-        ("materials.spare.roughness", "no mesh uses this material"),
+        ("materials.spare.roughness", "no mesh or field uses this material"),
         ("materials.clay.roughness", "nothing that the cameras see depends on it"),
     ],
 )

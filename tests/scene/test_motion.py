@@ -61,6 +61,8 @@ def test_interior_names_every_parameter() -> None:
         "the transmittance of wood, sum changes, on the way to lights and between surfaces",
         "noisy: where faces of wood, sum, clay, glow meet at concave corners or touch others, light between them has "
         "no finite variance, since these materials are transparent, mirror perfectly or have textures that jump",
+        "noisy: light that narrow lobes of wood, sum, clay, glow throw on other surfaces, since samples of its "
+        "derivative are larger than this light by one over the lobes' width",
     )
 
 

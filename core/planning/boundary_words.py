@@ -138,8 +138,8 @@ def _horizon_words(words: SceneWords) -> str:
         return ""
     if not found.computed:
         return {"none": "skipped: horizons, since no mesh is shaded with other normals than those of its faces",
-                "pointlike": "skipped: horizons, since all lights are without size: where faces cut them off is at "
-                             "edges"}.get(found.reason,
+                "pointlike": "skipped: horizons, since all lights are without size: they reach all of a face or none "
+                             "of it"}.get(found.reason,
                                           "skipped: horizons, since neither surfaces nor what lights them moves")
     scene = words.scene
     sized = [name for name, light in scene.lights.items() if has_size(light)]

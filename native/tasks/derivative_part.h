@@ -47,6 +47,7 @@ enum class Part : int32_t {
     kParallelDisks,      // disks that surfaces pass through, seen by parallel rays
     kPartlySeenShadows,  // shadows of meshes that only some kinds of rays can hit
     kLightJumps,         // jumps of light on a surface that passes through its source
+    kFaceFlips,          // faces of smooth meshes that lights without size begin or cease to reach
     kSteppedShadows,     // shadows of borders that an image draws in a surface's transmittance
     kRimLines,           // rims on rough glass, for lights without size
     kFieldOutlines,      // outlines of distance fields, and their shadows
@@ -101,6 +102,7 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kParallelDisks, "parallel disks", kPrimaryTerm},
     {Part::kPartlySeenShadows, "partly seen shadows", kShadowTerm},
     {Part::kLightJumps, "light jumps", kShadowTerm},
+    {Part::kFaceFlips, "face flips", kShadowTerm},
     {Part::kSteppedShadows, "stepped shadows", kShadowTerm},
     {Part::kRimLines, "rim lines", kInteriorTerm},
     {Part::kFieldOutlines, "field outlines", kPrimaryTerm},

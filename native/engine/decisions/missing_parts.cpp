@@ -82,6 +82,7 @@ class Search {
         if (sized || f_.scene.has_environment)
             meshes(Part::kPartlySeenShadows, partly_met_meshes(tables_, kScatteredRays | 1 << kShadowRay));
         light_jumps();
+        face_flips();
         materials(Part::kSteppedShadows, used_materials(tables_, [&](size_t k) {
                       return (tables_.closure_flags[k] & kHasTransparency) && has_texel_borders(tables_, k);
                   }));
@@ -268,6 +269,25 @@ class Search {
             return tables_.lights.kind[row] != kDiskLight && lit[mesh] &&
                    (motion_.camera || motion_.lights || moving_[mesh]);
         });
+    }
+
+    // A light without size reaches all of a face or none of it. As it passes the plane of a face that is
+    // shaded with other normals than its own, the face's radiance jumps at a single value of the parameters,
+    // of which no derivative at other values has a part.
+    void face_flips() {
+        const std::vector<int32_t> smooth = decided_[Part::kHorizons].meshes;
+        const bool any_moves = std::any_of(smooth.begin(), smooth.end(), [&](int32_t mesh) {
+            return moving_[static_cast<size_t>(mesh)] != 0;
+        });
+        std::vector<int32_t> found;
+        for (size_t row = 0; !smooth.empty() && row < tables_.lights.kind.size(); ++row) {
+            const auto light = static_cast<int32_t>(row);
+            if (!is_sized(tables_.lights.kind[row]) && (any_moves || light_moves(light)))
+                found.push_back(light);
+        }
+        if (found.empty()) return;
+        lights(Part::kFaceFlips, std::move(found));
+        decided_[Part::kFaceFlips].meshes = smooth;
     }
 
     template <typename Wanted>

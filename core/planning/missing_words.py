@@ -54,8 +54,8 @@ def missing(words: SceneWords, share: float | None) -> list[str]:
         elif part in _PIERCED:
             out += words.pierced(part, _PIERCED[part])
         elif part == "face flips":
-            out.append(f"jumps where a light without size ({words.light_names(decision)}) passes the plane of a face of "
-                       f"{words.mesh_names(decision)}: it reaches all of the face or none of it")
+            out.append(f"jumps where a light without size ({words.light_names(decision)}) passes the plane of a face "
+                       f"of {words.mesh_names(decision)}: it reaches all of the face or none of it")
         elif part == "rim lines":
             out.append(f"lines on rough glass ({words.material_names(decision)}) beyond which it transmits no light "
                        f"of lights without size ({words.light_names(decision)})")

@@ -1,4 +1,4 @@
-"""A light without size reaches all of a face or none of it. The plan names the jumps of smooth meshes between the two."""
+"""A light without size reaches all of a face or none of it. The plan names these jumps of smooth meshes."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def test_flat_meshes_and_lights_with_a_size_have_no_jump() -> None:
 
 
 def test_the_picture_jumps() -> None:
-    """A light passes the plane of a face: pictures on both sides of it differ far more than two pictures on the same side."""
+    """Pictures with a light on both sides of a face's plane differ far more than two with it on one side."""
     scene = lit_ball(0.0)
     mesh = scene.meshes["object"]
     corners = mesh.vertices[mesh.faces].astype(np.float64)

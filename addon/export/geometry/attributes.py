@@ -188,19 +188,27 @@ def uv_layer(mesh: Any, name: str) -> Any:
 
 def _layer(layer: Any, mesh: Any, arrays: MeshArrays) -> Any:
     """Read a layer as corner values (m, 3, c). Byte colours are linear, as in Cycles."""
-    if layer is None or layer.data_type not in LAYERS:
-        return None
     sizes = {"POINT": len(mesh.vertices), "CORNER": len(mesh.loops), "FACE": len(mesh.polygons)}
-    field, width, kind = LAYERS[layer.data_type]
-    if sizes.get(layer.domain) != len(layer.data):
+    if layer is not None and sizes.get(layer.domain) != len(layer.data):
         return None
-    values = np.empty((len(layer.data), width), kind)
-    layer.data.foreach_get(field, values.ravel())
+    values = layer_values(layer)
+    if values is None:
+        return None
     if layer.domain == "POINT":
         return values[arrays.faces]
     if layer.domain == "CORNER":
         return values[arrays.corners]
-    return np.broadcast_to(values[arrays.polygons][:, None], (*arrays.faces.shape, width))
+    return np.broadcast_to(values[arrays.polygons][:, None], (*arrays.faces.shape, values.shape[1]))
+
+
+def layer_values(layer: Any) -> NDArray[Any] | None:
+    """(n, c) values of a layer of attributes; None if there is none, or of a type without numbers."""
+    if layer is None or layer.data_type not in LAYERS:
+        return None
+    field, width, kind = LAYERS[layer.data_type]
+    values = np.empty((len(layer.data), width), kind)
+    layer.data.foreach_get(field, values.ravel())
+    return values
 
 
 def _generated(mesh: Any) -> F32:

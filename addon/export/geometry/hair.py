@@ -19,7 +19,6 @@ from .attributes import (
     GENERATED,
     INTERCEPT,
     IS_STRAND,
-    LAYERS,
     LENGTH,
     OBJECT,
     RANDOM_STRAND,
@@ -27,6 +26,7 @@ from .attributes import (
     ObjectValues,
     hash_words,
     is_of_object,
+    layer_values,
 )
 from .mesh import MeshArrays
 from .strands import FEWEST_SIDES, RIBBON, Strands, lengths, prisms, resampled, sides_for, straight, triangles, usable
@@ -281,8 +281,8 @@ def _curves(data: Any, names: set[str]) -> Strands:
         data.attributes["position"].data.foreach_get("vector", points.ravel())
     first = np.zeros(len(data.curves) + 1, np.int32)
     data.curve_offset_data.foreach_get("value", first)
-    radius = layer_values(data, "radius")
-    types = layer_values(data, "curve_type")
+    radius = layer_values(data.attributes.get("radius"))
+    types = layer_values(data.attributes.get("curve_type"))
     strands = Strands(points.astype(np.float64), np.full(count, CURVES_RADIUS) if radius is None else radius[:, 0],
                       first.astype(np.int64))  # fmt: skip
     strands.smooth = types is None or not len(types) or types[0, 0] != POLY
@@ -290,24 +290,13 @@ def _curves(data: Any, names: set[str]) -> Strands:
         wanted = {layer.name} & names
         if layer.data_type == "FLOAT2" and layer.domain == "CURVE" and ACTIVE_UV not in strands.each:
             wanted |= {ACTIVE_UV} & names
-        values = layer_values(data, layer.name) if wanted else None
+        values = layer_values(layer) if wanted else None
         if values is not None:
             (strands.along if layer.domain == "POINT" else strands.each).update(dict.fromkeys(wanted, values))
     return strands
 
 
 POLY = 1  # curve type in Blender
-
-
-def layer_values(data: Any, name: str) -> F64 | None:
-    """(n, c) values of an attribute of Blender's curves or points; None if there is none, or of another type."""
-    layer = data.attributes.get(name)
-    if layer is None or layer.data_type not in LAYERS:
-        return None
-    fieldname, width, kind = LAYERS[layer.data_type]
-    values = np.empty((len(layer.data), width), kind)
-    layer.data.foreach_get(fieldname, values.ravel())
-    return values.astype(np.float64)
 
 
 def _attributes(strands: Strands, arrays: MeshArrays, point: NDArray[np.int64], names: set[str],

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...problem import Report
-from .attributes import LAYERS, property_of
+from .attributes import layer_values, property_of
 
 # What Blender fills the rest of an instance's numbers with.
 _NO_NUMBER = 2**31 - 1
@@ -79,10 +79,5 @@ def _attribute(instancer: Any, name: str) -> NDArray[np.float32] | None:
         return None
     geometry = instancer.evaluated_geometry()  # which owns what it returns
     points = geometry.instances_pointcloud()
-    layer = None if points is None else points.attributes.get(name)
-    if layer is None or layer.data_type not in LAYERS:
-        return None
-    source, width, kind = LAYERS[layer.data_type]
-    values = np.empty((len(layer.data), width), kind)
-    layer.data.foreach_get(source, values.ravel())
-    return values.astype(np.float32)
+    values = None if points is None else layer_values(points.attributes.get(name))
+    return None if values is None else values.astype(np.float32)

@@ -12,8 +12,8 @@ from edgegrad import Camera
 from edgegrad.scene.placement import stretches
 
 from ...problem import Report
-from .attributes import OBJECT, POINT_RADIUS, RANDOM_POINT, ObjectValues, hash_words, is_of_object
-from .hair import MOST_TRIANGLES, layer_values, pixel_size
+from .attributes import OBJECT, POINT_RADIUS, RANDOM_POINT, ObjectValues, hash_words, is_of_object, layer_values
+from .hair import MOST_TRIANGLES, pixel_size
 from .mesh import MeshArrays
 
 F32 = NDArray[np.float32]
@@ -29,7 +29,7 @@ def build_points(ob: Any, camera: Camera, values: ObjectValues, names: set[str],
                  report: Report) -> tuple[MeshArrays, dict[str, F32]] | None:  # fmt: skip
     """Return the spheres of an evaluated point cloud and their attributes of these names; None: there are none."""
     where = f"object '{ob.original.name}'"
-    read = {name: layer_values(ob.data, name) for name in {"position", "radius", *names}}
+    read = {name: layer_values(ob.data.attributes.get(name)) for name in {"position", "radius", *names}}
     centres = read["position"]
     if centres is None or not len(centres):
         report.warn(where, "has no points; it is left out")

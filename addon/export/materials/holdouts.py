@@ -58,8 +58,6 @@ def _held_out(reading: MaterialReading, name: str) -> MaterialReading:
             clear = e.Math("SUBTRACT", 1.0, part.textures.get("alpha", part.alpha))
             layers.append((edgegrad.Material(np.ones(3), kind="TRANSPARENT"),
                            product(weight, e.Math("MULTIPLY", CAMERA, clear))))  # fmt: skip
-    if len(layers) == 1:  # the weight of a single part counts only beside another part
-        layers.append((edgegrad.Material(np.zeros(3), kind="DIFFUSE"), 0.0))
     keys = [f"{name}{PART}{k}" for k in range(len(layers))]
     parts = {key: part for key, (part, _) in zip(keys, layers, strict=True)}
     weights = np.array([weight if isinstance(weight, float) else 0.5 for _, weight in layers])

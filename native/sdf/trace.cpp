@@ -260,42 +260,43 @@ bool stops(const TracedField& field, const RaysOfPacket& packet, uint32_t i, con
     return valid != 0;
 }
 
-}  // namespace
-
-void intersect_brick(const embree::UserArguments* args) {
-    const auto& field = *static_cast<const TracedField*>(args->user);
-    const FieldBrick& brick = field.bricks[args->primitive];
-    const RaysOfPacket packet{static_cast<float*>(args->rays), args->n};
-    for (uint32_t i = 0; i < args->n; ++i) {
-        if (!args->valid[i]) continue;
-        RayInBrick r = packet.in(field, brick, i);
-        while (r.meets() && r.next()) {
-            // Two bricks round a crossing in their overlap differently. So it counts in its own brick, and
-            // the order in which Embree visits them does not matter.
-            const auto distance = static_cast<float>(r.distance());
-            if (!r.owns() || !(distance > packet.ray(3, i))) continue;
-            if (!(distance < packet.ray(8, i))) break;
-            packet.ray(8, i) = distance;
-            packet.write(packet.rays + kRayFields * args->n, args->n, i, field, r, *args);
-            break;
-        }
+// Calls ends(field, packet, ray's number, ray) at the crossings of each valid ray, until it returns true.
+//
+// Two bricks round a crossing in their overlap differently. So it counts in its own brick, and once: the
+// order in which Embree visits bricks does not matter.
+template <typename Ends>
+void for_each_crossing(const embree::UserArguments& args, const Ends& ends) {
+    const auto& field = *static_cast<const TracedField*>(args.user);
+    const RaysOfPacket packet{static_cast<float*>(args.rays), args.n};
+    for (uint32_t i = 0; i < args.n; ++i) {
+        if (!args.valid[i]) continue;
+        RayInBrick r = packet.in(field, field.bricks[args.primitive], i);
+        while (r.meets() && r.next())
+            if (r.owns() && ends(field, packet, i, r)) break;
     }
 }
 
+}  // namespace
+
+void intersect_brick(const embree::UserArguments* args) {
+    for_each_crossing(
+        *args, [&](const TracedField& field, const RaysOfPacket& packet, uint32_t i, const RayInBrick& r) {
+            const auto distance = static_cast<float>(r.distance());
+            if (!(distance > packet.ray(3, i))) return false;
+            if (!(distance < packet.ray(8, i))) return true;
+            packet.ray(8, i) = distance;
+            packet.write(packet.rays + kRayFields * args->n, args->n, i, field, r, *args);
+            return true;
+        });
+}
+
 void occlude_brick(const embree::UserArguments* args) {
-    const auto& field = *static_cast<const TracedField*>(args->user);
-    const FieldBrick& brick = field.bricks[args->primitive];
-    const RaysOfPacket packet{static_cast<float*>(args->rays), args->n};
-    for (uint32_t i = 0; i < args->n; ++i) {
-        if (!args->valid[i]) continue;
-        RayInBrick r = packet.in(field, brick, i);
-        while (r.meets() && r.next()) {
-            // A filter counts each crossing once.
-            if (!r.owns() || !stops(field, packet, i, r, *args)) continue;
+    for_each_crossing(
+        *args, [&](const TracedField& field, const RaysOfPacket& packet, uint32_t i, const RayInBrick& r) {
+            if (!stops(field, packet, i, r, *args)) return false;
             packet.ray(8, i) = -__builtin_inff();
-            break;
-        }
-    }
+            return true;
+        });
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import weakref
 from collections.abc import Callable
 from types import MappingProxyType
@@ -28,21 +27,6 @@ def boxes(count: int) -> Scene:
     return Scene(Camera(to_world=pose, width=4, height=4), meshes, {"clay": clay},
                  {"sun": SunLight(np.array([0.1, 0.2, -1.0]))}, World(np.full(3, 0.2)),
                  {"image": Image(np.ones((300, 300, 3), np.float32))})
-
-
-def calls(function: Callable[[], Any]) -> int:
-    count = 0
-
-    def profile(_frame: Any, event: str, _argument: Any) -> None:
-        nonlocal count
-        count += event in ("call", "c_call")
-
-    sys.setprofile(profile)
-    try:
-        function()
-    finally:
-        sys.setprofile(None)
-    return count
 
 
 def in_place(field: str, *at: Any) -> Callable[[Scene], None]:
@@ -174,18 +158,6 @@ def test_values_before_an_update_are_not_kept() -> None:
     mesh.vertices += 1.0
     with pytest.raises(ValueError, match=r"^mesh 'box1': vertices has changed"):
         watched.check(scene)
-
-
-def test_objects_that_have_not_changed_cost_no_calls() -> None:
-    def looked(count: int) -> int:
-        scene = boxes(count)
-        scene.validate()
-        watched = TakenOver(scene)
-        scene.meshes["box1"].vertices = scene.meshes["box1"].vertices + 1.0
-        watched.note(scene, ["meshes.box1.vertices"])
-        return calls(lambda: watched.check(scene))
-
-    assert looked(200) == looked(4)
 
 
 def test_a_renderer_finds_a_forgotten_update_of_a_large_image() -> None:

@@ -14,6 +14,7 @@ from edgegrad import Camera, Image, Material, Mesh, Mixture, Scene, SunLight, Wo
 from edgegrad.derivatives.table_derivatives import pull_back, requested_tables, shapes
 from edgegrad.expression import Attribute, Expression, ImageTexture, Math, nodes_of
 from edgegrad.geometry import mesh_batches, topology
+from edgegrad.rendering.taken_over import TakenOver
 from edgegrad.scene import parameters
 from edgegrad.tables.tables import flatten
 from edgegrad.tables.textures.lowering import RULES
@@ -194,3 +195,15 @@ def test_expressions_without_an_end_are_refused() -> None:
     mixed.materials = {**mixed.materials, "mixed": Mixture(("clay",), np.ones(1), {"0": outer})}
     with pytest.raises(ValueError, match=r"material 'mixed': textures\['0'\]: expression Math is a part of itself"):
         mixed.validate()
+
+
+def test_objects_that_have_not_changed_cost_no_calls() -> None:
+    def looked(count: int) -> int:
+        scene = boxes(count)
+        scene.validate()
+        watched = TakenOver(scene)
+        scene.meshes["box1"].vertices = scene.meshes["box1"].vertices + 1.0
+        watched.note(scene, ["meshes.box1.vertices"])
+        return calls(lambda: watched.check(scene))
+
+    assert looked(200) == looked(4)

@@ -22,16 +22,28 @@ using nb::literals::operator""_a;
 namespace edgegrad {
 namespace {
 
-// Mixes bytes into a fingerprint. Two arrays that differ in one word never have the same one.
+// Mixes a word into a fingerprint. Two arrays that differ in one word never have the same one.
+uint64_t mixed(uint64_t sum, uint64_t word) {
+    sum = (sum ^ word) * 0xff51afd7ed558ccdull;
+    return sum ^ (sum >> 32);
+}
+
 uint64_t mixed(uint64_t sum, const char* at, size_t size) {
-    while (size > 0) {
-        const size_t bytes = std::min<size_t>(size, 8);
-        uint64_t word = 0;
-        std::memcpy(&word, at, bytes);
-        sum = (sum ^ word) * 0xff51afd7ed558ccdull;
-        sum ^= sum >> 32;
-        at += bytes;
-        size -= bytes;
+    uint64_t word = 0;
+    // Four sums at a time: each waits for its last product.
+    uint64_t sums[4] = {sum, 1, 2, 3};
+    for (; size >= 32; size -= 32)
+        for (uint64_t& lane : sums) {
+            std::memcpy(&word, at, 8);
+            lane = mixed(lane, word);
+            at += 8;
+        }
+    sum = mixed(mixed(mixed(sums[0], sums[1]), sums[2]), sums[3]);
+    for (; size > 0; size -= std::min<size_t>(size, 8)) {
+        word = 0;
+        std::memcpy(&word, at, std::min<size_t>(size, 8));
+        sum = mixed(sum, word);
+        at += 8;
     }
     return sum;
 }

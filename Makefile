@@ -30,7 +30,7 @@ help:
 	@echo "make test-gui    run the tests in a real Blender: BLENDER=blender EXTENSION=dist/edgegrad-0.1.0.zip"
 	@echo "make lint        ruff, clang-format, mypy"
 	@echo "make docs        build the documentation in build/docs"
-	@echo "make benchmark   times beside Mitsuba 3 (installs it; needs LLVM >= 16)"
+	@echo "make benchmark   times beside Mitsuba 3 (installs it; needs LLVM >= 17)"
 	@echo "make benchmark-derivatives  run time against error of derivatives, beside Mitsuba 3 (about 12 minutes)"
 	@echo "make benchmark-triangles    run times by the number of triangles, up to a million"
 	@echo "make compare-cycles  Blender scenes beside Cycles: figures and pictures (about 15 minutes)"

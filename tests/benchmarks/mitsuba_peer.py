@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 F32 = NDArray[np.float32]
 
-OLDEST_LLVM = 16
+OLDEST_LLVM = 17
 # Mitsuba's camera looks down +Z with +X to the left; the scenes' looks down -Z.
 _TURNED = np.diag([-1.0, 1.0, -1.0, 1.0])
 

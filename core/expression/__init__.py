@@ -1,49 +1,57 @@
 """Expressions: values that vary over a surface, computed like Blender's shader nodes."""
 
 from . import procedural
-from .nodes import (
-    ALPHA_MODES,
-    BLENDS,
-    COLOR_MODELS,
-    COORDINATES,
-    EXTENSIONS,
-    INTERPOLATIONS,
-    LIGHT_PATHS,
+from .arithmetic import (
     MATH_OPERATIONS,
-    PROJECTIONS,
     RANGE_STEPS,
     VECTOR_OPERATIONS,
-    Attribute,
     Average,
-    Backfacing,
-    BrightContrast,
     Channel,
     Clamp,
-    ColorModel,
     Combine,
-    Coordinates,
-    Curves,
-    Expression,
-    Fresnel,
-    Gamma,
-    HueSaturation,
-    ImageTexture,
-    Invert,
-    LayerWeight,
-    LightPath,
-    Luminance,
     MapRange,
     Math,
-    Mix,
-    Operand,
-    Ramp,
-    Row,
     Transform,
     VectorMath,
+)
+from .colors import (
+    BLENDS,
+    COLOR_MODELS,
+    BrightContrast,
+    ColorModel,
+    Gamma,
+    HueSaturation,
+    Invert,
+    Luminance,
+    Mix,
+)
+from .hit_point import (
+    COORDINATES,
+    LIGHT_PATHS,
+    Attribute,
+    Backfacing,
+    Coordinates,
+    Fresnel,
+    LayerWeight,
+    LightPath,
+    required_attributes,
+)
+from .images import (
+    ALPHA_MODES,
+    EXTENSIONS,
+    INTERPOLATIONS,
+    PROJECTIONS,
+    Curves,
+    ImageTexture,
+    Ramp,
     images_of,
+)
+from .nodes import (
+    Expression,
+    Operand,
+    Row,
     nodes_of,
     operands,
-    required_attributes,
 )
 from .normals import Bump, NormalMap
 from .procedural import (

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..expression.nodes import Expression
+from ..expression import Expression
 from ..scene import parameters
 from ..scene.scene import Scene
 

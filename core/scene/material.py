@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from .._check import array, choice, flag, mapping, names, number, shown, text
 from .._fields import Check, Checked, by, near
-from ..expression.nodes import Expression, nodes_of
+from ..expression import Expression, nodes_of
 
 # PRINCIPLED is Blender's Principled BSDF (4.2 to 5.2); most others are Blender's shader nodes of the same name.
 # DISNEY is the BSDF of Burley 2012 as in Mitsuba 3's `principled`, for comparisons with Mitsuba.

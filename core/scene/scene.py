@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from .._check import RAYS, array, derived, instance, mapping, number, orthonormal, rays, shown, text
 from .._fields import Check, Checked, by, near, optional
-from ..expression.nodes import images_of, required_attributes
+from ..expression import images_of, required_attributes
 from .camera import Camera
 from .field import Field
 from .image import Image

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..expression.nodes import Expression, images_of
+from ..expression import Expression, images_of
 from ..scene.image import Image
 from ..scene.scene import Scene
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from ...expression import nodes as e
+from ... import expression as e
 from .lowering import Components, Lowering, repeated, rule, vector
 from .ops import Value
 

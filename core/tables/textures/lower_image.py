@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...expression import nodes as e
+from ... import expression as e
 from .lowering import Components, Lowering, rule
 from .ops import Value
 

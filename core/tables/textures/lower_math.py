@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from ... import expression as e
 from ..._check import array
-from ...expression import nodes as e
 from .lowering import Components, Lowering, constant, repeated, rule, vector
 from .ops import Value
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...expression import Operand
 from ...expression import procedural as p
-from ...expression.nodes import Operand
 from .lowering import Components, Lowering, repeated, rule, vector
 from .ops import Value
 

@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
-from ...expression import nodes as e
-from ...expression.nodes import Expression, nodes_of
+from ... import expression as e
+from ...expression import Expression, nodes_of
 from .ops import Builder, Number, Value
 
 Components = tuple[Value, ...]  # x, y, z, w

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...expression.nodes import EXTENSIONS, INTERPOLATIONS, Expression
+from ...expression import EXTENSIONS, INTERPOLATIONS, Expression
 from ...expression.numbers import numbers, with_numbers
 from ...scene.image import Image
 from ...scene.light import AreaLight

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from edgegrad import Field, Material, Renderer, Scene, World
-from edgegrad.expression.nodes import Backfacing, Coordinates, Mix, VectorMath
+from edgegrad.expression import Backfacing, Coordinates, Mix, VectorMath
 from edgegrad.rendering.native_engine import Engine
 from tests.support.small_scenes import matte, pixel_at
 

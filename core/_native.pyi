@@ -10,7 +10,7 @@ from .geometry.topology import Edges
 from .rendering.non_finite import Dropped
 from .rendering.options import RenderOptions
 from .tables.tables import Tables
-from .tables.textures.program import TextureTables
+from .tables.textures.texture_tables import TextureTables
 
 F32 = NDArray[np.float32]
 Progress = Callable[[float], None] | None

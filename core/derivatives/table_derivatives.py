@@ -27,7 +27,8 @@ from ..tables import lights as light_table
 from ..tables import materials as material_table
 from ..tables.camera import WIDTH as CAMERA_WIDTH
 from ..tables.tables import Tables, environment_pixels
-from ..tables.textures.program import compile_textures, is_opaque
+from ..tables.textures.data import is_opaque
+from ..tables.textures.program import compile_textures
 from . import images as image_map
 from . import meshes as mesh_map
 from . import values as value_map

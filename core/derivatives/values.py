@@ -14,7 +14,7 @@ from ..tables import materials as material_table
 from ..tables.camera import camera_row
 from ..tables.lights import light_row
 from ..tables.tables import Tables
-from ..tables.textures.program import NumberPlaces
+from ..tables.textures.texture_tables import NumberPlaces
 from .complex_step import jacobian
 from .linear_map import F64, Piece, by_matrix, same
 

@@ -26,7 +26,8 @@ from .geometry import geometry, ray_bits
 from .lights import LightTable, light_table
 from .materials import TWO_SIDED, MaterialTable, material_table
 from .mean_color import mean_expression
-from .textures.program import TextureTables, compile_textures
+from .textures.program import compile_textures
+from .textures.texture_tables import TextureTables
 
 F32 = NDArray[np.float32]
 

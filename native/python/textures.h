@@ -7,7 +7,7 @@
 
 namespace edgegrad {
 
-// Reads the TextureTables of core/tables/textures/program.py. Throws std::invalid_argument for tables that
+// Reads the TextureTables of core/tables/textures/texture_tables.py. Throws std::invalid_argument for tables that
 // its compiler could not have written. Its pixels and attributes stay in Python's memory: the arrays of
 // TextureTables never change.
 TextureTables read_textures(nanobind::handle tables);

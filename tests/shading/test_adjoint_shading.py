@@ -27,7 +27,8 @@ from edgegrad.tables.materials import (
     REFRACTION,
     WIDTH,
 )
-from edgegrad.tables.textures.program import TextureTables, compile_textures
+from edgegrad.tables.textures.program import compile_textures
+from edgegrad.tables.textures.texture_tables import TextureTables
 from tests.support import node_cases
 from tests.support.differences import INTERMEDIATE, check_derivative
 from tests.support.node_cases.texture_points import Points, points, scene_of

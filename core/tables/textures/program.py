@@ -9,15 +9,13 @@ reads is left out.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...expression import EXTENSIONS, INTERPOLATIONS, Expression
+from ...expression import Expression
 from ...expression.numbers import numbers, with_numbers
-from ...scene.image import Image
 from ...scene.light import AreaLight
 from ...scene.material import SMOOTH_NORMAL, Material, Mixture
 from ...scene.mesh import Mesh
@@ -25,92 +23,13 @@ from ...scene.placement import has_uv_tangents
 from ...scene.scene import Scene
 from ..materials import COLUMNS, is_padded
 from . import lower_color, lower_image, lower_math, lower_normal, lower_procedural  # noqa: F401  (their rules are registered)
+from .data import attribute_tables, bounding_boxes, image_tables, lookup_tables
 from .lowering import Lowering, Resources
 from .ops import OPCODES, Builder, Number, Output, Value
+from .texture_tables import NumberPlaces, TextureTables
 
 REGISTERS = 128  # kTextureRegisters in native/scene/textures/texture_view.h
 _OUTPUTS, _INPUTS = 4, 10
-# Lookups read four floats at once: so many lie behind the last one.
-_PADDING = 4
-# Of boxes that radial tangents are relative to, along each axis (BKE_mesh_texspace_calc), metres.
-_LEAST_SIZE = 2e-5
-
-I32 = NDArray[np.int32]
-I64 = NDArray[np.int64]
-F32 = NDArray[np.float32]
-
-
-@dataclass(frozen=True)
-class StoredImage:
-    """An image's place in `TextureTables.pixels`.
-
-    Attributes
-    ----------
-    name
-        In the scene.
-    offset
-        First float.
-    channels
-        How many of its channels are kept.
-    multiplied
-        Whether the colour has been multiplied by alpha.
-    """
-
-    name: str
-    offset: int
-    channels: int
-    multiplied: bool
-
-
-@dataclass(frozen=True)
-class NumberPlaces:
-    """Where the numbers of an expression (`expression_numbers`) are; what no program reads is nowhere.
-
-    Attributes
-    ----------
-    count
-        Numbers of the expression.
-    constants, lookups
-        (n, 2) a number's position in its expression, and its place in `TextureTables.constants` or `lookups`.
-    """
-
-    count: int
-    constants: I64
-    lookups: I64
-
-
-@dataclass
-class TextureTables:
-    """What native/scene/textures/texture_view.h points to. P programs, L closures, S meshes of the scene.
-
-    Leaves are the shaders of `scene.materials` in order, each material's parts after each other; area lights
-    follow, which have no textures (core/tables/materials.py).
-    """
-
-    code: I32  # (n, 16) op, data, out[4], in[10]
-    program_first: I32  # (P + 1)
-    constants: F32
-    closure_program: I32  # (L) -1: none
-    closure_weight_program: I32  # (L) -1: none
-    closure_normal_program: I32  # (L) of the material's displaced normal, -1: none
-    closure_uv: I32  # (L) attribute that the normal map is relative to, -1: none
-    closure_tangent: I32  # (L) attribute that has its tangents, -1: none
-    image_offset: I64  # (I) first float in `pixels`
-    image_shape: I32  # (I, 3) width, height, channels
-    image_mode: I32  # (I, 3) interpolation, extension, whether the result is divided by alpha
-    pixels: F32
-    table_shape: I32  # (T, 5) offset, rows, columns, interpolate, extrapolate
-    lookups: F32
-    attribute_offset: I64  # (A * S) where the data of face 0, or of instance 0, would be in `attributes`
-    attribute_components: I32  # (A * S) 0: the mesh has no such attribute; -c: c values of each instance
-    attributes: F32
-    face_mesh: I32  # (F) mesh of each face
-    mesh_box: F32  # (S, 2, 3) centre and size of the bounding box, relative to the origin
-    stored_images: tuple[StoredImage, ...]  # what `pixels` consists of
-    attribute_names: tuple[str, ...]  # (A)
-    numbers: Mapping[tuple[str, str], NumberPlaces]  # by material and field: where requested numbers are
-    with_alpha: frozenset[str]  # images that were stored with an alpha though it is 1 everywhere
-    with_tangents: frozenset[str]  # materials that have tangents though their anisotropy is 0
 
 
 def compile_textures(
@@ -186,10 +105,10 @@ def compile_textures(
         closure_normal_program=np.array(closure_normal_program, np.int32),
         closure_uv=np.array(closure_uv, np.int32),
         closure_tangent=np.array(closure_tangent, np.int32),
-        **_images(scene.images, resources, with_alpha, earlier),
-        **_lookup_tables(resources),
-        **_attributes(placed, resources, earlier),
-        mesh_box=_boxes(placed, start),
+        **image_tables(scene.images, resources, with_alpha, earlier),
+        **lookup_tables(resources),
+        **attribute_tables(placed, resources, earlier),
+        mesh_box=bounding_boxes(placed, start),
         numbers={key: _places(own, programs, resources) for key, own in tracked.items()},
         with_alpha=frozenset(with_alpha),
         with_tangents=frozenset(with_tangents),
@@ -321,123 +240,3 @@ class _Programs:
 
 class _TooManyRegisters(Exception):
     pass
-
-
-def is_opaque(pixels: F32) -> bool:
-    """Whether an image's alpha is 1 everywhere, or it has none."""
-    return pixels.shape[2] < 4 or bool(np.all(pixels[..., 3] == 1.0))
-
-
-def _images(
-    images: Mapping[str, Image], resources: Resources, with_alpha: Collection[str], earlier: TextureTables | None
-) -> dict[str, Any]:
-    """Each picture's pixels once; twice only if nodes read them both with and without their alpha."""
-    parts: list[tuple[F32, bool]] = []
-    held: dict[tuple[str, int, bool], int] = {}
-    end = 0
-    offsets, shapes, modes = [], [], []
-    for name, interpolation, extension, alpha in resources.images:
-        pixels = images[name].pixels
-        # An alpha that is 1 everywhere, or that nobody wants, takes no memory.
-        ones = name not in with_alpha and is_opaque(pixels)
-        opaque = pixels.shape[2] == 4 and (alpha == "NONE" or ones)
-        multiply = pixels.shape[2] == 4 and not opaque and alpha in ("STRAIGHT", "PREMULTIPLIED")
-        if opaque:
-            pixels = pixels[..., :3]
-        key = (name, pixels.shape[2], multiply)
-        if key not in held:
-            held[key] = end
-            parts.append((pixels, multiply))
-            end += pixels.size
-        offsets.append(held[key])
-        shapes.append((pixels.shape[1], pixels.shape[0], pixels.shape[2]))
-        modes.append((INTERPOLATIONS.index(interpolation), EXTENSIONS.index(extension),
-                      int(alpha == "STRAIGHT" and (multiply or extension == "CLIP"))))
-    stored = tuple(StoredImage(name, offset, channels, multiplied)
-                   for (name, channels, multiplied), offset in held.items())
-    same = earlier is not None and stored == earlier.stored_images and len(earlier.pixels) == end + _PADDING
-    return {
-        "image_offset": np.array(offsets, np.int64),
-        "image_shape": np.array(shapes, np.int32).reshape(-1, 3),
-        "image_mode": np.array(modes, np.int32).reshape(-1, 3),
-        "pixels": earlier.pixels if earlier is not None and same else _joined(parts, end),
-        "stored_images": stored,
-    }
-
-
-def _joined(parts: Sequence[tuple[F32, bool]], size: int) -> F32:
-    """The pixels of all images, one image after the other; colours are multiplied by alpha where the flag says so."""
-    out = np.zeros(size + _PADDING, np.float32)
-    offset = 0
-    for pixels, multiply in parts:
-        place = out[offset : offset + pixels.size].reshape(pixels.shape)
-        offset += pixels.size
-        if multiply:
-            np.multiply(pixels[..., :3], pixels[..., 3:], out=place[..., :3])
-            place[..., 3] = pixels[..., 3]
-        else:
-            place[...] = pixels
-    return out
-
-
-def _lookup_tables(resources: Resources) -> dict[str, Any]:
-    shapes, rows = [], []
-    end = 0
-    for (table, interpolate, extrapolate) in resources.tables:
-        values = np.array(table, np.float32)
-        shapes.append((end, *values.shape, int(interpolate), int(extrapolate)))
-        rows.append(values.reshape(-1))
-        end += values.size
-    return {
-        "table_shape": np.array(shapes, np.int32).reshape(-1, 5),
-        "lookups": np.concatenate([*rows, np.zeros(_PADDING, np.float32)]),
-    }
-
-
-def _boxes(meshes: Sequence[Mesh], origin: NDArray[np.float64]) -> F32:
-    """Centre and size of each mesh's bounding box, in the floats that kernels have; as in Blender no size is below
-    `_LEAST_SIZE`.
-
-    A mesh that is turned into a plane of the axes is flat but for rounding, which must not pass for its size: what
-    remains of a float's digits there would be the direction of the tangents. Flat meshes count as thick as they are
-    long, so that this stays small (Blender's 1 m is large in one world and small in another).
-    """
-    boxes = np.zeros((len(meshes), 2, 3), np.float32)
-    for box, mesh in zip(boxes, meshes, strict=True):
-        vertices = mesh.vertices - (0.0 if mesh.instances is not None else origin)
-        low, high = vertices.min(axis=0), vertices.max(axis=0)
-        size = high - low
-        rounding = 4.0 * np.finfo(np.float32).eps * max(np.abs(low).max(), np.abs(high).max())
-        box[0] = 0.5 * (low + high)
-        box[1] = np.maximum(np.where(size > rounding, size, size.max()), _LEAST_SIZE)
-    return boxes
-
-
-def _attributes(meshes: Sequence[Mesh], resources: Resources, earlier: TextureTables | None) -> dict[str, Any]:
-    parts: list[F32] = []
-    end = 0
-    first_face = np.cumsum([0] + [len(mesh.faces) for mesh in meshes])
-    first_instance = np.cumsum([0] + [0 if mesh.instances is None else len(mesh.instances) for mesh in meshes])
-    offsets, components = [], []
-    for name in resources.attributes:
-        for mesh, face, instance in zip(meshes, first_face, first_instance, strict=False):
-            values = mesh.attributes.get(name)
-            count, before = (0, 0) if values is None else (values.shape[2], 3 * int(face))
-            if values is None and (values := mesh.instance_attributes.get(name)) is not None:
-                count, before = -values.shape[1], int(instance)
-            offsets.append(end - before * abs(count))
-            components.append(count)
-            if values is not None:
-                parts.append(values)
-                end += values.size
-    names = tuple(resources.attributes)
-    same = earlier is not None and names == earlier.attribute_names and len(earlier.attributes) == end + _PADDING
-    return {
-        "attribute_offset": np.array(offsets, np.int64),
-        "attribute_components": np.array(components, np.int32),
-        "attributes": earlier.attributes if earlier is not None and same else np.concatenate(
-            [*(np.ascontiguousarray(part, np.float32).reshape(-1) for part in parts), np.zeros(_PADDING, np.float32)]
-        ),
-        "face_mesh": np.repeat(np.arange(len(meshes), dtype=np.int32), np.diff(first_face)),
-        "attribute_names": names,
-    }

@@ -1,4 +1,4 @@
-// The textures' tables by value (core/tables/textures/program.py, TextureTables).
+// The textures' tables by value (core/tables/textures/texture_tables.py).
 #pragma once
 
 #include <algorithm>

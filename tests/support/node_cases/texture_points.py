@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from edgegrad import Camera, Image, Material, Mesh, Scene, World, _native
 from edgegrad.expression import Channel, Combine, Expression
 from edgegrad.tables.materials import COLUMNS, WIDTH
-from edgegrad.tables.textures.program import TextureTables, compile_textures
+from edgegrad.tables.textures.program import compile_textures
+from edgegrad.tables.textures.texture_tables import TextureTables
 
 
 @dataclass

@@ -1,0 +1,140 @@
+"""The data that programs of textures look up: images, tables of ramps and curves, attributes, and boxes of meshes."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...expression import EXTENSIONS, INTERPOLATIONS
+from ...scene.image import Image
+from ...scene.mesh import Mesh
+from .lowering import Resources
+from .texture_tables import F32, StoredImage, TextureTables
+
+# Lookups read four floats at once: so many lie behind the last one.
+_PADDING = 4
+# Of boxes that radial tangents are relative to, along each axis (BKE_mesh_texspace_calc), metres.
+_LEAST_SIZE = 2e-5
+
+
+def is_opaque(pixels: F32) -> bool:
+    """Whether an image's alpha is 1 everywhere, or it has none."""
+    return pixels.shape[2] < 4 or bool(np.all(pixels[..., 3] == 1.0))
+
+
+def image_tables(
+    images: Mapping[str, Image], resources: Resources, with_alpha: Collection[str], earlier: TextureTables | None
+) -> dict[str, Any]:
+    """Each picture's pixels once; twice only if nodes read them both with and without their alpha."""
+    parts: list[tuple[F32, bool]] = []
+    held: dict[tuple[str, int, bool], int] = {}
+    end = 0
+    offsets, shapes, modes = [], [], []
+    for name, interpolation, extension, alpha in resources.images:
+        pixels = images[name].pixels
+        # An alpha that is 1 everywhere, or that nobody wants, takes no memory.
+        ones = name not in with_alpha and is_opaque(pixels)
+        opaque = pixels.shape[2] == 4 and (alpha == "NONE" or ones)
+        multiply = pixels.shape[2] == 4 and not opaque and alpha in ("STRAIGHT", "PREMULTIPLIED")
+        if opaque:
+            pixels = pixels[..., :3]
+        key = (name, pixels.shape[2], multiply)
+        if key not in held:
+            held[key] = end
+            parts.append((pixels, multiply))
+            end += pixels.size
+        offsets.append(held[key])
+        shapes.append((pixels.shape[1], pixels.shape[0], pixels.shape[2]))
+        modes.append((INTERPOLATIONS.index(interpolation), EXTENSIONS.index(extension),
+                      int(alpha == "STRAIGHT" and (multiply or extension == "CLIP"))))
+    stored = tuple(StoredImage(name, offset, channels, multiplied)
+                   for (name, channels, multiplied), offset in held.items())
+    same = earlier is not None and stored == earlier.stored_images and len(earlier.pixels) == end + _PADDING
+    return {
+        "image_offset": np.array(offsets, np.int64),
+        "image_shape": np.array(shapes, np.int32).reshape(-1, 3),
+        "image_mode": np.array(modes, np.int32).reshape(-1, 3),
+        "pixels": earlier.pixels if earlier is not None and same else _joined(parts, end),
+        "stored_images": stored,
+    }
+
+
+def _joined(parts: Sequence[tuple[F32, bool]], size: int) -> F32:
+    """The pixels of all images, one image after the other; colours are multiplied by alpha where the flag says so."""
+    out = np.zeros(size + _PADDING, np.float32)
+    offset = 0
+    for pixels, multiply in parts:
+        place = out[offset : offset + pixels.size].reshape(pixels.shape)
+        offset += pixels.size
+        if multiply:
+            np.multiply(pixels[..., :3], pixels[..., 3:], out=place[..., :3])
+            place[..., 3] = pixels[..., 3]
+        else:
+            place[...] = pixels
+    return out
+
+
+def lookup_tables(resources: Resources) -> dict[str, Any]:
+    shapes, rows = [], []
+    end = 0
+    for (table, interpolate, extrapolate) in resources.tables:
+        values = np.array(table, np.float32)
+        shapes.append((end, *values.shape, int(interpolate), int(extrapolate)))
+        rows.append(values.reshape(-1))
+        end += values.size
+    return {
+        "table_shape": np.array(shapes, np.int32).reshape(-1, 5),
+        "lookups": np.concatenate([*rows, np.zeros(_PADDING, np.float32)]),
+    }
+
+
+def bounding_boxes(meshes: Sequence[Mesh], origin: NDArray[np.float64]) -> F32:
+    """Centre and size of each mesh's bounding box, in the floats that kernels have; as in Blender no size is below
+    `_LEAST_SIZE`.
+
+    A mesh that is turned into a plane of the axes is flat but for rounding, which must not pass for its size: what
+    remains of a float's digits there would be the direction of the tangents. Flat meshes count as thick as they are
+    long, so that this stays small (Blender's 1 m is large in one world and small in another).
+    """
+    boxes = np.zeros((len(meshes), 2, 3), np.float32)
+    for box, mesh in zip(boxes, meshes, strict=True):
+        vertices = mesh.vertices - (0.0 if mesh.instances is not None else origin)
+        low, high = vertices.min(axis=0), vertices.max(axis=0)
+        size = high - low
+        rounding = 4.0 * np.finfo(np.float32).eps * max(np.abs(low).max(), np.abs(high).max())
+        box[0] = 0.5 * (low + high)
+        box[1] = np.maximum(np.where(size > rounding, size, size.max()), _LEAST_SIZE)
+    return boxes
+
+
+def attribute_tables(meshes: Sequence[Mesh], resources: Resources, earlier: TextureTables | None) -> dict[str, Any]:
+    parts: list[F32] = []
+    end = 0
+    first_face = np.cumsum([0] + [len(mesh.faces) for mesh in meshes])
+    first_instance = np.cumsum([0] + [0 if mesh.instances is None else len(mesh.instances) for mesh in meshes])
+    offsets, components = [], []
+    for name in resources.attributes:
+        for mesh, face, instance in zip(meshes, first_face, first_instance, strict=False):
+            values = mesh.attributes.get(name)
+            count, before = (0, 0) if values is None else (values.shape[2], 3 * int(face))
+            if values is None and (values := mesh.instance_attributes.get(name)) is not None:
+                count, before = -values.shape[1], int(instance)
+            offsets.append(end - before * abs(count))
+            components.append(count)
+            if values is not None:
+                parts.append(values)
+                end += values.size
+    names = tuple(resources.attributes)
+    same = earlier is not None and names == earlier.attribute_names and len(earlier.attributes) == end + _PADDING
+    return {
+        "attribute_offset": np.array(offsets, np.int64),
+        "attribute_components": np.array(components, np.int32),
+        "attributes": earlier.attributes if earlier is not None and same else np.concatenate(
+            [*(np.ascontiguousarray(part, np.float32).reshape(-1) for part in parts), np.zeros(_PADDING, np.float32)]
+        ),
+        "face_mesh": np.repeat(np.arange(len(meshes), dtype=np.int32), np.diff(first_face)),
+        "attribute_names": names,
+    }

@@ -8,8 +8,7 @@ parameters.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -23,18 +22,11 @@ from ..derivatives.table_derivatives import (
     pull_back_of,
     push_forward,
     requested_tables,
-    shows_environment,
     with_requested,
 )
-from ..geometry.topology import Edges
 from ..reference import diffuse_tables
-from ..reference.simplify import obstacles
-from ..scene import parameters
 from ..scene.bounces import MAX_DEPTH, Bounces
 from ..scene.camera import Camera
-from ..scene.fixed_scene import FixedScene
-from ..scene.light import AreaLight
-from ..scene.placement import is_moved
 from ..scene.scene import Scene
 from ..tables import tables as flat
 from ..tables.materials import LAMBERTIAN
@@ -51,7 +43,7 @@ from .options import (
     checked_progress,
     checked_terms,
 )
-from .taken_over import TakenOver
+from .prepared_scene import PreparedScene
 
 # Largest path length with derivatives in the reference engine: emission seen directly, and direct illumination.
 MAX_DERIVATIVE_DEPTH = 2
@@ -65,15 +57,12 @@ CONVEXITY_FACES = 20_000
 # gradients.
 DERIVATIVE_STREAM = 0xBB67AE85
 
-# Parameters that neither change textures nor are changed by them.
-_UNTEXTURED = ("camera.", "world.", "lights.")
-
 
 class Cancelled(RuntimeError):
     """Raised by a progress callback to stop a render or a fit."""
 
 
-class Renderer:
+class Renderer(PreparedScene):
     """A scene with its BVH and edges, to be rendered and differentiated many times.
 
     Parameters
@@ -107,176 +96,14 @@ class Renderer:
                  wrt: Sequence[str] = (), watched: bool = True) -> None:
         threads = whole("renderer", "threads", threads, 0, MOST_THREADS)
         learn = flag("renderer", "learn", learn)
-        self.scene = scene
-        self._wrt = names("renderer", "wrt", wrt, "parameter paths")
-        self._tables = with_requested(scene, flat.flatten(scene), self._wrt)
-        self._edges: Edges | None = None
-        self._obstacles: list[str] | None = None
-        self._fixed: FixedScene | None = None
-        self._moved = False  # the engine has vertex positions that the tables lack
-        self._unfinished = False  # an update has failed half-way, so the engine's state is inconsistent
-        self._engine_class, self._threads = engine_class(engine), threads
-        self._engine = self._engine_class(self._tables, threads)
-        self._taken_over = TakenOver(scene) if flag("renderer", "watched", watched) else None
+        wrt = names("renderer", "wrt", wrt, "parameter paths")
+        super().__init__(scene, threads, engine_class(engine), wrt, flag("renderer", "watched", watched))
         self._learning: Learning | None = None
         self.last_decisions: Decisions = ()
         if learn and not self._engine.narrow:
             from .native_engine import learned_sampling
 
             self._learning = Learning(learned_sampling)
-
-    @property
-    def narrow(self) -> bool:
-        """Whether its engine has derivatives of flat, diffuse, directly lit scenes alone."""
-        return self._engine.narrow
-
-    @property
-    def tables(self) -> flat.Tables:
-        """The tables of the scene."""
-        return self._tables
-
-    @property
-    def fixed_scene(self) -> FixedScene:
-        """The scene since the last update, with answers to questions about all its meshes, each found once."""
-        if self._fixed is None:
-            self._fixed = FixedScene.of(self.scene)
-        return self._fixed
-
-    @property
-    def edges(self) -> Edges:
-        """The edges of the scene; found at the first use."""
-        if self._edges is None:
-            edges = self._tables.edges()
-            self._engine.set_edges(edges)
-            self._edges = edges
-        return self._edges
-
-    def adopt(self, scene: Scene) -> bool:
-        """Switch to another scene if its geometry has the same bits; otherwise change nothing and return False."""
-        tables = with_requested(scene, flat.flatten(scene), self._wrt)
-        if self._moved or self._unfinished or not tables.same_geometry(self._tables):
-            return False
-        with self._change():
-            self.scene, self._tables = scene, tables
-            self.watched = self.watched  # record the values of the other scene
-            self._obstacles = None
-            self._engine.update(tables)
-        return True
-
-    def update(self, paths: Collection[str] | None = None) -> None:
-        """Update the renderer after changes of the scene's values.
-
-        Parameters
-        ----------
-        paths
-            Paths of the changed parameters. Only these are read, and only meshes with changed vertices get a refitted
-            BVH. None: find all changes by a comparison.
-
-        Raises
-        ------
-        ValueError
-            For wrong values, which it names, or if the topology has changed.
-        """
-        if paths is not None:
-            paths = names("update", "paths", paths, "parameter paths")
-            if not self._unfinished and self._update_named(paths):
-                if self._taken_over is not None:
-                    self._taken_over.note(self.scene, paths)
-                return
-        images = paths is None or any(path.startswith(("images.", "meshes.")) and _vertices_of(path) is None
-                                      for path in paths)
-        tables = flat.flatten(self.scene, self._tables.origin, None if images else self._tables.textures)
-        tables = with_requested(self.scene, tables, self._wrt)
-        same = np.array_equal(tables.faces, self._tables.faces) and tables.mesh_names == self._tables.mesh_names
-        same = same and tables.same_fields(self._tables)
-        if not same or len(tables.vertices) != len(self._tables.vertices):
-            raise ValueError("scene: its topology has changed; make a new Renderer")
-        # Engines can update vertices and values. Any other change of a mesh needs a new engine.
-        built_anew = not tables.same_but_vertices(self._tables)
-        with self._change():
-            self._obstacles = None
-            if built_anew:
-                engine = self._engine_class(tables, self._threads)
-                if self._edges is not None:
-                    engine.set_edges(self._edges)
-                self._engine = engine
-            else:
-                self._engine.update(tables)
-            self._tables = tables
-            self._moved = self._unfinished = False
-        self.watched = self.watched  # record the changed values
-
-    @contextmanager
-    def _change(self) -> Iterator[None]:
-        """Guard a change of the engine: if it fails (out of memory, Ctrl-C), the next call repeats it."""
-        try:
-            yield
-        except BaseException:
-            self._unfinished = True
-            raise
-        finally:
-            self._fixed = None
-
-    @property
-    def watched(self) -> bool:
-        """Whether each call checks for changes of the scene since the last update.
-
-        The check compares fields, and some entries of each array. False saves its time, for a scene that no other code
-        changes.
-        """
-        return self._taken_over is not None
-
-    @watched.setter
-    def watched(self, watched: bool) -> None:
-        self._taken_over = TakenOver(self.scene) if watched else None
-
-    def _settle(self, camera: Camera | None) -> None:
-        """Repeat an unfinished change, and refuse a scene that has changed since the last update."""
-        if self._unfinished:
-            self.update()
-        if self._taken_over is not None:
-            self._taken_over.check(self.scene, camera=camera is None)
-
-    def _update_named(self, paths: Collection[str]) -> bool:
-        """Update the named parameters alone; return False, without a change, if the whole scene must be read again."""
-        moved = [name for path in paths if (name := _vertices_of(path)) is not None]
-        values = [path for path in paths if _vertices_of(path) is None]
-        for path in paths:
-            parameters.get(self.scene, path)
-        if any(mesh.instances is not None or is_moved(mesh) for mesh in (self.scene.meshes[name] for name in moved)):
-            return False
-        if self._tables.textures is not None and not all(path.startswith(_UNTEXTURED) for path in paths):
-            return False
-        if any(self._changes_geometry(path) for path in values):
-            return False
-        image = flat.shows_image(self.scene) or shows_environment(self.scene, self._wrt)
-        if image == (self._tables.environment_pixels is None):
-            return False
-        for name in moved:
-            mesh, k = self.scene.meshes[name], self._tables.mesh_names.index(name)
-            count = int(self._tables.mesh_first_vertex[k + 1] - self._tables.mesh_first_vertex[k])
-            mesh.check_vertices(name, count)
-        tables = self._tables
-        if values:
-            tables = with_requested(self.scene, flat.with_values(self.scene, tables, values), self._wrt)
-        with self._change():
-            for name in moved:
-                self._moved = True
-                k, vertices = self._tables.mesh_names.index(name), self.scene.meshes[name].vertices
-                self._engine.move_vertices(k, vertices, self._tables)
-            if values:
-                self._tables = tables
-                self._obstacles = None
-                self._engine.update_values(tables)
-        return True
-
-    def _changes_geometry(self, path: str) -> bool:
-        """Whether a parameter other than vertices may change the geometry or the images in the engine."""
-        if path.startswith(("meshes.", "images.", "fields.")) or isinstance(_held(self.scene, path), AreaLight):
-            return True
-        # The instances of an emissive mesh are separate meshes in world space, so emission changes the geometry.
-        instanced = any(mesh.instances is not None for mesh in self.scene.meshes.values())
-        return instanced and path.startswith("materials.") and path.endswith(".emission")
 
     def render(
         self,
@@ -447,12 +274,10 @@ class Renderer:
         terms: Sequence[str],
     ) -> RenderOptions:
         narrow = self._engine.narrow
-        if self._obstacles is None:
-            self._obstacles = list(obstacles(self.scene)) if narrow else []
         computed = checked_terms(terms)
-        if self._obstacles:
+        if self.obstacles:
             raise ValueError("this scene has no exact derivatives in this version; edgegrad.differentiable(scene) "
-                             f"returns a similar scene that has, where {'; '.join(self._obstacles)}")
+                             f"returns a similar scene that has, where {'; '.join(self.obstacles)}")
         _ = self.edges
         deepest = MAX_DERIVATIVE_DEPTH if narrow else MAX_DEPTH
         options = checked_options(spp, max_depth, seed, bounces, deepest)
@@ -475,13 +300,3 @@ class Renderer:
             return tables
         instance("render", "camera", camera, Camera).validate()
         return replace(tables, **flat.camera_fields(camera, tables.origin))
-
-
-def _vertices_of(path: str) -> str | None:
-    """Return the name of the mesh if the path means its vertices, else None."""
-    collection, name, field = parameters.split(path)
-    return name if collection == "meshes" and field == "vertices" else None
-
-
-def _held(scene: Scene, path: str) -> Any:
-    return parameters.owner(scene, path)[0]

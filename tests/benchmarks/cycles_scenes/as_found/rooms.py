@@ -179,7 +179,7 @@ def street() -> None:
     house = stage.add("House", stage.cube("House", brick, size=1.0), (-4.0, 3.0, 1.5), scale=(1.8, 2.0, 3.0))
     rows = house.modifiers.new("Array", "ARRAY")
     rows.count, rows.relative_offset_displace = 4, (1.15, 0, 0)
-    pane = stage.principled("Pane", (0.9, 0.95, 0.95), Transmission_Weight=1.0, Roughness=0.0, IOR=1.1)
+    pane = stage.principled("Pane", (0.3, 0.4, 0.4), Alpha=0.25, Roughness=0.1)
     dark = stage.principled("Room", (0.05, 0.04, 0.03))
     for k in range(4):
         x = -4.0 + 2.07 * k

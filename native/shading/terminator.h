@@ -2,6 +2,8 @@
 // lie with their backs to light that the smooth surface would receive.
 #pragma once
 
+#include <array>
+
 #include "scene/geometry.h"
 #include "shading/receiving_normal.h"
 
@@ -16,6 +18,31 @@ EG_INLINE void corner_normal(const SceneView& scene, int32_t corner, int32_t ins
         place_normal(gather_placement(scene, splat(instance)), {splat(n[0]), splat(n[1]), splat(n[2])});
     const Vec3 unit = placed * (1.0f / sqrt(max(dot(placed, placed), 1e-30f)));
     n[0] = unit.x[0], n[1] = unit.y[0], n[2] = unit.z[0];
+}
+
+// Moves the lifted origin of a ray towards light below the plane of x's face to where the ray meets that
+// plane, if that is within the face, which does not shadow itself.
+EG_INLINE void pass_own_face(const SurfacePoint& x, Vec3 w, float flat, int i, Vec3& lift) {
+    const auto at = [i](Vec3 v) { return std::array<float, 3>{v.x[i], v.y[i], v.z[i]}; };
+    const auto n = at(x.normal), d = at(w), p = at(x.position);
+    auto moved = at(lift);
+    const float height = n[0] * moved[0] + n[1] * moved[1] + n[2] * moved[2];
+    if (height <= 0.0f) return;
+    for (int c = 0; c < 3; ++c) moved[c] += d[c] * (height / -flat);
+    const std::array<float, 3> corners[3] = {at(x.triangle.p0), at(x.triangle.p1), at(x.triangle.p2)};
+    int left = 0;
+    for (int k = 0; k < 3; ++k) {
+        float to[3], edge[3];
+        for (int c = 0; c < 3; ++c) {
+            to[c] = p[c] + moved[c] - corners[k][c];
+            edge[c] = corners[(k + 1) % 3][c] - corners[k][c];
+        }
+        left += n[0] * (edge[1] * to[2] - edge[2] * to[1]) + n[1] * (edge[2] * to[0] - edge[0] * to[2]) +
+                    n[2] * (edge[0] * to[1] - edge[1] * to[0]) >
+                0.0f;
+    }
+    if (left != 0 && left != 3) return;
+    lift.x[i] = moved[0], lift.y[i] = moved[1], lift.z[i] = moved[2];
 }
 
 // Offset of the origin of a shadow ray towards w, onto a smooth surface through the corners: x is projected
@@ -51,6 +78,7 @@ EG_INLINE Vec3 terminator_lift(const SceneView& scene, const SurfacePoint& x, Ve
             lift.y[i] += up * n[1];
             lift.z[i] += up * n[2];
         }
+        if (flat[i] < 0.0f) pass_own_face(x, w, flat[i], i, lift);
     }
     return lift;
 }

@@ -73,7 +73,7 @@ def displaced_image() -> None:
 
 
 @case("Displaced faces beside faces of a material that stays, which keep their normals", bounces=2, differs=(
-    "normals of the second material lean so far from its displaced faces that Cycles lifts the shadow rays elsewhere",))
+    "the second material keeps its normals, which lean far from its displaced faces; Cycles shades these brighter",))
 def displaced_slots() -> None:
     """A second material."""
     for body in _bricks(0.15):

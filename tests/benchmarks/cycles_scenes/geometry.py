@@ -10,6 +10,7 @@ import numpy as np
 from . import stage
 from .case import case
 
+
 @case("Smooth, flat, sharp and custom normals; material slots per face; mirrored objects")
 def normals() -> None:
     """Coarse bodies that show their normals."""

@@ -12,6 +12,8 @@ _ABOUT_MESHES = {
     "texel borders": "borders inside of the faces of {} that an image without interpolation draws: they are no edges",
     "partly seen shadows": "shadows of {}, which only some kinds of rays can hit: computed as for shadow rays, or as "
                            "for diffuse rays in an environment of one colour",
+    "lit from below": "the edges of shadows on {}, where a light lies below the plane of a face that its smooth "
+                      "normals let it reach (terminator_offset): they are not sampled",
     "field outlines": "the outlines of the distance fields {}, as the camera sees them and in their shadows: "
                       "derivatives by what moves lack them",
     "field lines": "lines where meshes pass through the distance fields {}: they are no edges",

@@ -76,7 +76,9 @@ class Mesh(Checked):
         Kinds of rays that can hit the mesh: a subset of "camera", "diffuse", "glossy", "transmission", "shadow".
     terminator_offset
         Blender's shadow terminator geometry offset, in [0, 1]: how far above a smooth-shaded surface a shadow ray
-        starts if light arrives at a grazing angle. 0: on the triangles, which then shadow each other.
+        starts if light arrives at a grazing angle. 0: on the triangles, which then shadow each other. Above 0, lights
+        and images of environments also reach a face from below its plane, if its smooth normals face them, as in
+        Cycles.
     """
 
     vertices: NDArray[np.float64]

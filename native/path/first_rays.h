@@ -28,7 +28,7 @@ EG_INLINE Closest trace_first(const SceneView& scene, PathPacket& p, Float sx, F
     const CameraRay ray = camera_ray(camera, sx, sy, lens_u, lens_v);
     const Float length = sqrt(dot(ray.direction, ray.direction));
     p.origin = p.from = ray.origin;
-    p.direction = p.from_normal = ray.direction * (1.0f / length);
+    p.direction = p.from_normal = p.from_receiving = ray.direction * (1.0f / length);
     return intersect(scene, p.active, p.origin, p.direction, length * camera.clip_start,
                      length * camera.clip_end, ignore_nothing(), coherence, ray_mask(p.kind));
 }

@@ -99,7 +99,8 @@ EG_INLINE LightSample merged(Mask m, const LightSample& b, const LightSample& a)
 
 // Sets the density and the geometric factor of samples by either strategy.
 EG_INLINE void weigh_lobe_samples(const SceneView& scene, const SurfacePoint& x, Mask both_sides,
-                                  const SharpLobes& lobes, Mask along_lobes, LightSample& s) {
+                                  const Vec3* shading, const SharpLobes& lobes, Mask along_lobes,
+                                  LightSample& s) {
     // Lights without size and faces are found by the first strategy alone
     const Float first = 1.0f - lobes.share;
     s.geometry = select(lobes.active & ~along_lobes, s.geometry / first, s.geometry);
@@ -109,7 +110,7 @@ EG_INLINE void weigh_lobe_samples(const SceneView& scene, const SurfacePoint& x,
     const Mask above = dot(x.normal, s.w) > 0.0f;
     const Int kind =
         select(above, splat(static_cast<int>(kGlossyRay)), splat(static_cast<int>(kTransmissionRay)));
-    const Receiver from{x.position, x.normal, both_sides};
+    const Receiver from{x.position, x.normal, both_sides, shading};
     Float count = splat(0.0f), emitter = select(along_lobes, splat(0.0f), s.pdf);
     Mask met = splat(0);
     for_each_met_light(scene, shared, x.position, x.mesh, s.w, splat(0.0f), splat(__builtin_inff()), kind,
@@ -136,12 +137,13 @@ EG_INLINE Float mirrored(Mask m, Float v) { return select(m, fract(v + 0.5f), v)
 // Samples the light that a surface of a recorded path receives. `number` is that of the sample.
 EG_INLINE LightSample sample_light_and_lobes(const SceneView& scene, const PathPacket& p,
                                              const SurfacePoint& x, const ShadedSurface& surface,
-                                             const PathIndex& index, UInt number, Float u, Float v) {
+                                             const PathIndex& index, UInt number, Float u, Float v,
+                                             const Vec3* shading) {
     const SharpLobes lobes = sharp_lobes(surface, p.active);
     const Mask along = lobes.active & (u < lobes.share);
     const Float rest = (u - lobes.share) / max(1.0f - lobes.share, 1e-6f);
     LightSample s = sample_light(scene, p.active & ~along, x, p.both_sides,
-                                 select(along, splat(0.0f), select(lobes.active, rest, u)), v);
+                                 select(along, splat(0.0f), select(lobes.active, rest, u)), v, shading);
     if (!any(lobes.active)) return s;
     if (any(along)) {
         // Emitter samples do not use the random numbers of the environment's image.
@@ -150,7 +152,7 @@ EG_INLINE LightSample sample_light_and_lobes(const SceneView& scene, const PathP
         const Float place = min(u / max(lobes.share, kLeastLobeSamples), splat(0.99999994f));
         s = merged(along, sample_along_lobes(scene, along, x, lobes, choice, place, v, which), s);
     }
-    weigh_lobe_samples(scene, x, p.both_sides, lobes, along, s);
+    weigh_lobe_samples(scene, x, p.both_sides, shading, lobes, along, s);
     return s;
 }
 

@@ -16,6 +16,7 @@ struct PathPacket {
     Float pdf;        // solid-angle density of the direction; 0 if it has none (camera ray, specular lobe)
     Vec3 from;  // position and normal of the last scattering event; transparent surfaces may lie between
     Vec3 from_normal;
+    Vec3 from_receiving;  // receiving_normal() there (shading/receiving_normal.h)
     Int from_mesh;
     Mask both_sides;  // that surface also scatters light to its back
     Int segment;      // number of this segment in its path, from 1
@@ -101,6 +102,7 @@ EG_INLINE PathPacket load_paths(const PathQueue& q, int at, int count) {
     load3(p.throughput, q.throughput, at);
     load3(p.from, q.from, at);
     load3(p.from_normal, q.from_normal, at);
+    load3(p.from_receiving, q.from_receiving, at);
     p.pdf = load(q.pdf + at);
     p.bounces = load(q.bounces + at);
     p.from_mesh = select(p.active, load(q.from_mesh + at), splat(0));
@@ -115,6 +117,7 @@ EG_INLINE int append_paths(PathQueue& q, int n, const PathPacket& p) {
     append3(q.throughput, n, p.active, p.throughput);
     append3(q.from, n, p.active, p.from);
     append3(q.from_normal, n, p.active, p.from_normal);
+    append3(q.from_receiving, n, p.active, p.from_receiving);
     append(q.pdf, n, p.active, p.pdf);
     append(q.bounces, n, p.active, p.bounces);
     append(q.from_mesh, n, p.active, p.from_mesh);

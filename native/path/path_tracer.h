@@ -98,6 +98,11 @@ EG_INLINE void add_environment(const SceneView& scene, Workspace& work, const Pa
     add_radiance(work, p, missed, p.throughput * environment_radiance(scene, p.direction) * weight);
 }
 
+// The last scattering event as the receiver of emitter samples.
+EG_INLINE Receiver last_receiver(const SceneView& scene, const PathPacket& p) {
+    return {p.from, p.from_normal, p.both_sides, scene.any_terminator ? &p.from_receiving : nullptr};
+}
+
 // Adds emission of the surface that a ray has hit. The MIS weight accounts for emitter samples.
 EG_INLINE void add_emission(const SceneView& scene, Workspace& work, const PathPacket& p,
                             const SurfacePoint& x, const Shader& shader, const TexturePoint& point,
@@ -109,8 +114,8 @@ EG_INLINE void add_emission(const SceneView& scene, Workspace& work, const PathP
     if (any(sampled)) {
         // The segment starts at the last scattering event; transparent surfaces may lie between.
         const Vec3 way = x.position - p.from;
-        const Float pdf = light_pdf(scene, sampled, {p.from, p.from_normal, p.both_sides}, x.face,
-                                    p.direction, sqrt(dot(way, way)));
+        const Float pdf =
+            light_pdf(scene, sampled, last_receiver(scene, p), x.face, p.direction, sqrt(dot(way, way)));
         weight = select(sampled, power_heuristic(p.pdf, pdf), splat(1.0f));
     }
     if (vertex) return put(vertex->emission_weight, emits, weight);
@@ -129,7 +134,7 @@ EG_INLINE void add_sized_lights(const SceneView& scene, Workspace& work, const P
     if (work.values && !requests_rows(*work.values)) return;
     const Mask meets = p.active & ~p.followed;
     const Float near = way_so_far(p);
-    const Receiver from{p.from, p.from_normal, p.both_sides};
+    const Receiver from = last_receiver(scene, p);
     if (work.values)
         return for_each_light_along(scene, meets & p.touched, from, p.from_mesh, p.direction, near,
                                     near + distance, p.pdf, p.kind,

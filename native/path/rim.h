@@ -101,7 +101,7 @@ EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Wor
     p.past_rim = splat(-1);
     p.led = p.followed = splat(0);
     p.both_sides = splat(-1);
-    leave(p, x, w, kind, splat(kRimDensity));
+    leave(p, x, receiving_normal(scene, x, surface.normal), w, kind, splat(kRimDensity));
     return append_paths(work.paths, alive, p);
 }
 

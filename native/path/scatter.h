@@ -68,7 +68,8 @@ EG_INLINE PassingRays shadow_rays(const Workspace& work, const Vertex* vertex, R
 // Samples one light. Recorded paths sample sized lights of the table along sharp lobes, too.
 template <typename Surface>
 EG_INLINE LightSample sample_light_at(const SceneView& scene, const PathPacket& p, const SurfacePoint& x,
-                                      const Surface& surface, const PathIndex& index, bool recorded) {
+                                      const Surface& surface, const PathIndex& index, bool recorded,
+                                      const Vec3* shading) {
     Float u, v;
     UInt number = index.own;
     if constexpr (std::is_same_v<Surface, ShadedSurface>) {
@@ -77,11 +78,17 @@ EG_INLINE LightSample sample_light_at(const SceneView& scene, const PathPacket& 
         sobol_pair(index.stream, number, vertex_pair(p.vertex, kVertexLight), u, v);
         v = mirrored(sharp & index.mirrored, v);
         if (any(p.active & sharp) && scene.lights.sized_count + scene.lights.sized_distant > 0)
-            return sample_light_and_lobes(scene, p, x, surface, index, number, u, v);
+            return sample_light_and_lobes(scene, p, x, surface, index, number, u, v, shading);
     } else {
         sobol_pair(index.stream, number, vertex_pair(p.vertex, kVertexLight), u, v);
     }
-    return sample_light(scene, p.active, x, p.both_sides, u, v);
+    return sample_light(scene, p.active, x, p.both_sides, u, v, shading);
+}
+
+// Emitter samples from below the triangle's plane (receiving_normal). BSDF samples cannot find their light,
+// but as in Cycles they share its weight, which dims large lights there.
+EG_INLINE Mask below_plane(const SurfacePoint& x, Vec3 receiving, Vec3 w) {
+    return (dot(x.normal, w) <= 0.0f) & (dot(receiving, w) > 0.0f);
 }
 
 // Samples direct illumination from the light sources. Lanes of `alone` trace no BSDF sample that could find
@@ -90,7 +97,9 @@ template <typename Surface>
 EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPacket& p, const SurfacePoint& x,
                           const Surface& surface, Mask alone, const PathIndex& index, Vertex* vertex) {
     // Sample a light and evaluate the BSDF
-    LightSample s = sample_light_at(scene, p, x, surface, index, vertex != nullptr);
+    const Vec3 receiving = receiving_normal(scene, x, surface.normal);
+    const Vec3* shading = scene.any_terminator ? &receiving : nullptr;
+    LightSample s = sample_light_at(scene, p, x, surface, index, vertex != nullptr, shading);
     look_up_emission(scene, s);
     const BsdfValue f = scattered_light(scene, surface, s.visible_to, s.active, s.row >= 0, s.w);
     // Recorded light omits the radiance and the BSDF: factors that are zero may have derivatives.
@@ -107,7 +116,9 @@ EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPac
     if (!any(s.active)) return;
     // Combine with BSDF samples, except for lights of the table: recorded paths find those by emitter samples
     // alone
-    const Mask shared = s.active & ~alone & (s.pdf > 0.0f) & (vertex ? s.row < 0 : splat(-1));
+    Mask found = ~alone & (vertex ? s.row < 0 : splat(-1));
+    if (shading) found |= below_plane(x, receiving, s.w);
+    const Mask shared = s.active & found & (s.pdf > 0.0f);
     if (any(shared)) light = light * select(shared, power_heuristic(s.pdf, f.pdf), 1.0f);
     // Trace the shadow rays
     if (!scene.convex) {
@@ -136,7 +147,9 @@ EG_OUTLINE void add_environment_light(const SceneView& scene, Workspace& work, c
     Float u, v;
     sobol_pair(index.stream, index.own, vertex_pair(p.vertex, kVertexEnvironment), u, v);
     const EnvironmentSample s = sample_environment(scene, p.active, u, v);
-    Mask active = p.active & (s.pdf > 0.0f) & (p.both_sides | (dot(x.normal, s.w) > 0.0f));
+    Mask above = p.both_sides | (dot(x.normal, s.w) > 0.0f);
+    if (scene.any_terminator) above |= dot(receiving_normal(scene, x, surface.normal), s.w) > 0.0f;
+    Mask active = p.active & (s.pdf > 0.0f) & above;
     const BsdfValue f = surface.evaluate(active, s.w);
     const Float scale = power_heuristic(s.pdf, f.pdf) / max(s.pdf, 1e-37f);
     Vec3 light = s.radiance * f.value * scale;
@@ -182,11 +195,12 @@ EG_INLINE void add_final_environment(const SceneView& scene, Workspace& work, co
 }
 
 // Continues paths from x by a bounce of `kind` in direction w, sampled with the solid-angle density `pdf`.
-EG_INLINE void leave(PathPacket& p, const SurfacePoint& x, Vec3 w, Int kind, Float pdf) {
+EG_INLINE void leave(PathPacket& p, const SurfacePoint& x, Vec3 receiving, Vec3 w, Int kind, Float pdf) {
     p.origin = leave_surface(x, w);
     p.direction = w;
     p.from = x.position;
     p.from_normal = x.normal;
+    p.from_receiving = receiving;
     p.from_mesh = x.mesh;
     p.pdf = pdf;
     p.bounces = add_bounce(p.bounces, p.active, kind);
@@ -269,7 +283,8 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
     p.caustic |= ~p.led & s.specular;
     p.led &= s.specular;
     p.followed = s.followed;
-    leave(p, x, s.wi, s.ray_kind, select(s.specular, splat(0.0f), s.pdf));
+    leave(p, x, receiving_normal(scene, x, surface.normal), s.wi, s.ray_kind,
+          select(s.specular, splat(0.0f), s.pdf));
     return append_paths(work.paths, alive, p);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "shading/bsdf/bsdf.h"
+#include "shading/receiving_normal.h"
 #include "shading/surface_shader.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -14,12 +15,15 @@ struct ShadedSurface {
     // The terminator of bent normals is softened for all lobes of `diffuse` closures. In `layered` closures,
     // which have lobes of both kinds, it is softened for diffuse lobes and sheen alone, as in Cycles.
     Mask diffuse, layered;
+    Vec3 receiving;   // receiving_normal() (shading/receiving_normal.h)
+    bool from_below;  // it may differ from the geometric normal
 
     static constexpr bool kSmooth = false;  // mirrors find light that no emitter sample can
 
     EG_INLINE Mask both_sides() const { return transmits; }
+    EG_INLINE const Vec3* receiver() const { return from_below ? &receiving : nullptr; }
     EG_INLINE BsdfValue evaluate(Mask active, Vec3 w) const {
-        BsdfValue f = EDGEGRAD_ISA::evaluate(bsdf, active, w);
+        BsdfValue f = EDGEGRAD_ISA::evaluate(bsdf, active, w, receiver());
         if (!smooth) return f;
         f.value = f.value * bump_shadowing(*smooth, normal, w, diffuse);
         if (any(active & layered)) {
@@ -32,7 +36,7 @@ struct ShadedSurface {
     EG_INLINE Vec3 of_wide_lobes(Mask active, Vec3 w) const {
         Bsdf wide = bsdf;
         wide.any_lobe[kMirrorLobe] = wide.any_lobe[kCoatLobe] = wide.any_lobe[kInterfaceLobe] = false;
-        return EDGEGRAD_ISA::evaluate(wide, active, w).value;
+        return EDGEGRAD_ISA::evaluate(wide, active, w, receiver()).value;
     }
     // What softening the terminator changes in the factor of bent normals.
     EG_INLINE Float softening(Vec3 w) const {
@@ -48,7 +52,9 @@ struct ShadedSurface {
         const Vec3 above =
             select(seen(kDiffuseRay), soft, zero3()) + select(seen(kGlossyRay), f.value - soft, zero3());
         const Vec3 below = select(seen(kTransmissionRay), f.value, zero3());
-        f.value = select(dot(bsdf.ng, w) > 0.0f, above, below);
+        Mask upper = dot(bsdf.ng, w) > 0.0f;
+        if (from_below) upper |= dot(receiving, w) > 0.0f;
+        f.value = select(upper, above, below);
         return f;
     }
     // The factor of the rim of its transmission lobe (shading/bsdf/transmission_rim.h). Its value is 0.
@@ -88,7 +94,9 @@ EG_INLINE ShadedSurface shaded_surface(const SceneView& scene, Mask active, cons
             transmits,
             bent ? &point.normal : nullptr,
             diffuse,
-            layered};
+            layered,
+            receiving_normal(scene, x, normal),
+            scene.any_terminator};
 }
 
 // Light that a surface scatters from a sample of the lights. Rays of followed lobes cannot find the edges of

@@ -53,7 +53,7 @@ EG_INLINE int append_start(Workspace& work, int n, Mask active, Int path, Vec3 o
     p.active = active;
     p.path = path;
     p.origin = p.from = origin;
-    p.direction = p.from_normal = direction;
+    p.direction = p.from_normal = p.from_receiving = direction;
     p.throughput = throughput;
     p.vertex = passed;
     p.bounces = passed << 24;  // the fourth count (path/path_queue.h)
@@ -70,7 +70,7 @@ EG_INLINE int append_scattering(Workspace& work, int n, Mask active, Int path, V
     p.active = active;
     p.path = path;
     p.origin = p.from = origin;
-    p.direction = p.from_normal = direction;
+    p.direction = p.from_normal = p.from_receiving = direction;
     p.throughput = throughput;
     p.pdf = splat(1e-30f);
     p.segment = segment;

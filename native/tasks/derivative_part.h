@@ -48,6 +48,7 @@ enum class Part : int32_t {
     kPartlySeenShadows,  // shadows of meshes that only some kinds of rays can hit
     kLightJumps,         // jumps of light on a surface that passes through its source
     kFaceFlips,          // faces of smooth meshes that lights without size begin or cease to reach
+    kLitFromBelow,       // shadows where lights below the planes of faces light smooth meshes
     kSteppedShadows,     // shadows of borders that an image draws in a surface's transmittance
     kRimLines,           // rims on rough glass, for lights without size
     kFieldOutlines,      // outlines of distance fields, and their shadows
@@ -103,6 +104,7 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kPartlySeenShadows, "partly seen shadows", kShadowTerm},
     {Part::kLightJumps, "light jumps", kShadowTerm},
     {Part::kFaceFlips, "face flips", kShadowTerm},
+    {Part::kLitFromBelow, "lit from below", kShadowTerm},
     {Part::kSteppedShadows, "stepped shadows", kShadowTerm},
     {Part::kRimLines, "rim lines", kInteriorTerm},
     {Part::kFieldOutlines, "field outlines", kPrimaryTerm},

@@ -13,8 +13,9 @@ struct ScatteringPoint {
     SurfacePoint x;
     TexturePoint point;
     Shader shader;
-    Vec3 normal;      // shading normal, on the viewer's side
-    Mask both_sides;  // light from behind contributes
+    Vec3 normal;           // shading normal, on the viewer's side
+    Mask both_sides;       // light from behind contributes
+    bool by_face = false;  // the face's plane alone decides what lies behind, as for scattered rays
 
     // f |cos| for light from w, restricted to the `kinds` of scattering (bits 1 << RayKind). Lanes of
     // `without` leave out the lobes that scan lines may follow.
@@ -68,6 +69,7 @@ struct ScatteringPoint {
         }
         if (!any(others)) return;
         ShadedSurface surface = shaded_surface(scene, others, x, point, shader, normal);
+        if (by_face) surface.from_below = false;
         if (any(others & without)) follow_lobes(surface.bsdf, others & without, scene.followed_alpha);
         visit_surface(surface, others);
     }

@@ -130,7 +130,7 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
     touching = select(parted, touching, ray);
     p = counted.p;
     p.throughput = throughput;
-    p.from_normal = from_normal;
+    p.from_normal = p.from_receiving = from_normal;
     p.from_mesh = from_mesh;
     p.followed = followed;
     p.kind = select(active, ray.kind, splat(0));

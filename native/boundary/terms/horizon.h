@@ -10,7 +10,8 @@
 // m_F(x + w) - m_F(x) + m_F(x)/r. For light at infinity dy/r is the velocity of its direction. For light that
 // is blended to a fixed direction with the weight b (scene/contact.h), 1/r becomes (1 - b)/r. For surfaces
 // that transmit light the jump is f above the plane minus f below it. On flat faces f |n_s . w| vanishes at
-// the horizon.
+// the horizon. Meshes with a terminator offset receive lights and the environment's image from below as well
+// (shading/receiving_normal.h). Their horizons cut off scattered light and constant environments alone.
 //
 // x is a vertex of a camera path (boundary/segment/camera_subpath.h). For lights, w is uniform on the arc in
 // which F's plane intersects a sampled light (boundary/terms/light_arc.h). For the environment and for
@@ -138,6 +139,11 @@ EG_INLINE void keep_finite(const HorizonTask& task, const PathPacket& p, Horizon
     }
 }
 
+// Lanes that also receive emitter samples from below F's plane (receiving_normal), so that it cuts off none.
+EG_INLINE Mask receives_below(const SceneView& scene, const ScatteringPoint& s) {
+    return scene.any_terminator ? gather(scene.mesh_terminator, s.x.mesh) > 0.0f : splat(0);
+}
+
 // Samples the light of the scene's lights in F's plane.
 EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, const DerivativeView& motion,
                            const PathPacket& p, Vec3 followed, const ScatteringPoint& s,
@@ -147,7 +153,7 @@ EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, cons
     Float u, unused;
     sobol_pair(random.stream, random.sample, kPairLight, u, unused);
     LightSample light = sample_light_arc(scene, p.active, s.x.position, s.x.normal, s.x.face, u);
-    light.active &= shines_on(scene, light.row, s.x.mesh);
+    light.active &= shines_on(scene, light.row, s.x.mesh) & ~receives_below(scene, s);
     cut.active = light.active;
     cut.towards = light.w;
     cut.distance = light.r;
@@ -234,6 +240,7 @@ EG_OUTLINE int cut_beyond(const SceneView& scene, const HorizonTask& task, const
     Mask met = splat(0), open = splat(0);
     if (task.surfaces) met = y.hit.hit & further;
     if (environment) open = y.escapes;
+    if (scene.environment_image.sampled) open &= ~receives_below(scene, s);
     Mask moves = face_point_moves(scene, motion, met | open, cut.face, cut.instance) |
                  face_point_moves(scene, motion, met, y.hit.face, y.hit.instance);
     if (motion.rotation_requested && scene.environment_image.pixels) moves |= open;
@@ -297,7 +304,8 @@ EG_OUTLINE int sample_horizon(const SceneView& scene, const HorizonTask& task, c
     walk_camera_paths(scene, task.image, p, hit, target, 0.0f, chains ? &out.fixed : nullptr, &followed);
     if (!any(p.active)) return queued;
     // Keep surfaces whose shading normal differs from the face's
-    const ScatteringPoint s = scattering_point(scene, task.image, p, p.active, hit);
+    ScatteringPoint s = scattering_point(scene, task.image, p, p.active, hit);
+    s.by_face = true;
     const Vec3 leans = cross(s.normal, s.x.normal);
     p.active &= s.x.active & (dot(leans, leans) > 1e-12f);
     if (!any(p.active)) return queued;

@@ -273,9 +273,17 @@ class Search {
 
     // A light without size reaches all of a face or none of it. As it passes the plane of a face that is
     // shaded with other normals than its own, the face's radiance jumps at a single value of the parameters,
-    // of which no derivative at other values has a part.
+    // of which no derivative at other values has a part. Meshes with a terminator offset are lit from below
+    // the planes of their faces, too: there the edges of shadows, also of their own, are not sampled.
     void face_flips() {
-        const std::vector<int32_t> smooth = decided_[Part::kHorizons].meshes;
+        std::vector<int32_t> smooth, lifted;
+        for (const int32_t mesh : decided_[Part::kHorizons].meshes) {
+            const bool below =
+                f_.scene.any_terminator && tables_.mesh_terminator[static_cast<size_t>(mesh)] > 0;
+            (below ? lifted : smooth).push_back(mesh);
+        }
+        if (f_.scene.lights.count > 0 || f_.scene.environment_image.sampled)
+            meshes(Part::kLitFromBelow, std::move(lifted));
         const bool any_moves = std::any_of(smooth.begin(), smooth.end(), [&](int32_t mesh) {
             return moving_[static_cast<size_t>(mesh)] != 0;
         });

@@ -117,10 +117,13 @@ EG_OUTLINE void replace_by_velvet(const Bsdf& f, Vec3 wi, Scattered& s) {
     s.pdf = select(m, select(dot(f.normal, wi) > 0.0f, splat(kUniformDensity), 0.0f), s.pdf);
 }
 
-EG_INLINE BsdfValue evaluate(const Bsdf& f, Mask active, Vec3 wi) {
+// Light above the plane of ng is reflected and light below it refracted. `receiving`, if not null, is a
+// second normal above whose plane light is reflected (shading/receiving_normal.h).
+EG_INLINE BsdfValue evaluate(const Bsdf& f, Mask active, Vec3 wi, const Vec3* receiving = nullptr) {
     BsdfValue sum = {zero3(), splat(0.0f)};
     // Add the lobes that are defined by the shading normal
-    const Float cosine = dot(f.normal, wi), side = dot(f.ng, wi);
+    const Float cosine = dot(f.normal, wi);
+    const auto side = detach(receiving ? max(dot(f.ng, wi), dot(*receiving, wi)) : dot(f.ng, wi));
     const Mask above = active & (side > 0.0f), under = active & (side < 0.0f);
     if (f.any_lobe[kDiffuseLobe]) {
         const Float density = max(cosine, 0.0f) * kInvPi;

@@ -15,10 +15,13 @@ struct Receiver {
     Vec3 position;
     Vec3 normal;      // geometric, on the viewer's side
     Mask both_sides;  // its surface transmits
+    // receiving_normal() (shading/receiving_normal.h); null: the geometric normal
+    const Vec3* shading = nullptr;
 
     // Bound of the cosine with which light from w counts.
     EG_INLINE Float facing(Vec3 w) const {
-        const Float cosine = dot(w, normal);
+        Float cosine = dot(w, normal);
+        if (shading) cosine = max(cosine, dot(w, *shading));
         return select(both_sides, abs(cosine), cosine);
     }
 };

@@ -33,7 +33,10 @@ struct SurfaceReceiver : Receiver {
 
     static constexpr bool kOnSurface = true;
     EG_INLINE Mask owns(const SceneView&, Int emissive) const { return emissive == face; }
-    EG_INLINE Mask faces(Vec3 w) const { return both_sides | (dot(normal, w) > 0.0f); }
+    EG_INLINE Mask faces(Vec3 w) const {
+        const Mask above = both_sides | (dot(normal, w) > 0.0f);
+        return shading ? above | (dot(*shading, w) > 0.0f) : above;
+    }
 };
 
 // A point of an edge as a receiver, which surfaces on all sides may see. A disk light faces its receiver,

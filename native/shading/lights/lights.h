@@ -8,10 +8,10 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 // Samples one light and a direction to it, for the point x. Lights that cannot contribute are inactive: those
-// behind x, except in lanes of `both_sides`.
+// behind x, except in lanes of `both_sides`. `shading`: as in Receiver.
 EG_OUTLINE LightSample sample_light(const SceneView& scene, Mask active, const SurfacePoint& x,
-                                    Mask both_sides, Float u, Float v) {
-    const SurfaceReceiver point{{x.position, x.normal, both_sides}, x.face};
+                                    Mask both_sides, Float u, Float v, const Vec3* shading = nullptr) {
+    const SurfaceReceiver point{{x.position, x.normal, both_sides, shading}, x.face};
     LightSample s = sample_light_for(scene, active, point, u, v);
     s.active &= shines_on(scene, s.row, x.mesh);
     return s;

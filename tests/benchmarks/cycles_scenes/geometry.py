@@ -10,13 +10,8 @@ import numpy as np
 from . import stage
 from .case import case
 
-BELOW = (
-    "where normals are bent or bodies coarse: Cycles lets the shading normal alone decide what lights a point, "
-    "here light from below the triangle itself doesn't count"
-)
 
-
-@case("Smooth, flat, sharp and custom normals; material slots per face; mirrored objects", differs=[BELOW])
+@case("Smooth, flat, sharp and custom normals; material slots per face; mirrored objects")
 def normals() -> None:
     """Coarse bodies that show their normals."""
     stage.studio()

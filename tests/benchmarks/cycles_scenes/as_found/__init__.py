@@ -10,5 +10,8 @@ from . import (  # noqa: F401  (importing a family registers its cases)
     layers_and_files,
     lights,
     odd_data,
+    props,
+    rooms,
     scatter,
+    tutorials,
 )

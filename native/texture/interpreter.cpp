@@ -2,6 +2,8 @@
 // separately from the kernels, because it takes as long to compile as they do.
 #include "texture/program.h"
 
+#include <limits>
+
 #include "scene/textures/opcodes.h"
 #include "texture/color.h"
 #include "texture/image.h"
@@ -95,6 +97,14 @@ struct TextureRegisters {
 };
 
 EG_INLINE Float truth(Mask m) { return select(m, splat(1.0f), 0.0f); }
+
+// A power of two that a vector is multiplied by before it is divided by its length, so that floats hold its
+// square and the derivative of that; 0 where they do not hold the square itself.
+EG_INLINE Float square_scale(Vec3 v) {
+    const Float square = dot(detach(v), detach(v));
+    return select(square < 0x1p64f, splat(1.0f),
+                  select(square <= std::numeric_limits<float>::max(), splat(0x1p-32f), 0.0f));
+}
 
 EG_INLINE void run_noise(TextureRegisters& r) {
     const int32_t data = r.at->data;
@@ -316,6 +326,9 @@ void interpret(const SceneView& scene, const Mask& active, int32_t program, cons
                 r.out(select(a > 0.0f, 1.0f / sqrt(max(a, 1e-38f)), 0.0f));
                 break;
             }
+            case TextureOp::SQUARE_SCALE:
+                r.out(square_scale(r.in3()));
+                break;
             case TextureOp::POWER:
                 r.out(safe_power(r.in(0), r.in(1)));
                 break;

@@ -58,6 +58,9 @@ CLOSED_FORMS: dict[str, tuple[e.Expression, Callable[[Any, Any], Any]]] = {
     "hyperbolic tangent": (e.Math("TANH", P), lambda p, q: np.tanh(p)),
     "cross": (e.VectorMath("CROSS_PRODUCT", P, e.Attribute("Q")), np.cross),
     "unit": (e.VectorMath("NORMALIZE", P), lambda p, q: p / np.linalg.norm(p, axis=1, keepdims=True)),
+    "unit of a long one": (e.VectorMath("NORMALIZE", e.Math("MULTIPLY", P, 1e17)),
+                           lambda p, q: p / np.linalg.norm(p, axis=1, keepdims=True)),
+    "unit of one too long": (e.VectorMath("NORMALIZE", e.Math("MULTIPLY", P, 1e25)), lambda p, q: 0.0 * p),
     "checker": (t.Checker(P, scale=1.0),
                 lambda p, q: np.repeat(np.floor(p).sum(axis=1) % 2.0, 3).reshape(-1, 3)),
 }

@@ -122,6 +122,8 @@ def _sizes(case: Case, path: str) -> F64:
         return np.full(value.shape, case.scale)
     if path.endswith(".size"):  # of area lights, whose sides may differ by orders
         return value
+    if ".textures." in path:  # numbers of different nodes
+        return np.where(value == 0.0, 1.0, np.abs(value))
     if value.shape[-2:] == (4, 4):  # the turning part, the shift, and the row that isn't read
         size[..., :3, :3] = np.abs(value[..., :3, :3]).max()
         size[..., :3, 3], size[..., 3, :] = case.scale, 0.0

@@ -15,8 +15,9 @@ from tests.torture.tame import CYCLE, PARAMETERS, SHADERS, comparison
 SCENES = 206
 # Of very many others those in which something was wrong: negative pictures of lamps that some rays alone see and of
 # bright metal, a gradient that was no number in glass of an index of exactly 1 whose normals are turned away from the
-# view, a plan that left out what covers an emission.
-ONCE_WRONG = (60813, 60860, 102541, 114432)
+# view, a plan that left out what covers an emission, a normalised vector whose square no float holds. In the last one
+# a texture's small number was moved by thousands of times itself, which multiplied the rounding of both modes.
+ONCE_WRONG = (60813, 60860, 102541, 114432, 1005807, 1006327)
 PATIENCE = 120.0
 
 

@@ -144,9 +144,11 @@ class Lowering:
         return tuple(self.sub(self.mul(a[i], b[j]), self.mul(a[j], b[i])) for i, j in ((1, 2), (2, 0), (0, 1)))
 
     def normalized(self, v: Components) -> Components:
-        """Unit vector; zero stays zero."""
-        inverse = self.build.emit("INVERSE_SQRT", self.dot(v, v))
-        return vector(*(self.mul(x, inverse) for x in v[:3]))
+        """Unit vector; zero stays zero. If no float holds the vector's square, it becomes zero, as in Cycles."""
+        scale = self.build.emit("SQUARE_SCALE", *v[:3])
+        held = vector(*(self.mul(x, scale) for x in v[:3]))
+        inverse = self.build.emit("INVERSE_SQRT", self.dot(held, held))
+        return vector(*(self.mul(x, inverse) for x in held[:3]))
 
     def reflected(self, v: Components, n: Components) -> Components:
         """v - 2 (v . n) n."""

@@ -20,6 +20,7 @@ OPCODES = (
     "EXPONENT", "MODULO", "SINE", "COSINE", "TANGENT", "ARCSINE", "ARCCOSINE", "ARCTAN2", "SINH", "COSH", "TANH",
     "FRESNEL", "RGB_TO_HSV", "HSV_TO_RGB", "RGB_TO_HSL", "HSL_TO_RGB", "CHECKER", "BRICK", "WHITE_NOISE", "NOISE",
     "VORONOI", "SURFACE_TANGENT", "BARYCENTRICS", "ATTRIBUTE_AT", "BUMP", "NORMAL_MAP",
+    "SQUARE_SCALE",
 )  # fmt: skip
 
 
@@ -67,6 +68,12 @@ def _power(a: float, b: float) -> float:
     return float(np.power(np.float64(a), b))
 
 
+def _square_scale(*v: float) -> float:
+    with np.errstate(over="ignore"):
+        square = np.float32(sum(np.square(np.float32(v))))
+    return 1.0 if square < 2.0**64 else 2.0**-32 if np.isfinite(square) else 0.0
+
+
 # What native/texture/interpreter.h computes, of constants.
 _FOLDED: dict[str, Callable[..., float]] = {
     "ADD": lambda a, b: a + b,
@@ -88,6 +95,7 @@ _FOLDED: dict[str, Callable[..., float]] = {
     "CEIL": lambda a: float(np.ceil(a)),
     "SQRT": lambda a: float(np.sqrt(max(a, 0.0))),
     "INVERSE_SQRT": lambda a: float(1.0 / np.sqrt(a)) if a > 0.0 else 0.0,
+    "SQUARE_SCALE": _square_scale,
     "POWER": _power,
     "LOG": lambda a: float(np.log(a)) if a > 0.0 else 0.0,
     "EXPONENT": lambda a: float(np.exp(a)),

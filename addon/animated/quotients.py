@@ -109,8 +109,8 @@ class Prober:
             out[key] = np.asarray(wp * dp + wq * dq, np.float64)
         return out
 
-    def step(self, place: Place) -> tuple[Step, Quotient]:
-        """Find a step of the property; return it, and the quotients.
+    def step(self, place: Place, first: float | None = None) -> tuple[Step, Quotient]:
+        """Find a step of the property, from `first` on; return it, and the quotients.
 
         Raises
         ------
@@ -118,15 +118,15 @@ class Prober:
             If the property changes nothing (`NoEffect`), if it changes the topology at any step, or if no step has
             a small error; names the property.
         """
-        h, large = self._first(place), False
+        h, large = self._first(place) if first is None else first, False
         structure: StructureChange | None = None
         best: tuple[Step, Quotient] | None = None
         quotient: Quotient = {}
         for _ in range(MOST_TRIES):
             try:
                 quotient = self.quotient(place, h)
-            except StructureChange as change:
-                structure, h, large = change, h / 8.0, True
+            except StructureChange as found_change:
+                structure, h, large = found_change, h / 8.0, True
                 continue
             change = self._change(quotient, h)
             if change <= NOTHING:

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from edgegrad.derivatives.table_derivatives import without_derivative
-from edgegrad.fitting.driven import Placement
+from edgegrad.fitting.driven import Placement, Variable
 from edgegrad.rendering.engine import engine_class
 from edgegrad.scene.changes import StructureChange
 
@@ -28,6 +29,13 @@ from .quotients import NoEffect, Prober, Quotient
 
 # Placements after which the steps are checked again.
 CHECK_EVERY = 20
+
+
+@dataclass(frozen=True)
+class Placed(Placement):
+    """A placement, with the difference quotients of each variable's numbers."""
+
+    columns: Mapping[str, Sequence[Quotient]]
 
 
 class Driver:
@@ -64,9 +72,9 @@ class Driver:
         self.parameters = [one for one in self.parameters if one.places]
         if not self.parameters:
             raise Problem(f"no property has an effect: {'; '.join(self.notes)}")
-        self.variables = [one.variable() for one in self.parameters]
+        self.variables: list[Variable] = [one.variable() for one in self.parameters]
 
-    def place(self, values: Mapping[str, F64]) -> Placement:
+    def place(self, values: Mapping[str, F64]) -> Placed:
         """Evaluate Blender with these values, and return what follows; the file's own values are set back."""
         return evaluate(self.scene, lambda evaluation: self._place(evaluation, values), self.cameras[0])
 
@@ -79,6 +87,13 @@ class Driver:
                 return self._export(evaluation)
 
         return evaluate(self.scene, work, self.cameras[0])
+
+    def sensitivities(self, gradient: Mapping[str, F64]) -> dict[str, float]:
+        """Change of the loss by the first step of each parameter, relative to the largest one."""
+        found = {one.path: float(np.abs(gradient[one.path] * getattr(one, "steps", one.step)).max())
+                 for one in self.variables if one.path in gradient}  # fmt: skip
+        largest = max(found.values(), default=0.0) or 1.0
+        return {path: value / largest for path, value in found.items()}
 
     def write(self, values: Mapping[str, F64]) -> None:
         """Write values into the file, as a user would."""
@@ -101,7 +116,7 @@ class Driver:
         self.notes += [f"not computed: the part of the derivative by '{path}', since {reason}"
                        for path, reason in without.items()]  # fmt: skip
 
-    def _place(self, evaluation: Evaluation, values: Mapping[str, F64]) -> Placement:
+    def _place(self, evaluation: Evaluation, values: Mapping[str, F64]) -> Placed:
         assert self._start is not None
         self._placements += 1
         with self._kept():
@@ -153,7 +168,7 @@ class Driver:
 
 
 def _placement(base: Export, now: dict[str, F64], quotients: dict[str, list[Quotient]], changed: set[Key],
-               views: int) -> Placement:  # fmt: skip
+               views: int) -> Placed:  # fmt: skip
     differentiated = {key for of in quotients.values() for quotient in of for key in quotient}
     keys = changed | differentiated
     usable = sorted(key for key in differentiated if without_derivative(key[1]) is None)
@@ -163,13 +178,14 @@ def _placement(base: Export, now: dict[str, F64], quotients: dict[str, list[Quot
                                     if of in (-1, view) and name in gradient) for quotient in of_path])
                 for path, of_path in quotients.items()}  # fmt: skip
 
-    return Placement(
+    return Placed(
         now,
         {path: value_of(base, (view, path)) for view, path in sorted(keys) if view < 0},
         [{path[len(CAMERA) :]: getattr(base.views[k], path[len(CAMERA) :]) for view, path in sorted(keys) if view == k}
          for k in range(views)],
         [[path for view, path in usable if view in (-1, k)] for k in range(views)],
         pull,
+        quotients,
     )  # fmt: skip
 
 

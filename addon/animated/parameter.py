@@ -39,6 +39,21 @@ class Wanted:
     high: float | None = None
     step: float | None = None
 
+    @staticmethod
+    def parse(text: str) -> Wanted:
+        """Read 'PATH' or 'PATH in LOW:HIGH'."""
+        path, separator, limits = text.rpartition(" in ")
+        if not separator or path.count('"') % 2:
+            return Wanted(text.strip())
+        low, colon, high = limits.partition(":")
+        try:
+            bounds = [float(one) if one.strip() else None for one in (low, high)]
+        except ValueError:
+            bounds = []
+        if not colon or len(bounds) != 2:
+            raise Problem(f"parameter '{text}': its limits must have the form LOW:HIGH, such as -1:1")
+        return Wanted(path.strip(), *bounds)
+
 
 @dataclass
 class Parameter:

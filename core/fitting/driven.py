@@ -59,7 +59,10 @@ class Variable(Protocol):
 class Driven(Protocol):
     """Driven variables, and what follows from them."""
 
-    variables: Sequence[Variable]
+    @property
+    def variables(self) -> Sequence[Variable]:
+        """The variables, the same objects at each call."""
+        ...
 
     def place(self, values: Mapping[str, F64]) -> Placement:
         """Set the variables, and return what follows."""

@@ -46,6 +46,9 @@ def value_of(export: Export, key: Key) -> F64:
     return np.asarray(getattr(export.views[view], path[len(CAMERA) :]), np.float64)
 
 
+_PLACES = (".to_world", ".transform", ".instances")
+
+
 @dataclass
 class Sizes:
     """Sizes of the arrays of an export, with which their changes are compared."""
@@ -54,34 +57,48 @@ class Sizes:
 
     def __post_init__(self) -> None:
         self._found: dict[Key, float] = {}
-        points = [mesh.vertices for mesh in self.export.scene.meshes.values() if mesh.instances is None]
-        low = np.min([p.min(axis=0) for p in points], axis=0) if points else np.zeros(3)
-        high = np.max([p.max(axis=0) for p in points], axis=0) if points else np.ones(3)
-        self.extent = float(np.linalg.norm(high - low)) or 1.0
 
     def of(self, key: Key) -> float:
-        """Size of an array: of vertices their extent, of places that of the scene, of values the largest."""
+        """Size of an array: of vertices their extent, of a place its distance from the nearest mesh, of values the
+        largest one.
+        """
         if key not in self._found:
             self._found[key] = self._size(key)
         return self._found[key]
 
     def _size(self, key: Key) -> float:
-        value = value_of(self.export, key)
-        if key[1].endswith(".vertices"):
-            return float(np.linalg.norm(np.ptp(value, axis=0))) or self.extent
-        if key[1].endswith((".to_world", ".transform", ".instances")):
-            return 1.0  # rotations turn the axes; translations are compared with it in `change`
-        if key[1].endswith(".position"):
-            return self.extent
-        if key[1].endswith((".normals", ".direction", ".rotation")):
+        path, value = key[1], value_of(self.export, key)
+        if path.endswith(".vertices"):
+            return float(np.linalg.norm(np.ptp(value, axis=0))) or 1.0
+        if path.endswith((".transform", ".instances")):
+            vertices = self.export.scene.meshes[parameters.split(path)[1]].vertices
+            return float(np.linalg.norm(np.ptp(vertices, axis=0))) or 1.0
+        if path.endswith((".to_world", ".position")):
+            return self._distance(value[:3, 3] if value.ndim == 2 else value)
+        if path.endswith((".normals", ".direction", ".rotation")):
             return 1.0
         if value.size > 64:  # texels and attributes: the largest may be far from the rest
             return max(float(np.sqrt(np.mean(value**2))), LEAST_SIZE)
         return max(float(np.abs(value).max(initial=0.0)), LEAST_SIZE)
 
+    def _distance(self, point: F64) -> float:
+        """Distance of a place from most of the mesh that is nearest to it, by which its picture or light scales."""
+        found = [float(np.median(np.linalg.norm(mesh.vertices - point, axis=1)))
+                 for mesh in self.export.scene.meshes.values() if mesh.instances is None]  # fmt: skip
+        return min((one for one in found if one > 0.0), default=1.0)
+
     def change(self, key: Key, difference: F64) -> float:
-        """Largest change of an array, relative to its size."""
-        if key[1].endswith((".to_world", ".transform", ".instances")):
-            turn = np.abs(difference[..., :3, :3]).max()
-            return float(max(turn, np.abs(difference[..., :3, 3]).max() / self.extent))
+        """Largest change of an array, relative to its size; of a place, also its turn in radians."""
+        if key[1].endswith(_PLACES):
+            turn, move = np.abs(difference[..., :3, :3]).max(), np.abs(difference[..., :3, 3]).max()
+            return float(max(turn, move / self.of(key)))
         return float(np.abs(difference).max()) / self.of(key)
+
+    def squares(self, key: Key, difference: Any) -> float:
+        """Mean square of a difference of arrays, each entry relative to its size."""
+        change = np.square(np.asarray(difference, np.float64))
+        if key[1].endswith(_PLACES) and change.ndim:
+            change = change.copy()
+            change[..., :3, 3] /= self.of(key) ** 2
+            return float(change.mean())
+        return float(change.mean()) / self.of(key) ** 2

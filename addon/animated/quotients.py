@@ -158,10 +158,10 @@ class Prober:
         half = self.quotient(place, 0.5 * h)
         error = scale = 0.0
         for key in dict.fromkeys((*quotient, *half)):
-            size = self.sizes.of(key)
-            a, b = quotient.get(key, 0.0), half.get(key, 0.0)
-            error += float(np.mean(np.square(np.subtract(a, b)))) / size**2
-            scale += float(np.mean(np.square(a))) / size**2
+            known = quotient[key] if key in quotient else half[key]
+            a, b = quotient.get(key, np.zeros_like(known)), half.get(key, np.zeros_like(known))
+            error += self.sizes.squares(key, a - b)
+            scale += self.sizes.squares(key, a)
         return Step(h, change, float(np.sqrt(error / scale)) if scale > 0.0 else np.inf), quotient
 
     def _at(self, place: Place, value: float, middle: float) -> tuple[float, Arrays]:

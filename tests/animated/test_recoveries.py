@@ -14,6 +14,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
+import edgegrad
 from edgegrad_addon.animated import data_path
 from edgegrad_addon.animated.parameter import Wanted
 from edgegrad_addon.parameters import Names
@@ -95,7 +96,8 @@ def test_place_and_focal_length_of_a_camera(tmp_path: Path) -> None:
 def test_input_of_geometry_nodes_and_a_material_together(tmp_path: Path) -> None:
     ob = zoo.stage(SIZE)
     zoo.geometry_nodes(ob, 0.2)
-    paths = [f'{zoo.CUBE}.modifiers["Nodes"]["Lift"]', f'{zoo.CLAY}.nodes["Diffuse BSDF"].inputs["Color"].default_value']
+    paths = [f'{zoo.CUBE}.modifiers["Nodes"]["Lift"]',
+             f'{zoo.CLAY}.nodes["Diffuse BSDF"].inputs["Color"].default_value']  # fmt: skip
     assert len(read(paths)) == 5
     before, after = recover(tmp_path, paths, [0.3, -0.2, 0.2, 0.2, 0.0])
     assert after < 0.1 * before
@@ -130,7 +132,11 @@ def test_a_fit_in_another_thread_is_served_by_the_main_thread(tmp_path: Path) ->
     assert results and results[0].losses == alone.losses
     closed = Session.prepare(bpy.context, request)
     assert closed.relay is not None
-    thread = threading.Thread(target=lambda: results.append(closed.run()))
+    def cancelled() -> None:
+        with pytest.raises(edgegrad.Cancelled):
+            closed.run()
+
+    thread = threading.Thread(target=cancelled)
     thread.start()
     closed.relay.close()
     thread.join(60.0)

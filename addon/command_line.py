@@ -20,6 +20,10 @@ from edgegrad import images
 from edgegrad.images.output_files import check_outputs
 from edgegrad.progress import ProgressBar
 
+from .animated.check import compare
+from .animated.driver import Driver
+from .animated.parameter import Wanted
+from .animated.stored import stored_wanted, wanted_of
 from .blend_file import open_blend
 from .derivative import DIRECTIONS, derivative_picture
 from .export import export_scene, render_export
@@ -62,6 +66,7 @@ def _parser() -> argparse.ArgumentParser:
     fit = commands.add_parser("fit", help="change parameters until the cameras' pictures match their targets")
     _common(fit, 16)
     _parameters(fit)
+    _animated(fit)
     fit.add_argument("--target", action="append", required=True, metavar="CAMERA=FILE",
                      help="target picture of a camera (the name may contain =; the longest match is used)")  # fmt: skip
     fit.add_argument("--mask", action="append", default=[], metavar="CAMERA=FILE",
@@ -87,6 +92,12 @@ def _parser() -> argparse.ArgumentParser:
     render.add_argument("--camera", help="name of the camera (default: the active one)")
     render.add_argument("--out", type=Path, required=True, metavar="FILE", help=".exr or .png")
     render.set_defaults(run=_render)
+
+    check = commands.add_parser("check", help="compare derivatives by properties with differences of the picture")
+    _common(check, 64)
+    _animated(check)
+    check.add_argument("--camera", help="name of the camera (default: the active one)")
+    check.set_defaults(run=_check)
 
     gradient = commands.add_parser("gradient", help="derivative of a camera's picture with respect to a parameter")
     _common(gradient, 64)
@@ -117,6 +128,15 @@ def _parameters(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--power", action="append", default=[], metavar="LIGHT", help="power or strength of a light")
 
 
+def _animated(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--parameter", action="append", default=[], metavar="PATH",
+                        help="any animatable property, by its full data path, such as 'objects[\"Cube\"].location'; "
+                        "with limits: 'PATH in LOW:HIGH' (default: the list that is stored in the .blend)")  # fmt: skip
+    parser.add_argument("--all-of", action="append", default=[], metavar="PATH",
+                        help="all properties of an object, its data, a material, a world or a bone with those below "
+                        "it, such as 'objects[\"Rig\"].pose.bones[\"Arm\"]'")  # fmt: skip
+
+
 def _positive(text: str) -> int:
     value = int(text)
     if value < 1:
@@ -127,6 +147,17 @@ def _positive(text: str) -> int:
 def _names(arguments: argparse.Namespace) -> Names:
     return Names(tuple(arguments.vertices), tuple(arguments.base_color), tuple(arguments.emission),
                  tuple(arguments.power))  # fmt: skip
+
+
+def _wanted(arguments: argparse.Namespace) -> tuple[Wanted, ...]:
+    """Properties of the arguments; without any parameter there, those that the .blend has stored."""
+    out = [Wanted.parse(text) for text in arguments.parameter]
+    for text in arguments.all_of:
+        found, notes = wanted_of(text)
+        out += [one for one in found if one.path not in {other.path for other in out}]
+        _print_notes([f"left out: {note}" for note in notes])
+    given = out or any(getattr(arguments, name, ()) for name in ("vertices", "base_color", "emission", "power"))
+    return tuple(out if given else stored_wanted(bpy.context.scene))
 
 
 def _open(arguments: argparse.Namespace) -> None:
@@ -167,6 +198,7 @@ def _request(arguments: argparse.Namespace) -> Request:
         slide=arguments.slide,
         views_per_iteration=arguments.views_per_iteration,
         in_place=arguments.in_place,
+        animated=_wanted(arguments),
     )
 
 
@@ -208,6 +240,23 @@ def _render(arguments: argparse.Namespace) -> list[str]:
         picture = render_export(export.scene, export.settings, arguments.samples, arguments.seed, _shown(bar))
     images.write_image(arguments.out, picture)
     return []
+
+
+def _check(arguments: argparse.Namespace) -> list[str]:
+    _open(arguments)
+    wanted = _wanted(arguments)
+    if not wanted:
+        raise Problem("no property is given; name one by --parameter, or store a list in the .blend")
+    camera = _camera(arguments.camera) or bpy.context.scene.camera
+    if camera is None:
+        raise Problem(f"scene '{bpy.context.scene.name}': has no camera; add one, or name it by --camera")
+    driver = Driver(bpy.context.scene, [camera], wanted)
+    _print_notes(driver.notes)
+    wrong = 0
+    for found in compare(driver, arguments.samples, arguments.seed):
+        _say(str(found), sys.stdout)
+        wrong += not found.agrees
+    return [f"{wrong} derivatives differ from finite differences of the picture"] if wrong else []
 
 
 def _gradient(arguments: argparse.Namespace) -> list[str]:

@@ -26,6 +26,22 @@ class TargetList(bpy.types.UIList):
         row.label(text="", icon="MOD_MASK" if item.mask else "BLANK1")
 
 
+class ParameterList(bpy.types.UIList):
+    """List of the properties to fit; each line shows its datablock, path and sensitivity."""
+
+    bl_idname = "EDGEGRAD_UL_parameters"
+
+    def draw_item(self, context: Any, layout: Any, data: Any, item: Any, icon: int, active_data: Any,
+                  active_property: str) -> None:  # fmt: skip
+        row = layout.row(align=True)
+        row.prop(item, "enabled", text="")
+        name = "(removed)" if item.owner is None else item.owner.name
+        number = "" if item.index < 0 else f"[{item.index}]"
+        row.label(text=f"{name}  {item.path}{number}", icon="ERROR" if item.owner is None else "NONE")
+        if item.sensitivity >= 0.0:
+            row.label(text=f"{item.sensitivity:.0%}")
+
+
 class MainPanel(bpy.types.Panel):
     """Panel with the targets, the parameters, and the buttons Fit, Render and Gradient."""
 
@@ -47,6 +63,19 @@ class MainPanel(bpy.types.Panel):
         column.operator("edgegrad.target_remove", text="", icon="REMOVE")
         if settings.active_target < len(settings.targets):
             layout.prop(settings.targets[settings.active_target], "mask")
+        row = layout.row()
+        row.template_list(ParameterList.bl_idname, "", settings, "parameters", settings, "active_parameter", rows=3)
+        column = row.column(align=True)
+        column.operator_menu_enum("edgegrad.parameters_add", "of", text="", icon="ADD")
+        column.operator("edgegrad.parameter_remove", text="", icon="REMOVE")
+        if settings.active_parameter < len(settings.parameters):
+            item = settings.parameters[settings.active_parameter]
+            column = layout.column()
+            column.prop(item, "step")
+            column.prop(item, "use_limits")
+            if item.use_limits:
+                column.prop(item, "low")
+                column.prop(item, "high")
         column = layout.column(heading="Selected")
         column.prop(settings, "vertices")
         column.prop(settings, "base_color")
@@ -94,4 +123,4 @@ class NotesPanel(bpy.types.Panel):
                 column.label(text=line, icon=icon if k == 0 else "BLANK1")
 
 
-CLASSES: tuple[Any, ...] = (TargetList, MainPanel, NotesPanel)
+CLASSES: tuple[Any, ...] = (TargetList, ParameterList, MainPanel, NotesPanel)

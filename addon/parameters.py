@@ -44,8 +44,8 @@ class Names:
                 raise Problem(f"object '{name}': there is no such object")
             write_back.check_vertices(ob, scene, in_place)
 
-    def paths(self, export: Export) -> list[str]:
-        """Return the parameter paths in the exported scene.
+    def paths(self, export: Export, may_be_empty: bool = False) -> list[str]:
+        """Return the parameter paths in the exported scene; there may be none if `may_be_empty`.
 
         Raises
         ------
@@ -73,7 +73,7 @@ class Names:
                 raise Problem(f"light '{name}': {_among('no light of this name is rendered', export.lights)}")
             write_back.check_light(name)
             out.append(f"lights.{name}.{'strength' if isinstance(light, edgegrad.SunLight) else 'power'}")
-        if not out:
+        if not out and not may_be_empty:
             raise Problem("no parameter is chosen; choose at least one, such as the vertices of an object")
         return list(dict.fromkeys(out))
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import bpy
 
+from .animated.stored import stored_wanted
 from .derivative import DIRECTIONS
 from .parameters import Names
 from .session import Picture, Request
@@ -26,11 +27,36 @@ class TargetItem(bpy.types.PropertyGroup):
                                    description="Picture whose black pixels are ignored; may be empty")  # fmt: skip
 
 
+class ParameterItem(bpy.types.PropertyGroup):
+    """A property of Blender that a fit may change. It holds the datablock itself, which may be renamed."""
+
+    owner: bpy.props.PointerProperty(name="Datablock", type=bpy.types.ID)  # type: ignore[valid-type]
+    path: bpy.props.StringProperty(  # type: ignore[valid-type]
+        name="Data Path", description="Path of the property from its datablock")
+    index: bpy.props.IntProperty(  # type: ignore[valid-type]
+        name="Index", default=-1, min=-1, description="Which number of an array; -1: all")
+    enabled: bpy.props.BoolProperty(  # type: ignore[valid-type]
+        name="Fit", default=True, description="Whether the fit changes this property")
+    use_limits: bpy.props.BoolProperty(  # type: ignore[valid-type]
+        name="Bounds", default=False, description="Keep the values between the bounds")
+    low: bpy.props.FloatProperty(name="Lowest", default=0.0)  # type: ignore[valid-type]
+    high: bpy.props.FloatProperty(name="Highest", default=1.0)  # type: ignore[valid-type]
+    step: bpy.props.FloatProperty(  # type: ignore[valid-type]
+        name="Step", default=0.0, min=0.0,
+        description="First step, in the unit of the property; 0: from its effect on the scene")
+    sensitivity: bpy.props.FloatProperty(  # type: ignore[valid-type]
+        name="Sensitivity", default=-1.0,
+        description="Effect of a step on the loss at the start of the last fit, relative to the most effective "
+        "parameter; negative: not known yet")
+
+
 class Settings(bpy.types.PropertyGroup):
     """Settings of the panel, stored as Scene.edgegrad."""
 
     targets: bpy.props.CollectionProperty(type=TargetItem)  # type: ignore[valid-type]
     active_target: bpy.props.IntProperty()  # type: ignore[valid-type]
+    parameters: bpy.props.CollectionProperty(type=ParameterItem)  # type: ignore[valid-type]
+    active_parameter: bpy.props.IntProperty()  # type: ignore[valid-type]
     vertices: bpy.props.BoolProperty(  # type: ignore[valid-type]
         name="Vertices", default=True, description="Move the vertices of the selected meshes")
     base_color: bpy.props.BoolProperty(  # type: ignore[valid-type]
@@ -51,7 +77,7 @@ class Settings(bpy.types.PropertyGroup):
 
 
 
-CLASSES: tuple[Any, ...] = (TargetItem, Settings)
+CLASSES: tuple[Any, ...] = (TargetItem, ParameterItem, Settings)
 
 
 def chosen(context: Any) -> Names:
@@ -79,4 +105,5 @@ def request(context: Any) -> Request:
         samples=settings.samples,
         smoothness=settings.smoothness or None,
         in_place=settings.write_to == "MESH",
+        animated=tuple(stored_wanted(context.scene)),
     )

@@ -7,10 +7,10 @@ from typing import Any
 import bpy
 
 from . import command_line, panel, properties
-from .operators import fit, gradient, render, targets
+from .operators import fit, gradient, parameters, render, targets
 
-CLASSES: tuple[Any, ...] = (*properties.CLASSES, *targets.CLASSES, render.Render, gradient.Gradient, fit.Fit,
-                            *panel.CLASSES)
+CLASSES: tuple[Any, ...] = (*properties.CLASSES, *targets.CLASSES, *parameters.CLASSES, render.Render,
+                            gradient.Gradient, fit.Fit, *panel.CLASSES)
 _commands: list[Any] = []
 
 
@@ -19,6 +19,7 @@ def register() -> None:
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     bpy.types.Scene.edgegrad = bpy.props.PointerProperty(type=properties.Settings)
+    bpy.types.UI_MT_button_context_menu.append(parameters.draw_in_button_menu)
     _commands.append(bpy.utils.register_cli_command("edgegrad", command_line.main))
 
 
@@ -26,6 +27,7 @@ def unregister() -> None:
     """Undo `register`."""
     while _commands:
         bpy.utils.unregister_cli_command(_commands.pop())
+    bpy.types.UI_MT_button_context_menu.remove(parameters.draw_in_button_menu)
     del bpy.types.Scene.edgegrad
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

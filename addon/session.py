@@ -16,6 +16,10 @@ from edgegrad import images
 from edgegrad.scene import parameters as values
 
 from . import parameters
+from .animated.driver import Driver
+from .animated.parameter import Wanted
+from .animated.relay import Relay
+from .animated.stored import remember_sensitivities
 from .differentiable import export_differentiable, not_computed
 from .export import Export
 from .problem import Problem
@@ -50,6 +54,8 @@ class Request:
         Number of pictures per step, cycling through all; None: all.
     in_place
         Whether to write vertices into the mesh itself, instead of a new shape key.
+    animated
+        Animatable properties to fit.
     """
 
     pictures: list[Picture]
@@ -62,6 +68,7 @@ class Request:
     slide: float | None = None
     views_per_iteration: int | None = None
     in_place: bool = False
+    animated: tuple[Wanted, ...] = ()
 
 
 @dataclass
@@ -72,7 +79,9 @@ class Session:
     ----------
     notes
         Sentences that name terms of the derivative which are not computed although they may be non-zero
-        (`edgegrad.plan`).
+        (`edgegrad.plan`), and properties that were left out.
+    driver, relay
+        Owner of the animatable properties, and the same for a fit in another thread; None: there are none.
     """
 
     request: Request
@@ -81,6 +90,8 @@ class Session:
     wrt: list[str]
     notes: list[str] = field(default_factory=list)
     before: dict[str, Any] = field(default_factory=dict)
+    driver: Driver | None = None
+    relay: Relay | None = None
 
     @classmethod
     def prepare(cls, context: Any, request: Request) -> Session:
@@ -97,7 +108,8 @@ class Session:
         cameras = [find_camera(scene, picture.camera) for picture in request.pictures]
         request.names.check_objects(scene, request.in_place)
         export = export_differentiable(scene, cameras)
-        wrt = request.names.paths(export)
+        driver = Driver(scene, cameras, request.animated) if request.animated else None
+        wrt = request.names.paths(export, may_be_empty=driver is not None)
         targets = []
         for picture, camera, view in zip(request.pictures, cameras, export.views, strict=True):
             image = images.read_image(absolute(picture.image))
@@ -109,7 +121,13 @@ class Session:
             targets.append(edgegrad.Target(image, camera=view, mask=mask))
         export.scene.validate()
         before = {path: np.array(values.get(export.scene, path), np.float64) for path in wrt}
-        return cls(request, export, targets, wrt, not_computed(export, wrt), before)
+        notes = [*not_computed(export, wrt), *([] if driver is None else driver.notes)]
+        return cls(request, export, targets, wrt, notes, before, driver, None if driver is None else Relay(driver))
+
+    def serve(self) -> None:
+        """Evaluate Blender for a fit in another thread that waits for it; for the main thread."""
+        if self.relay is not None:
+            self.relay.serve()
 
     def run(
         self,
@@ -136,6 +154,7 @@ class Session:
             on_cancel=on_cancel,
             callback=callback,
             progress=progress,
+            driven=self.relay,
         )
 
     def write(self, result: edgegrad.FitResult) -> bool:
@@ -143,8 +162,14 @@ class Session:
         kept = [path for path in self.wrt if not np.array_equal(result.values[path], self.before[path])]
         for path in kept:
             parameters.write(self.export, path, self.before[path], result.values[path], self.request.in_place)
+        moved = False
+        if self.driver is not None:
+            values = {one.path: result.values[one.path] for one in self.driver.variables}
+            moved = any(not np.array_equal(one.read(), values[one.path]) for one in self.driver.parameters)
+            self.driver.write(values)
+            remember_sensitivities(self.driver.scene, self.driver.sensitivities(result.first_gradient))
         bpy.context.view_layer.update()
-        return bool(kept)
+        return bool(kept) or moved
 
 
 def camera_names(scene: Any) -> list[str]:

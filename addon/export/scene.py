@@ -26,6 +26,7 @@ from .geometry.coincident import warn_about_coincident
 from .geometry.displacement import displace, read_displacement, warn_about_adaptive
 from .geometry.instancers import Instancers
 from .geometry.linking import linked, uses_linking
+from .geometry.memory import Memory
 from .geometry.meshes import Placed, PlacedMeshes
 from .geometry.object_types import RENDERED, OtherGeometry, warn_about_type
 from .geometry.visibility import is_holdout, visible_to, warn_about_visibility
@@ -117,10 +118,18 @@ def export_scene(scene: Any, cameras: Sequence[Any] = (), bake: int = BAKE_RESOL
         If there is no camera, or a camera of an unsupported type.
     """
     camera = cameras[0] if cameras else None
-    return evaluate(scene, lambda evaluation: _export(evaluation, cameras[1:], bake, coded), camera)
+    return evaluate(scene, lambda evaluation: export_evaluated(evaluation, cameras[1:], bake, coded), camera)
 
 
-def _export(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int, coded: bool) -> Export:
+def export_evaluated(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int = BAKE_RESOLUTION,
+                     coded: bool = True, memory: Memory | None = None) -> Export:  # fmt: skip
+    """Export a scene that is evaluated; see `export_scene`.
+
+    Parameters
+    ----------
+    memory
+        Of earlier exports of the scene, which is seldom worth a second report: its warnings are not complete.
+    """
     scene, depsgraph = evaluation.scene, evaluation.depsgraph
     report = Report()
     views = [export_camera(camera.evaluated_get(depsgraph), scene, report)
@@ -132,7 +141,7 @@ def _export(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int, code
         report.warn(f"scene '{scene.name}'", f"renders several view layers; only '{depsgraph.view_layer.name}', whose "
                     f"picture Blender shows, is rendered, and not {names}")  # fmt: skip
     images = Images(coded=coded)
-    walk = _Walk(depsgraph, out)
+    walk = _Walk(depsgraph, out, memory)
     # Materials are read before meshes, which need the names of the attributes. They are read outside Blender's
     # iterator, since reading may create data and thus invalidate the iterator.
     materials = walk.materials()
@@ -172,9 +181,10 @@ def _export(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int, code
     out.scene.lights = {**out.scene.lights, **world.suns}
     expose(out.scene, out.settings.exposure)
     drop_caustics(out.scene, out.settings, report)
-    _warn_of_frames(out)
-    warn_about_coincident(out)
-    append_effects(out)
+    if memory is None:
+        _warn_of_frames(out)
+        warn_about_coincident(out)
+        append_effects(out)
     return out
 
 
@@ -185,11 +195,13 @@ def _key(material: Any) -> str:
 class _Walk:
     """The two passes over the evaluated instances: one for materials, one for meshes and lights."""
 
-    def __init__(self, depsgraph: Any, out: Export) -> None:
+    def __init__(self, depsgraph: Any, out: Export, memory: Memory | None) -> None:
+        if memory is not None:
+            memory.begin()
         self.depsgraph = depsgraph
         self.out = out
         self.linking = uses_linking(depsgraph.view_layer)
-        self.meshes = PlacedMeshes(out.report)
+        self.meshes = PlacedMeshes(out.report, memory)
         self.others = OtherGeometry(self.meshes, out.scene.camera, depsgraph, out.report)
         self.named: set[str] = set()
         self.instancers = Instancers(out.report)

@@ -15,6 +15,8 @@ from ..status import STATUS, redraw
 from . import _common
 
 POLL_SECONDS = 0.1
+# A fit of animatable properties waits in each iteration until Blender is evaluated for it.
+SERVE_SECONDS = 0.01
 # Events that pass to Blender while a fit runs: the user may navigate, but not edit.
 NAVIGATION = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "MOUSEMOVE", "TRACKPADPAN", "TRACKPADZOOM"}
 
@@ -54,7 +56,9 @@ class Job:
         return self._thread.is_alive()
 
     def wait(self) -> None:
-        """Wait until the thread has ended."""
+        """Wait until the thread has ended; Blender is no longer evaluated for it."""
+        if self.session.relay is not None:
+            self.session.relay.close()
         self._thread.join()
 
 
@@ -88,7 +92,8 @@ class Fit(bpy.types.Operator):
         _common.tell(self, session.export.report, session.notes)
         self._job = Job(session)
         manager = context.window_manager
-        self._timer = manager.event_timer_add(POLL_SECONDS, window=context.window)
+        poll = POLL_SECONDS if self._job.session.driver is None else SERVE_SECONDS
+        self._timer = manager.event_timer_add(poll, window=context.window)
         manager.progress_begin(0, session.request.iterations)
         manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
@@ -101,6 +106,7 @@ class Fit(bpy.types.Operator):
         elif event.type in ("RET", "NUMPAD_ENTER") and event.value == "PRESS":
             job.stop_as = "best"
         if event.type == "TIMER":
+            job.session.serve()
             if not job.running:
                 return self._finish(context, job)
             self._show_progress(context, job)

@@ -93,6 +93,12 @@ def shapes(tables: Tables) -> dict[str, tuple[int, ...]]:
     return out
 
 
+def without_derivative(path: str) -> str | None:
+    """Why a parameter has no derivative, whatever the scene; None: it has one."""
+    collection, _, field = parameters.split(path)
+    return _WITHOUT.get((collection, field))
+
+
 def pieces(scene: Scene, tables: Tables, path: str) -> list[Piece]:
     """Return the derivative of the tables with respect to one parameter.
 

@@ -24,7 +24,9 @@ from ..rendering.one_shot import CAUSTIC_SAMPLES
 from ..rendering.options import Progress
 from ..rendering.renderer import Renderer
 from ..scene import parameters
+from ..scene.camera import Camera
 from ..scene.scene import Scene
+from .driven import Driven, Placement
 from .losses import Loss
 from .targets import View
 from .variables import Unknown
@@ -82,17 +84,19 @@ class Run:
     def __init__(
         self, work: Scene, renderer: Renderer, seen: list[View], unknowns: list[Unknown], loss: Loss, *,
         iterations: int, per_iteration: int, spp: int, gradient_spp: int, limits: dict[str, Any], seed: int,
-        started: float, progress: Progress | None,
+        started: float, progress: Progress | None, driven: Driven | None = None, placement: Placement | None = None,
     ) -> None:
         self.work, self.renderer, self.seen, self.unknowns, self.loss = work, renderer, seen, unknowns, loss
         self.iterations, self.per_iteration = iterations, per_iteration
         self.spp, self.gradient_spp, self.limits = spp, gradient_spp, limits
         self.seed, self.started, self.progress = seed, started, progress
+        self.driven, self.placement = driven, placement
+        self.first_gradient: dict[str, F64] = {}  # by the driven variables, at the start
         self.start = self._values()
         self.best_values, self.best, self.least = self.start, 0, np.inf
         self.losses: list[float] = []
         self.newest = np.full(len(seen), np.nan)  # most recent loss of each picture
-        self.touched = {u.path: np.zeros(np.shape(self.start[u.path]), bool) for u in unknowns}
+        self.touched = {path: np.zeros(np.shape(value), bool) for path, value in self.start.items()}
         self.order = np.random.default_rng(seed).permutation(len(seen))
 
     def iterate(self, callback: Callback | None) -> str | None:
@@ -109,7 +113,11 @@ class Run:
             factor = LAST_STEP + (1.0 - LAST_STEP) * 0.5 * (1.0 + np.cos(np.pi * k / self.iterations))
             for item in self.unknowns:
                 parameters.put(self.work, item.path, item.take_step(gradient[item.path], factor))
-            self.renderer.update([item.path for item in self.unknowns])
+            changed = [item.path for item in self.unknowns]
+            if self.driven is not None:
+                changed += self.place({item.path: item.take_step(gradient[item.path], factor)
+                                       for item in self.driven.variables})
+            self.renderer.update(changed)
             if k == full_turn - 1:
                 self._warn_of_untouched()
             if callback is not None:
@@ -119,6 +127,19 @@ class Run:
                 if answer is not None and not flag("fit", "what the callback returns", answer):
                     return "callback"
         return None
+
+    def place(self, values: Mapping[str, F64]) -> list[str]:
+        """Set the driven variables and the scene's parameters that follow; return the paths of the latter."""
+        assert self.driven is not None
+        self.placement = placed = self.driven.place(values)
+        for item in self.driven.variables:
+            item.value = placed.values[item.path]
+        for view, fields in zip(self.seen, placed.cameras, strict=True):
+            for name, value in fields.items():
+                setattr(view.camera, name, value)
+        for path, value in placed.parameters.items():
+            parameters.put(self.work, path, value)
+        return list(placed.parameters)
 
     def measure_end(self) -> None:
         """Render all pictures once more and record the loss after the last step."""
@@ -130,27 +151,43 @@ class Run:
         """Return the gradient of the loss over the pictures of iteration k, and record their losses."""
         count = len(self.seen)
         first = k * self.per_iteration
-        total = {item.path: np.zeros(np.shape(self.start[item.path])) for item in self.unknowns}
-        wrt = list(total)
+        total = {path: np.zeros(np.shape(value)) for path, value in self.start.items()}
+        own = [item.path for item in self.unknowns]
         for n in range(self.per_iteration):
             j = int(self.order[(first + n) % count])
             done = (k + n / self.per_iteration) / (self.iterations + 1)
             adjoint = self._value(k, j, done)
-            if not adjoint.any():
+            moving = () if self.placement is None else self.placement.paths[j]
+            wrt = list(dict.fromkeys((*own, *moving)))
+            if not adjoint.any() or not wrt:
                 continue
             part = self.renderer.render_backward(
                 adjoint, wrt, spp=self.gradient_spp, **self.limits, seed=self._seed(k, j, 1),
-                camera=self.seen[j].camera, progress=self._part(done, 0.5 / self.per_iteration, 0.5),
+                camera=self._camera_of_gradient(j, wrt),
+                progress=self._part(done, 0.5 / self.per_iteration, 0.5),
             )
-            for path in wrt:
-                total[path] += part[path] / self.per_iteration
+            pulled = {} if self.placement is None else self.placement.pull(part, j)
+            for path, value in ({path: part[path] for path in own} | pulled).items():
+                total[path] += value / self.per_iteration
         for path, value in total.items():
             bad = np.argwhere(~np.isfinite(value))
             if len(bad):
                 at = f" at {tuple(int(i) for i in bad[0])}" if value.ndim else ""
                 raise FloatingPointError(f"fit: the gradient of '{path}' is not finite{at} in iteration {k + 1}")
             self.touched[path] |= value != 0.0
+        if k == 0 and self.driven is not None:
+            self.first_gradient = {item.path: total[item.path] for item in self.driven.variables}
         return total
+
+    def _camera_of_gradient(self, j: int, wrt: list[str]) -> Camera | None:
+        """Camera argument of a gradient of picture j. Derivatives by a camera are those by the scene's own."""
+        camera = self.seen[j].camera
+        if not any(path.startswith("camera.") for path in wrt):
+            return camera
+        if self.work.camera is not camera:
+            self.work.camera = camera
+        self.renderer.update(["camera.to_world"])
+        return None
 
     def _value(self, k: int, j: int, done: float) -> NDArray[np.float32]:
         """Render picture j, record its loss, and return the adjoint picture of this iteration.
@@ -196,7 +233,10 @@ class Run:
         return float(np.sqrt(0.5 * np.mean(steps**2) / SMOOTHED_OVER)) if len(steps) else 0.0
 
     def _values(self) -> dict[str, Any]:
-        return {item.path: parameters.get(self.work, item.path) for item in self.unknowns}
+        out = {item.path: parameters.get(self.work, item.path) for item in self.unknowns}
+        if self.driven is not None:
+            out |= {item.path: item.value for item in self.driven.variables}
+        return out
 
     def _report(self, iteration: int) -> FitStep:
         return FitStep(
@@ -219,13 +259,17 @@ class Run:
     @cached_property
     def plan(self) -> Plan:
         """The plan of the derivatives with respect to the fitted parameters."""
-        return plan(self.renderer, [item.path for item in self.unknowns], max_depth=self.limits["max_depth"],
-                    measure=CAUSTIC_SAMPLES)
+        paths = dict.fromkeys(item.path for item in self.unknowns)
+        for of_view in () if self.placement is None else self.placement.paths:
+            paths |= dict.fromkeys(of_view)
+        return plan(self.renderer, list(paths), max_depth=self.limits["max_depth"], measure=CAUSTIC_SAMPLES)
 
     def _warn_of_untouched(self) -> None:
         for path, touched in self.touched.items():
             if not touched.any():
-                reason = why_untouched(self.work, self.newest, path, self.plan)
+                driven = self.driven is not None and any(path == item.path for item in self.driven.variables)
+                reason = ("nothing that the cameras see depends on it" if driven
+                          else why_untouched(self.work, self.newest, path, self.plan))  # fmt: skip
                 warnings.warn(
                     f"fit: no gradient for '{path}', because {reason}",
                     RuntimeWarning,

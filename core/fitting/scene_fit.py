@@ -9,10 +9,11 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .._check import choice, function, mapping, names, number, whole
 from .._fields import optional
@@ -25,6 +26,7 @@ from ..scene import parameters
 from ..scene.bounces import MAX_DEPTH, Bounces
 from ..scene.scene import Scene, validated
 from ..tables.tables import flatten
+from .driven import Driven, Placement
 from .large_steps import MOST_SMOOTHNESS
 from .losses import Loss, Pyramid
 from .run import ON_CANCEL, Callback, Run
@@ -56,6 +58,8 @@ class FitResult:
     notes
         Sentences that name terms of the derivative which were not computed although they may be non-zero
         (`Plan.missing`), and parameters of which a part has no gradient, with the reason.
+    first_gradient
+        Gradient of the loss by the driven variables at the start.
     """
 
     values: dict[str, Any]
@@ -65,6 +69,7 @@ class FitResult:
     cancelled: bool
     untouched: dict[str, float]
     notes: tuple[str, ...]
+    first_gradient: dict[str, NDArray[np.float64]] = field(default_factory=dict)
 
 
 def fit(
@@ -88,6 +93,7 @@ def fit(
     on_cancel: str = "restore",
     callback: Callback | None = None,
     progress: Progress | None = None,
+    driven: Driven | None = None,
 ) -> FitResult:
     """Change parameters of the scene until its pictures match the targets.
 
@@ -145,6 +151,9 @@ def fit(
     progress
         Called with the completed fraction of the fit several times per iteration. If it raises `Cancelled`, the
         fit stops and `on_cancel` applies.
+    driven
+        Variables outside of the scene that move its parameters (`edgegrad.fitting.driven`); they are fitted together
+        with `wrt`, which may then be empty, and which must not have a parameter that they move.
 
     Returns
     -------
@@ -167,8 +176,13 @@ def fit(
     validated(scene)
     work = _copy(scene)
     narrow = engine_class(engine).narrow
-    paths = _checked_paths(work, wrt, narrow)
+    paths = _checked_paths(work, wrt, narrow, driven is not None)
     seen = views(work, targets, engine)
+    placement = moving = None
+    if driven is not None:
+        seen = [replace(view, camera=replace(view.camera)) for view in seen]  # their cameras may be moved
+        placement = driven.place({item.path: item.value for item in driven.variables})
+        moving = _checked_placement(placement, paths)
     iterations = whole("fit", "iterations", iterations, 1, 1_000_000)
     spp = whole("fit", "spp", spp, 1, 1 << 24)
     samples = spp if gradient_spp is None else whole("fit", "gradient_spp", gradient_spp, 1, 1 << 24)
@@ -190,11 +204,13 @@ def fit(
     unknowns = [unknown(work, path, steps.get(path), smoothness, slide) for path in paths]
 
     # No other code can change the copy
-    renderer = Renderer(work, threads=threads, engine=engine, learn=True, wrt=paths, watched=False)
+    requested = [*paths, *(moving or ())]
+    renderer = Renderer(work, threads=threads, engine=engine, learn=True, wrt=requested, watched=False)
     run = Run(
         work, renderer, seen, unknowns, loss,
         iterations=iterations, per_iteration=per_iteration, spp=spp, gradient_spp=samples,
         limits={"max_depth": max_depth, "bounces": bounces}, seed=seed, started=started, progress=progress,
+        driven=driven, placement=placement,
     )
     stop = None
     try:
@@ -206,21 +222,36 @@ def fit(
     stop = on_cancel if stop == "callback" else stop
     missing = run.plan.missing
     cameras = [view.camera for view in seen]
-    parts = [untouched_part(work, cameras, path, touched) for path, touched in run.touched.items()]
+    parts = [untouched_part(work, cameras, path, run.touched[path]) for path in paths]
     kept = run.start if stop == "restore" else run.best_values
     if stop != "restore":
-        for path, value in kept.items():
-            parameters.put(scene, path, value)
+        for path in paths:
+            parameters.put(scene, path, kept[path])
+        if driven is not None:
+            for path in run.place({item.path: kept[item.path] for item in driven.variables}):
+                parameters.put(scene, path, parameters.get(work, path))
     return FitResult(
         {path: np.copy(value) if np.ndim(value) else value for path, value in kept.items()},
         run.losses, run.best, time.monotonic() - started, stop is not None,
         {path: float(np.mean(~touched)) for path, touched in run.touched.items()},
         (*(f"not computed: {sentence}" for sentence in missing), *(part for part in parts if part is not None)),
+        run.first_gradient,
     )
 
 
-def _checked_paths(work: Scene, wrt: Sequence[str], narrow: bool) -> list[str]:
+def _checked_placement(placement: Placement, paths: list[str]) -> list[str]:
+    """Return all parameters of the scene that driven variables move; none of them may be fitted by itself."""
+    found = list(dict.fromkeys(path for of_view in placement.paths for path in of_view))
+    for path in paths:
+        if path in placement.parameters or path in found:
+            raise ValueError(f"fit: '{path}' is fitted by itself and moved by driven variables; leave one of them out")
+    return found
+
+
+def _checked_paths(work: Scene, wrt: Sequence[str], narrow: bool, may_be_empty: bool) -> list[str]:
     paths = list(names("fit", "wrt", wrt, "parameter paths"))
+    if not paths and may_be_empty:
+        return []
     if not paths:
         raise ValueError("fit: wrt is empty; name at least one parameter path")
     for path, count in Counter(paths).items():

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from edgegrad.scene.placement import is_tangent, placed_tangents, stretches
 from ...problem import Report
 from .attributes import TANGENT, ObjectValues, is_of_object, read_attributes
 from .instancers import InstancerValues
+from .memory import Memory
 from .mesh import MeshArrays, evaluated_mesh, read_mesh
 from .normals import coarse_share, given_normals
 
@@ -97,10 +99,17 @@ class Group:
 
 
 class PlacedMeshes:
-    """Collects evaluated objects while Blender's iterator runs; `build` then makes the meshes of the scene."""
+    """Collects evaluated objects while Blender's iterator runs; `build` then makes the meshes of the scene.
 
-    def __init__(self, report: Report) -> None:
+    Parameters
+    ----------
+    memory
+        Of earlier exports of the scene; None: there are none.
+    """
+
+    def __init__(self, report: Report, memory: Memory | None = None) -> None:
         self._report = report
+        self._memory = memory
         self._arrays: dict[int, MeshArrays] = {}
         self._groups: dict[tuple[Any, ...], Group] = {}
 
@@ -111,7 +120,8 @@ class PlacedMeshes:
 
     def _add(self, placed: Placed, data: Any, pointer: int, names: set[str]) -> None:
         if pointer not in self._arrays:
-            self._arrays[pointer] = read_mesh(data)
+            known = self._memory
+            self._arrays[pointer] = read_mesh(data) if known is None else known.read(placed.source.object, data)
         arrays = self._arrays[pointer]
         self.place(placed, pointer, arrays, len(data.loops), names,
                    lambda values: read_attributes(data, arrays, sorted(names), values))  # fmt: skip
@@ -177,20 +187,24 @@ class PlacedMeshes:
             self._warn_of_coarse(group)
             if len(group.sources) == 1:
                 name = unused_name(first, group.holders[0], out)
-                out[name] = _in_world(group, first.matrix)
             else:
                 first.instance = True
                 first.objects = tuple(dict.fromkeys(source.object for source in group.sources))
                 name = unused_name(first, first.object, out)
-                out[name] = _with_instances(group)
+            out[name] = self._built(name, group)
             sources[name] = first
         return out
 
+    def _built(self, name: str, group: Group) -> edgegrad.Mesh:
+        if self._memory is None:
+            return _built(group)
+        matrices = [source.matrix for source in group.sources]
+        return self._memory.built(name, group.arrays, matrices, group.attributes, group.own, partial(_built, group))
 
     def _warn_of_coarse(self, group: Group) -> None:
         """Warn of meshes whose smooth normals lie far from those of their triangles; hair and points are made so."""
         arrays = group.arrays
-        if not group.corner_count:
+        if not group.corner_count or self._memory is not None:
             return
         if coarse_share(arrays.positions, arrays.faces, arrays.smoothing, arrays.normals) > COARSE_AREA:
             for name in dict.fromkeys(source.object for source in group.sources):
@@ -211,22 +225,29 @@ def _materials(group: Group) -> dict[str, Any]:
     return {"materials": group.slots, "face_material": np.clip(group.arrays.slots, 0, len(group.slots) - 1)}
 
 
-def _in_own_space(group: Group) -> edgegrad.Mesh:
+def _built(group: Group, given: bool | None = None) -> edgegrad.Mesh:
+    """Make the mesh of a group; `given`: whether it has custom normals (None: if they are needed)."""
+    if len(group.sources) > 1:
+        return _with_instances(group, given)
+    return _in_world(group, group.sources[0].matrix, given)
+
+
+def _in_own_space(group: Group, given: bool | None) -> edgegrad.Mesh:
     """Make a mesh in object space."""
     arrays = group.arrays
     vertices = arrays.positions.astype(np.float64)
     normals = None
     if arrays.smoothing is not None and arrays.normals is not None:
         normals = given_normals(vertices, arrays.faces, arrays.smoothing, arrays.normals.astype(np.float64),
-                                arrays.exact)  # fmt: skip
+                                arrays.exact, given)  # fmt: skip
     return edgegrad.Mesh(vertices, arrays.faces.copy(), smoothing=arrays.smoothing, normals=normals,
                          attributes=group.attributes, visible_to=group.visible,
                          terminator_offset=group.terminator, **_materials(group))  # fmt: skip
 
 
-def _with_instances(group: Group) -> edgegrad.Mesh:
+def _with_instances(group: Group, given: bool | None) -> edgegrad.Mesh:
     """Make a mesh in object space, with the transforms and the values of all objects."""
-    mesh = _in_own_space(group)
+    mesh = _in_own_space(group, given)
     return replace(
         mesh, instances=np.stack([source.matrix for source in group.sources]),
         attributes={name: value for name, value in mesh.attributes.items() if name not in group.own},
@@ -235,7 +256,7 @@ def _with_instances(group: Group) -> edgegrad.Mesh:
     )  # fmt: skip
 
 
-def _in_world(group: Group, matrix: F64) -> edgegrad.Mesh:
+def _in_world(group: Group, matrix: F64, given: bool | None) -> edgegrad.Mesh:
     """Make a mesh in world space; a mirrored mesh keeps the orientation of its faces.
 
     A mesh with tangents and a non-uniform scale stays in object space and gets a transform, since tangents in world
@@ -245,13 +266,14 @@ def _in_world(group: Group, matrix: F64) -> edgegrad.Mesh:
     linear = matrix[:3, :3]
     flat = abs(np.linalg.det(linear)) < 1e-30
     if not flat and stretches(linear) and any(name.endswith(TANGENT) for name in group.attributes):
-        return replace(_in_own_space(group), transform=matrix)
+        return replace(_in_own_space(group, given), transform=matrix)
     vertices = np.ascontiguousarray(arrays.positions @ linear.T + matrix[:3, 3], np.float64)
     faces, smoothing, normals = arrays.faces, arrays.smoothing, None
     if smoothing is not None and arrays.normals is not None and not flat:
         # A non-uniform scale changes the angles of the triangles, and thus the angle-weighted normals.
-        given = arrays.normals @ np.linalg.inv(linear)
-        normals = given_normals(vertices, faces, smoothing, given, arrays.exact and not stretches(linear))
+        turned = arrays.normals @ np.linalg.inv(linear)
+        exact = arrays.exact and not stretches(linear)
+        normals = given_normals(vertices, faces, smoothing, turned, exact, given)
     attributes = {
         name: placed_tangents(matrix[None, :3], value) if is_tangent(name, value) and not flat else value
         for name, value in group.attributes.items()

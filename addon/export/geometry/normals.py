@@ -41,7 +41,7 @@ def read_normals(mesh: Any, vertex: I32, corners: I32, polygon: I32) -> tuple[I3
     if mesh.normals_domain == "POINT":
         normals = np.empty((len(mesh.vertices), 3), np.float32)
         mesh.vertex_normals.foreach_get("vector", normals.ravel())
-        return vertex[corners], _usable(normals), only_triangles and not custom
+        return vertex[corners], usable(normals), only_triangles and not custom
     of_corner = corner_normals(mesh)
     group, first = _grouped(vertex, of_corner)
     smoothing = group[corners]
@@ -52,7 +52,7 @@ def read_normals(mesh: Any, vertex: I32, corners: I32, polygon: I32) -> tuple[I3
         smoothing[sharp[polygon]] = -1
         if not (smoothing >= 0).any():
             return None
-    return smoothing, _usable(of_corner[first]), only_triangles and not custom
+    return smoothing, usable(of_corner[first]), only_triangles and not custom
 
 
 def corner_normals(mesh: Any) -> F32:
@@ -62,7 +62,7 @@ def corner_normals(mesh: Any) -> F32:
     return out
 
 
-def _usable(normals: F32) -> F32:
+def usable(normals: F32) -> F32:
     """Replace zero normals, which loose vertices and degenerate faces have, by +Z: a normal must not be zero."""
     normals[~(np.abs(normals).max(axis=1, initial=0.0) > 0.0)] = (0.0, 0.0, 1.0)
     return normals
@@ -88,7 +88,8 @@ def bits(*columns: NDArray[Any]) -> NDArray[np.uint64]:
     return result
 
 
-def given_normals(vertices: F64, faces: I32, smoothing: I32, normals: F64, exact: bool) -> F64 | None:
+def given_normals(vertices: F64, faces: I32, smoothing: I32, normals: F64, exact: bool,
+                  given: bool | None = None) -> F64 | None:  # fmt: skip
     """Return unit normals if they differ from the angle-weighted normals of the triangles, else None.
 
     Parameters
@@ -97,7 +98,11 @@ def given_normals(vertices: F64, faces: I32, smoothing: I32, normals: F64, exact
         (k, 3) in the space of the vertices, of any length.
     exact
         Whether they certainly do not differ.
+    given
+        Whether to return them; None: if they differ.
     """
+    if given is not None:
+        return normals / np.linalg.norm(normals, axis=1, keepdims=True) if given else None
     if exact:
         return None
     own = angle_weighted(vertices, faces, smoothing, len(normals))

@@ -1,0 +1,191 @@
+"""Blender as the owner of a fit's variables: it is evaluated with their values, and what it exports follows.
+
+Each evaluation starts a render of the private engine, sets the values, exports, exports again beside each value, and
+sets back what the file has, so that nothing in the file differs while a fit runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from edgegrad.derivatives.table_derivatives import without_derivative
+from edgegrad.fitting.driven import Placement, Variable
+from edgegrad.rendering.engine import engine_class
+from edgegrad.scene.changes import StructureChange
+
+from ..evaluation import Evaluation, evaluate
+from ..export import Export
+from ..export.geometry.memory import Memory
+from ..export.scene import export_evaluated
+from ..problem import Problem
+from .arrays import CAMERA, F64, Key, moved, value_of
+from .parameter import Wanted, analyse, found
+from .quotients import NoEffect, Prober, Quotient
+
+# Placements after which the steps are checked again.
+CHECK_EVERY = 20
+
+
+@dataclass(frozen=True)
+class Placed(Placement):
+    """A placement, with the difference quotients of each variable's numbers."""
+
+    columns: Mapping[str, Sequence[Quotient]]
+
+
+class Driver:
+    """The properties of a fit (`edgegrad.fitting.driven.Driven`).
+
+    Parameters
+    ----------
+    scene, cameras
+        Blender's scene, and the camera objects of the pictures.
+    wanted
+        The properties to fit.
+
+    Attributes
+    ----------
+    notes
+        Sentences on properties that were dropped, and on what they move without a derivative.
+
+    Raises
+    ------
+    Problem
+        For properties that do not exist, cannot be set, change nothing at all, or change more than float arrays.
+    """
+
+    def __init__(self, scene: Any, cameras: Sequence[Any], wanted: Sequence[Wanted]) -> None:
+        if engine_class("auto").narrow:
+            raise Problem("properties can't be fitted by the reference engine; install the native one")
+        self.scene, self.cameras = scene, list(cameras)
+        self.notes: list[str] = []
+        self.parameters = found(wanted)
+        self._memory = Memory()
+        self._placements = 0
+        self._start: Export | None = None
+        evaluate(scene, self._analyse, cameras[0])
+        self.parameters = [one for one in self.parameters if one.places]
+        if not self.parameters:
+            raise Problem(f"no property has an effect: {'; '.join(self.notes)}")
+        self.variables: list[Variable] = [one.variable() for one in self.parameters]
+
+    def place(self, values: Mapping[str, F64]) -> Placed:
+        """Evaluate Blender with these values, and return what follows; the file's own values are set back."""
+        return evaluate(self.scene, lambda evaluation: self._place(evaluation, values), self.cameras[0])
+
+    def export_at(self, values: Mapping[str, F64]) -> Export:
+        """Export the scene with these values; the file's own values are set back."""
+
+        def work(evaluation: Evaluation) -> Export:
+            with self._kept():
+                self._set(values)
+                return self._export(evaluation)
+
+        return evaluate(self.scene, work, self.cameras[0])
+
+    def sensitivities(self, gradient: Mapping[str, F64]) -> dict[str, float]:
+        """Change of the loss by the first step of each parameter, relative to the largest one."""
+        found = {one.path: float(np.abs(gradient[one.path] * getattr(one, "steps", one.step)).max())
+                 for one in self.variables if one.path in gradient}  # fmt: skip
+        largest = max(found.values(), default=0.0) or 1.0
+        return {path: value / largest for path, value in found.items()}
+
+    def write(self, values: Mapping[str, F64]) -> None:
+        """Write values into the file, as a user would."""
+        for one in self.parameters:
+            one.write(values[one.path])
+
+    # ---- within an evaluation ----
+    def _export(self, evaluation: Evaluation) -> Export:
+        evaluation.depsgraph.update()
+        return export_evaluated(evaluation, self.cameras[1:], memory=self._memory)
+
+    def _analyse(self, evaluation: Evaluation) -> None:
+        self._start = self._export(evaluation)
+        prober = Prober(lambda: self._export(evaluation), self._start)
+        with self._kept():
+            quotients = [one for parameter in self.parameters for one in analyse(parameter, prober, self.notes)]
+            evaluation.depsgraph.update()
+        without = {path: reason for quotient in quotients for _, path in quotient
+                   if (reason := without_derivative(path)) is not None}  # fmt: skip
+        self.notes += [f"not computed: the part of the derivative by '{path}', since {reason}"
+                       for path, reason in without.items()]  # fmt: skip
+
+    def _place(self, evaluation: Evaluation, values: Mapping[str, F64]) -> Placed:
+        assert self._start is not None
+        self._placements += 1
+        with self._kept():
+            self._set(values)
+            try:
+                base = self._export(evaluation)
+                changed = moved(self._start, base)
+            except StructureChange as change:
+                raise Problem(f"the fit has to stop, since at its present values {change}; set bounds that avoid "
+                              "this") from None  # fmt: skip
+            now = {one.path: one.read() for one in self.parameters}
+            quotients = self._quotients(Prober(lambda: self._export(evaluation), base))
+        return _placement(base, now, quotients, set(changed), len(self.cameras))
+
+    def _quotients(self, prober: Prober) -> dict[str, list[Quotient]]:
+        check = self._placements % CHECK_EVERY == 0
+        out: dict[str, list[Quotient]] = {}
+        for one in self.parameters:
+            out[one.path] = []
+            for k, place in enumerate(one.places):
+                try:
+                    if check:
+                        one.steps[k], quotient = prober.step(place, one.steps[k].size)
+                    else:
+                        quotient = prober.quotient(place, one.steps[k].size)
+                except NoEffect:
+                    quotient = {}  # here, not everywhere
+                except StructureChange:
+                    one.steps[k], quotient = prober.step(place, 0.125 * one.steps[k].size)
+                out[one.path].append(quotient)
+        return out
+
+    def _set(self, values: Mapping[str, F64]) -> None:
+        for one in self.parameters:
+            if one.path in values:
+                one.write(values[one.path])
+
+    @contextmanager
+    def _kept(self) -> Iterator[None]:
+        """Set the file's own values back after the block."""
+        places = [place for one in self.parameters for place in one.places]
+        before = [place.read() for place in places]
+        try:
+            yield
+        finally:
+            for place, value in zip(places, before, strict=True):
+                if place.read() != value:
+                    place.write(value)
+
+
+def _placement(base: Export, now: dict[str, F64], quotients: dict[str, list[Quotient]], changed: set[Key],
+               views: int) -> Placed:  # fmt: skip
+    differentiated = {key for of in quotients.values() for quotient in of for key in quotient}
+    keys = changed | differentiated
+    usable = sorted(key for key in differentiated if without_derivative(key[1]) is None)
+
+    def pull(gradient: Mapping[str, F64], view: int) -> dict[str, F64]:
+        return {path: np.array([sum(float(np.vdot(gradient[name], value)) for (of, name), value in quotient.items()
+                                    if of in (-1, view) and name in gradient) for quotient in of_path])
+                for path, of_path in quotients.items()}  # fmt: skip
+
+    return Placed(
+        now,
+        {path: value_of(base, (view, path)) for view, path in sorted(keys) if view < 0},
+        [{path[len(CAMERA) :]: getattr(base.views[k], path[len(CAMERA) :]) for view, path in sorted(keys) if view == k}
+         for k in range(views)],
+        [[path for view, path in usable if view in (-1, k)] for k in range(views)],
+        pull,
+        quotients,
+    )  # fmt: skip
+
+

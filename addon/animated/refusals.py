@@ -1,0 +1,82 @@
+"""Properties whose value a fit cannot set: driven, keyed, linked and overridden ones."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from ..problem import Problem
+from .data_path import Place
+
+
+def check(place: Place) -> None:
+    """Raise `Problem`, with the cure, if a fit cannot set this property."""
+    owner, where = place.owner, f"property '{place.name}'"
+    if owner.library is not None:
+        raise Problem(f"{where}: '{owner.name}' is linked from '{owner.library.filepath}' and can't be written; make "
+                      "it local first")  # fmt: skip
+    if owner.override_library is not None:
+        raise Problem(f"{where}: '{owner.name}' is a library override, whose values Blender takes from its reference; "
+                      "make it local first")  # fmt: skip
+    if getattr(owner, "mode", "") == "EDIT":
+        raise Problem(f"{where}: '{owner.name}' is in edit mode; leave it first")
+    for animation, prefix in _animations(place):
+        path = place.path[len(prefix) :]
+        for driver in animation.drivers:
+            if _drives(driver, path, place.index):
+                raise Problem(f"{where}: is driven, so a fit can't set it; fit what drives it "
+                              f"({_inputs(driver.driver)}), or remove its driver")  # fmt: skip
+        for curve in _curves(animation):
+            if _drives(curve, path, place.index):
+                raise Problem(f"{where}: is keyed, so its value comes back at the next change of the frame; remove its "
+                              "keyframes first")  # fmt: skip
+    locked = _is_read_only(place)
+    if locked:
+        raise Problem(f"{where}: is read-only; fit the properties that it follows from")
+
+
+def _is_read_only(place: Place) -> bool:
+    holder, key, custom = place._holder()
+    return not custom and bool(holder.bl_rna.properties[key].is_readonly)
+
+
+def _animations(place: Place) -> Iterator[tuple[Any, str]]:
+    """Yield the animation data that may set a property, and what the property's path starts with there."""
+    owner = place.owner
+    if getattr(owner, "animation_data", None) is not None:
+        yield owner.animation_data, ""
+    tree = getattr(owner, "node_tree", None)
+    if place.path.startswith("node_tree.") and tree is not None and tree.animation_data is not None:
+        yield tree.animation_data, "node_tree."
+
+
+def _drives(curve: Any, path: str, index: int) -> bool:
+    return bool(curve.data_path == path) and (index < 0 or curve.array_index == index)
+
+
+def _curves(animation: Any) -> Iterator[Any]:
+    """Yield the curves of an action and of unmuted strips."""
+    slot = getattr(animation, "action_slot", None)
+    yield from _curves_of(animation.action, slot)
+    for track in animation.nla_tracks:
+        for strip in () if track.mute else track.strips:
+            yield from _curves_of(strip.action, getattr(strip, "action_slot", None))
+
+
+def _curves_of(action: Any, slot: Any) -> Iterator[Any]:
+    if action is None:
+        return
+    if not hasattr(action, "layers"):
+        yield from action.fcurves
+        return
+    for layer in action.layers:
+        for strip in layer.strips:
+            bag = strip.channelbag(slot) if slot is not None else None
+            yield from bag.fcurves if bag is not None else ()
+
+
+def _inputs(driver: Any) -> str:
+    """Name what a driver reads."""
+    found = [f"'{target.data_path or target.transform_type}' of '{target.id.name}'"
+             for variable in driver.variables for target in variable.targets if target.id is not None]  # fmt: skip
+    return ", ".join(dict.fromkeys(found)) or f"the expression '{driver.expression}'"

@@ -1,0 +1,63 @@
+"""Evaluation of Blender in its main thread, for a fit that runs in another one."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from edgegrad.fitting.driven import Placement, Variable
+from edgegrad.rendering.renderer import Cancelled
+
+from .driver import Driver
+
+
+class Relay:
+    """Driven variables whose `place` may be called in any thread; the main thread has to call `serve`."""
+
+    def __init__(self, driver: Driver) -> None:
+        self._driver = driver
+        self._wanted: Mapping[str, Any] | None = None
+        self._answer: Placement | BaseException | None = None
+        self._changed = threading.Condition()
+        self._closed = False
+
+    @property
+    def variables(self) -> Sequence[Variable]:
+        """The variables of the driver."""
+        return self._driver.variables
+
+    def place(self, values: Mapping[str, Any]) -> Placement:
+        """Set the variables and return what follows."""
+        if threading.current_thread() is threading.main_thread():
+            return self._driver.place(values)
+        with self._changed:
+            self._wanted = values
+            self._changed.wait_for(lambda: self._answer is not None or self._closed)
+            answer, self._answer = self._answer, None
+        if answer is None:
+            raise Cancelled
+        if isinstance(answer, BaseException):
+            raise answer
+        return answer
+
+    def serve(self) -> None:
+        """Answer a waiting thread; for the main thread."""
+        with self._changed:
+            if self._wanted is None:
+                return
+            values, self._wanted = self._wanted, None
+        answer: Placement | BaseException
+        try:
+            answer = self._driver.place(values)
+        except BaseException as error:
+            answer = error
+        with self._changed:
+            self._answer = answer
+            self._changed.notify_all()
+
+    def close(self) -> None:
+        """Cancel a thread that waits or will wait, since the main thread no longer serves it."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()

@@ -1,0 +1,1 @@
+"""Tests of fits of any animatable property of Blender, and of vertices under modifiers."""

@@ -12,6 +12,9 @@ I64 = NDArray[np.int64]
 
 # Largest edge of a piece of a triangle, in cells. Larger pieces look at more nodes that are too far away.
 PIECE = 1.5
+# Cells across a surface in which its triangles are looked up first, and how far beyond a cell they are listed in it.
+_ACROSS = 48.0
+_AROUND = 0.5
 
 
 def pieces(corner: F64, longest: float = PIECE) -> tuple[F64, I64]:
@@ -120,10 +123,9 @@ def nearest(points: F64, corner: F64) -> tuple[I64, F64, F64]:
     """
     face, distance, weight = np.zeros(len(points), np.int64), np.full(len(points), np.inf), np.zeros((len(points), 3))
     low = corner.min(axis=(0, 1))
-    size = float(np.ptp(corner, axis=(0, 1)).max()) / max(np.sqrt(len(corner)), 16.0) or 1.0
+    size = float(np.ptp(corner, axis=(0, 1)).max()) / _ACROSS or 1.0
     left = np.arange(len(points))
     while len(left):
-        # Pieces are listed in all cells that their surroundings touch: a point then finds all within a cell's size.
         found, number = pieces((corner - low) / size, 1.0)
         at = (points[left] - low) / size
         cell, pairs = _near_pairs(at, found)
@@ -139,17 +141,22 @@ def nearest(points: F64, corner: F64) -> tuple[I64, F64, F64]:
             order = np.lexsort((triangle, d, point))
             best = order[np.flatnonzero(np.diff(point[order], prepend=-1))]
             face[point[best]], distance[point[best]], weight[point[best]] = triangle[best], d[best], w[best]
-        left = left[distance[left] > size]
+        left = left[distance[left] > _AROUND * size]
         size *= 2.0
     return face, weight, distance
 
 
 def _near_pairs(points: F64, found: F64) -> tuple[I64, tuple[I64, I64]]:
-    """List pieces by unit cells; return the list, and for each point the begin and end of its cell's part."""
+    """List pieces by the unit cells that they or their surroundings touch.
+
+    Returns
+    -------
+    The list, and for each point the begin and end of its cell's part. All pieces within `_AROUND` are in that part.
+    """
     low, high = np.floor(points.min(axis=0)).astype(np.int64), np.floor(points.max(axis=0)).astype(np.int64)
     size = high - low + 1
-    first = np.maximum(np.floor(found.min(axis=1) - 1.0).astype(np.int64), low)
-    last = np.minimum(np.floor(found.max(axis=1) + 1.0).astype(np.int64), high)
+    first = np.maximum(np.floor(found.min(axis=1) - _AROUND).astype(np.int64), low)
+    last = np.minimum(np.floor(found.max(axis=1) + _AROUND).astype(np.int64), high)
     extent = np.maximum(last - first + 1, 0)
     row, place = rows_and_places(extent.prod(axis=1))
     across, z = np.divmod(place, np.maximum(extent[row, 2], 1))

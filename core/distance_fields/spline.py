@@ -60,8 +60,8 @@ def _along_first(f: F64) -> F64:
     return c
 
 
-_VALUE = np.array([1.0, 4.0, 1.0]) / 6.0
-_SLOPE = np.array([-0.5, 0.0, 0.5])
+NODE_WEIGHTS = np.array([1.0, 4.0, 1.0]) / 6.0
+NODE_SLOPES = np.array([-0.5, 0.0, 0.5])
 
 
 def filtered(values: NDArray[np.generic], axis: int, taps: F64) -> NDArray[np.generic]:
@@ -82,7 +82,7 @@ def spread(values: NDArray[np.generic], axis: int, taps: F64) -> NDArray[np.gene
 def node_values(values: NDArray[np.generic]) -> NDArray[np.generic]:
     """Values (nx - 2, ny - 2, nz - 2) of a spline at its nodes."""
     for axis in range(3):
-        values = filtered(values, axis, _VALUE)
+        values = filtered(values, axis, NODE_WEIGHTS)
     return values
 
 
@@ -92,7 +92,7 @@ def node_slopes(values: NDArray[np.generic]) -> list[NDArray[np.generic]]:
     for by in range(3):
         part = values
         for axis in range(3):
-            part = filtered(part, axis, _SLOPE if axis == by else _VALUE)
+            part = filtered(part, axis, NODE_SLOPES if axis == by else NODE_WEIGHTS)
         out.append(part)
     return out
 
@@ -102,7 +102,7 @@ def spread_slopes(slopes: list[NDArray[np.generic]]) -> NDArray[np.generic]:
     total = None
     for by, part in enumerate(slopes):
         for axis in range(3):
-            part = spread(part, axis, _SLOPE if axis == by else _VALUE)
+            part = spread(part, axis, NODE_SLOPES if axis == by else NODE_WEIGHTS)
         total = part if total is None else total + part
     assert total is not None
     return total

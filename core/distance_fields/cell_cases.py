@@ -85,7 +85,7 @@ def triangles() -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Number of triangles of each combination (256,), and their edges (256, most, 3)."""
     faces = _faces()
     on = [{_edge(ring[k - 1], ring[k]) for k in range(4)} for ring in faces]
-    found = []
+    found: list[list[Polygon]] = []
     for inside in range(256):
         found.append([])
         for loop in _loops(inside, faces):

@@ -89,10 +89,10 @@ def to_mesh(
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     usable = bool(length.min() > 0.0)
     if np.linalg.det(to_world[:, :3]) < 0.0:
-        faces = np.ascontiguousarray(faces[:, ::-1])
-    faces = faces.astype(np.int32)
-    held = {name: _sampled(layer, grid / count)[faces] for name, layer in layers.items()}
-    return Mesh(vertices, faces, (field.material,), smoothing=faces, normals=normals / length if usable else None,
+        faces = faces[:, ::-1]
+    corners = np.ascontiguousarray(faces, np.int32)
+    held = {name: _sampled(layer, grid / count)[corners] for name, layer in layers.items()}
+    return Mesh(vertices, corners, (field.material,), smoothing=corners, normals=normals / length if usable else None,
                 attributes=held, visible_to=field.visible_to)
 
 
@@ -105,7 +105,9 @@ def zeros(values: F64) -> tuple[F64, I64]:
     """
     inside = spline.node_values(values) < 0.0
     shape = np.array(inside.shape)
-    points, number, first = [], [], 0
+    points: list[F64] = []
+    number: list[I64] = []
+    first = 0
     for axis in range(3):
         crossed = np.diff(np.moveaxis(inside, axis, 0).astype(np.int8), axis=0) != 0
         crossed = np.moveaxis(crossed, 0, axis)
@@ -114,9 +116,8 @@ def zeros(values: F64) -> tuple[F64, I64]:
         numbers[tuple(edges.T)] = first + np.arange(len(edges))
         first += len(edges)
         number.append(numbers)
-        place = edges.astype(np.float64)
-        place[:, axis] += _zero_on_edges(values, edges, axis)
-        points.append(place)
+        points.append(edges.astype(np.float64))
+        points[axis][:, axis] += _zero_on_edges(values, edges, axis)
     case = np.zeros(shape - 1, np.int64)
     for bits in range(8):
         x, y, z = (bits >> k & 1 for k in range(3))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,9 +19,9 @@ _SECOND = np.array([1.0, -2.0, 1.0])
 def laplacian(field: Field) -> tuple[float, F64]:
     """Return the mean square of the Laplacian of the coefficients, and its gradient.
 
-    The value is the mean over all coefficients but the outermost of (h L)^2: L is the discrete Laplacian, in the field's own space,
-    and h the cube root of a cell's volume. It has no unit. A plane has 0; a sphere of the radius r has about
-    (2 h / r)^2 near its surface.
+    The value is the mean over all coefficients but the outermost of (h L)^2: L is the discrete Laplacian, in the
+    field's own space, and h the cube root of a cell's volume. It has no unit. A plane has 0; a sphere of the radius r
+    has about (2 h / r)^2 near its surface.
 
     Returns
     -------
@@ -29,11 +31,11 @@ def laplacian(field: Field) -> tuple[float, F64]:
     return laplacian_of(field.values.astype(np.float64), (field.upper - field.lower) / field.cells)
 
 
-def laplacian_of(values: NDArray[np.inexact], spacing: F64) -> tuple[float, F64]:
-    """`laplacian` of coefficients with cells of the size `spacing` (3,). The value of complex coefficients is complex."""
+def laplacian_of(values: spline.Numbers, spacing: F64) -> tuple[Any, spline.Numbers]:
+    """`laplacian` of coefficients, with cells of the size `spacing` (3,)."""
     size = float(np.prod(spacing)) ** (1.0 / 3.0)
     inner = tuple(slice(1, -1) for _ in range(3))
-    total = 0.0
+    total = np.zeros([n - 2 for n in values.shape], values.dtype)
     for axis in range(3):
         box = tuple(slice(None) if k == axis else inner[k] for k in range(3))
         total = total + spline.filtered(values[box], axis, _SECOND * size / spacing[axis] ** 2)
@@ -58,8 +60,8 @@ def eikonal(field: Field) -> tuple[float, F64]:
     return eikonal_of(field.values.astype(np.float64), (field.upper - field.lower) / field.cells)
 
 
-def eikonal_of(values: NDArray[np.inexact], spacing: F64) -> tuple[float, F64]:
-    """`eikonal` of coefficients with cells of the size `spacing` (3,). The value of complex coefficients is complex."""
+def eikonal_of(values: spline.Numbers, spacing: F64) -> tuple[Any, spline.Numbers]:
+    """`eikonal` of coefficients, with cells of the size `spacing` (3,)."""
     slopes = [part / h for part, h in zip(spline.node_slopes(values), spacing, strict=True)]
     excess = slopes[0] ** 2 + slopes[1] ** 2 + slopes[2] ** 2 - 1.0
     by_slopes = [excess * part / (h * excess.size) for part, h in zip(slopes, spacing, strict=True)]

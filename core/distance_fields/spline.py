@@ -6,9 +6,12 @@ Nodes are the corners of the cells: a grid of n coefficients along an axis has n
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
+Numbers = NDArray[Any]  # real or complex
 F64 = NDArray[np.float64]
 
 # Points whose 64 coefficients are gathered at once.
@@ -64,13 +67,13 @@ NODE_WEIGHTS = np.array([1.0, 4.0, 1.0]) / 6.0
 NODE_SLOPES = np.array([-0.5, 0.0, 0.5])
 
 
-def filtered(values: NDArray[np.generic], axis: int, taps: F64) -> NDArray[np.generic]:
+def filtered(values: Numbers, axis: int, taps: F64) -> Numbers:
     """Combine three neighbours along an axis with the weights `taps`: n entries become n - 2."""
     moved = np.moveaxis(values, axis, 0)
     return np.moveaxis(taps[0] * moved[:-2] + taps[1] * moved[1:-1] + taps[2] * moved[2:], 0, axis)
 
 
-def spread(values: NDArray[np.generic], axis: int, taps: F64) -> NDArray[np.generic]:
+def spread(values: Numbers, axis: int, taps: F64) -> Numbers:
     """The transpose of `filtered`: n - 2 entries become n."""
     moved = np.moveaxis(values, axis, 0)
     out = np.zeros((len(moved) + 2, *moved.shape[1:]), moved.dtype)
@@ -79,14 +82,14 @@ def spread(values: NDArray[np.generic], axis: int, taps: F64) -> NDArray[np.gene
     return np.moveaxis(out, 0, axis)
 
 
-def node_values(values: NDArray[np.generic]) -> NDArray[np.generic]:
+def node_values(values: Numbers) -> Numbers:
     """Values (nx - 2, ny - 2, nz - 2) of a spline at its nodes."""
     for axis in range(3):
         values = filtered(values, axis, NODE_WEIGHTS)
     return values
 
 
-def node_slopes(values: NDArray[np.generic]) -> list[NDArray[np.generic]]:
+def node_slopes(values: Numbers) -> list[Numbers]:
     """Derivatives of a spline at its nodes by the three grid coordinates."""
     out = []
     for by in range(3):
@@ -97,7 +100,7 @@ def node_slopes(values: NDArray[np.generic]) -> list[NDArray[np.generic]]:
     return out
 
 
-def spread_slopes(slopes: list[NDArray[np.generic]]) -> NDArray[np.generic]:
+def spread_slopes(slopes: list[Numbers]) -> Numbers:
     """The transpose of `node_slopes`: the gradient by the coefficients from that by the derivatives at the nodes."""
     total = None
     for by, part in enumerate(slopes):

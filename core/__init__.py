@@ -2,8 +2,10 @@
 
 import sys
 
+from . import distance_fields
 from .expression import procedural
 from .fitting import losses, optimisers
+from .fitting.field_variables import FieldSteps
 from .fitting.run import FitStep
 from .fitting.scene_fit import FitResult, fit
 from .fitting.targets import Target
@@ -33,6 +35,7 @@ __all__ = [
     "Camera",
     "Cancelled",
     "Field",
+    "FieldSteps",
     "FitResult",
     "FitStep",
     "Image",
@@ -48,6 +51,7 @@ __all__ = [
     "Target",
     "World",
     "differentiable",
+    "distance_fields",
     "fit",
     "losses",
     "optimisers",

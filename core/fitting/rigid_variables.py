@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..geometry.camera_view import depths, in_picture
 from ..scene import parameters
 from ..scene.camera import Camera
+from ..scene.field import Field
 from ..scene.mesh import Mesh
 from ..scene.placement import expanded, placed_meshes, places
 from ..scene.scene import Scene
@@ -141,11 +142,11 @@ def _pivot_and_extent(scene: Scene, path: str, value: F64) -> tuple[F64, float]:
     held, field = parameters.owner(scene, path)
     if isinstance(held, Camera):
         return value[:3, 3] - depth_seen(scene, held) * value[:3, 2], scene_extent(scene)
-    if not isinstance(held, Mesh):
+    if not isinstance(held, (Field, Mesh)):
         return value[..., :3, -1], scene_extent(scene)
-    corners = _box(held)
+    corners = held.corners() if isinstance(held, Field) else _box(held)
     extent = float(np.linalg.norm(np.ptp(corners, axis=0))) or 1.0
-    if field == "transform":
+    if isinstance(held, Field) or field == "transform":
         return 0.5 * (corners.min(axis=0) + corners.max(axis=0)), extent
     # Each instance rotates about its own centre, in the space of the object's transform.
     middle = 0.5 * (held.vertices.min(axis=0) + held.vertices.max(axis=0))

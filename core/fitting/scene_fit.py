@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._check import choice, function, mapping, names, number, whole
+from .._check import choice, function, instance, mapping, names, number, whole
 from .._fields import optional
 from ..derivatives.table_derivatives import requested_tables, with_requested
 from ..reference import diffuse_tables
@@ -27,6 +27,7 @@ from ..scene.bounces import MAX_DEPTH, Bounces
 from ..scene.scene import Scene, validated
 from ..tables.tables import flatten
 from .driven import Driven, Placement
+from .field_variables import FieldSteps
 from .large_steps import MOST_SMOOTHNESS
 from .losses import Loss, Pyramid
 from .run import ON_CANCEL, Callback, Run
@@ -85,6 +86,7 @@ def fit(
     loss: Loss | None = None,
     smoothness: float | None = None,
     slide: float | None = None,
+    field_steps: FieldSteps | None = None,
     step_sizes: Mapping[str, float] | None = None,
     views_per_iteration: int | None = None,
     seed: int = 0,
@@ -129,13 +131,16 @@ def fit(
         Factor in [0, 1] for the tangential motion of vertices (1: unchanged). Tangential motion does not change the
         shape, except at open borders and material borders, but it makes the spacing of vertices uneven.
         None: 0.2 for closed meshes, 1 for meshes with open borders.
+    field_steps
+        How the coefficients of distance fields change (`FieldSteps`); None: its defaults.
     step_sizes
         Maps a parameter path to the length of its first step. Vertices: the largest displacement of a vertex, as a
-        fraction of the diagonal of the mesh's bounding box. Positions: a fraction of the diagonal of the scene's
-        bounding box. Directions: radians. Poses: a rotation in radians, and a translation of the same number of
-        diagonals (of the mesh; for cameras and lights, of the scene). Other parameters: the unit of the parameter.
-        Defaults are 0.02 for vertices, positions, directions and poses; 0.03 for colours and weights; 3 % of the value
-        for powers, radiances and sizes. Later steps follow the gradient and become shorter towards the end.
+        fraction of the diagonal of the mesh's bounding box. Coefficients of fields: the largest change, in cells, up to
+        0.5. Positions: a fraction of the diagonal of the scene's bounding box. Directions: radians. Poses: a rotation
+        in radians, and a translation of the same number of diagonals (of the mesh or the field's box; for cameras and
+        lights, of the scene). Other parameters: the unit of the parameter. Defaults are 0.02 for vertices, positions,
+        directions and poses; 0.25 for fields; 0.03 for colours and weights; 3 % of the value for powers, radiances and
+        sizes. Later steps follow the gradient and become shorter towards the end.
     views_per_iteration
         Number of pictures that each iteration renders; successive iterations cycle through all pictures. None: all.
     seed
@@ -200,8 +205,10 @@ def fit(
         smoothness = number("fit", "smoothness", smoothness, least=0.0, greatest=MOST_SMOOTHNESS)
     if slide is not None:
         slide = number("fit", "slide", slide, least=0.0, greatest=1.0)
+    if field_steps is not None:
+        instance("fit", "field_steps", field_steps, FieldSteps)
     steps = _checked_steps(paths, step_sizes)
-    unknowns = [unknown(work, path, steps.get(path), smoothness, slide) for path in paths]
+    unknowns = [unknown(work, path, steps.get(path), smoothness, slide, iterations, field_steps) for path in paths]
 
     # No other code can change the copy
     requested = [*paths, *(moving or ())]

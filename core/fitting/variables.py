@@ -12,6 +12,7 @@ from ..scene import parameters
 from ..scene.mesh import Mesh
 from ..scene.scene import Scene
 from .bounds import first_step, limits
+from .field_variables import Coefficients, FieldSteps
 from .large_steps import LargeSteps
 from .optimisers import Adam, AdamUniform
 from .rigid_variables import BETA2, Directions, Poses, Positions
@@ -120,10 +121,13 @@ def _closed(faces: NDArray[np.int32], label: NDArray[np.int64]) -> bool:
 
 
 def unknown(
-    scene: Scene, path: str, step: float | None, smoothness: float | None, slide: float | None
+    scene: Scene, path: str, step: float | None, smoothness: float | None, slide: float | None,
+    iterations: int = 1, field_steps: FieldSteps | None = None,
 ) -> Unknown:
-    """Make the variable of a parameter; None for `step`, `smoothness` or `slide` means its default."""
-    field = parameters.split(path)[2]
+    """Make the variable of a parameter; None for `step`, `smoothness`, `slide` or `field_steps` means its default."""
+    collection, _, field = parameters.split(path)
+    if collection == "fields" and field == "values":
+        return Coefficients(scene, path, step, iterations, field_steps)
     if field == "vertices":
         return Vertices(scene, path, step, smoothness, slide)
     if field == "position":

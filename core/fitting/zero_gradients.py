@@ -57,9 +57,11 @@ def untouched_part(scene: Scene, cameras: Sequence[Camera], path: str, touched: 
     touched
         Array of the parameter's shape: True where some gradient was not 0.
     """
+    collection, name, fieldname = parameters.split(path)
+    if collection == "fields" and fieldname == "values":
+        return None  # coefficients away from the surface never have a gradient
     if not touched.any() or touched.mean() > 1.0 - WORTH_A_NOTE:
         return None
-    collection, name, fieldname = parameters.split(path)
     found = f"{np.mean(~touched):.0%} of the gradient of '{path}' is exactly 0"
     if collection == "meshes" and fieldname == "vertices" and scene.meshes[name].instances is None:
         points = expanded(scene.meshes[name]).vertices

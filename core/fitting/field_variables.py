@@ -1,0 +1,195 @@
+"""Optimised variables for the coefficients of distance fields."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._check import number, whole
+from ..distance_fields import spline
+from ..distance_fields.redistancing import distance_coefficients
+from ..distance_fields.regularisers import eikonal_of, laplacian_of
+from ..scene import parameters
+from ..scene.field import Field
+from ..scene.scene import Scene
+from .optimisers import AdamUniform
+from .rigid_variables import BETA2
+
+F64 = NDArray[np.float64]
+
+# Default and largest change of the field in a step, in cells. Where the field's gradient has at least half the length
+# of a distance's, the surface moves by less than a cell.
+STEP = 0.25
+MOST_STEP = 0.5
+# The coarser grids of a fit together take this fraction of its iterations.
+COARSE_PART = 0.5
+# Fewest cells along an axis of a coarser grid.
+LEAST_CELLS = 8
+# Least value, in cells, of the outermost coefficients of a field that is positive there: the surface stays in the box.
+_BORDER = 0.5
+# Bytes per coefficient: the scene's array, gradients, means of the optimiser, and what a step and a redistancing need.
+_BYTES = 250
+
+
+@dataclass(frozen=True)
+class FieldSteps:
+    """How a fit changes the coefficients of distance fields.
+
+    Attributes
+    ----------
+    coarser
+        Number of coarser grids with which the fit begins, each with cells twice as large as the next. The field keeps
+        its own grid, on which every spline of a coarser grid is represented exactly. The coarser grids together take
+        the first half of the iterations. A fit from a simple shape converges faster from 2 or 3; the details of a
+        field that is already good are lost with any but 0.
+    redistance_every
+        After how many steps the field is made a distance again (`distance_fields.redistanced`).
+    smoothness
+        lambda of the filter (1 + lambda L)^-2 of gradients along each axis, L the second difference: a change at the
+        surface spreads over about sqrt(lambda) cells. 0: no filter.
+    laplacian, eikonal
+        Weights of `distance_fields.laplacian` and `distance_fields.eikonal`, in units of the loss. The gradient of a
+        step includes them; the reported losses do not.
+    most_memory
+        Bytes that the variables of one field may need.
+    """
+
+    coarser: int = 0
+    redistance_every: int = 5
+    smoothness: float = 1.0
+    laplacian: float = 0.0
+    eikonal: float = 0.0
+    most_memory: float = 4e9
+
+    def __post_init__(self) -> None:
+        whole("FieldSteps", "coarser", self.coarser, 0, 8)
+        whole("FieldSteps", "redistance_every", self.redistance_every, 1, 1_000_000)
+        number("FieldSteps", "smoothness", self.smoothness, least=0.0, greatest=1e6)
+        number("FieldSteps", "laplacian", self.laplacian, least=0.0)
+        number("FieldSteps", "eikonal", self.eikonal, least=0.0)
+        number("FieldSteps", "most_memory", self.most_memory, above=0.0)
+
+
+class Coefficients:
+    """Coefficients of a field: AdamUniform on filtered gradients, from coarse grids to the field's own.
+
+    The unknowns of a coarse grid are its coefficients. Subdivision gives those of the scene's field, and its transpose
+    gives the gradient. A step changes no coefficient by more than a part of a cell, so that the surface, as long as the
+    field is about a distance, moves by less than a cell.
+    """
+
+    def __init__(
+        self, scene: Scene, path: str, step: float | None, iterations: int, options: FieldSteps | None
+    ) -> None:
+        self.path = path
+        self.step = STEP if step is None else step
+        if self.step > MOST_STEP:
+            raise ValueError(f"fit: the step size of '{path}' must not be above {MOST_STEP:g} cells, but is "
+                             f"{self.step:g}; the surface could move by more than a cell")
+        self.options = FieldSteps() if options is None else options
+        field: Field = parameters.owner(scene, path)[0]
+        if (needed := _BYTES * field.values.size) > self.options.most_memory:
+            raise ValueError(f"fit: the variables of '{path}' need about {needed / 1e9:.2g} GB, more than "
+                             f"most_memory of FieldSteps ({self.options.most_memory / 1e9:.2g} GB); use a coarser "
+                             "grid, or raise most_memory")
+        nodes = spline.node_values(field.values.astype(np.float64))
+        if (nodes < 0.0).all() or not (nodes < 0.0).any():
+            raise ValueError(f"fit: the field of '{path}' has no surface from which the fit could begin: its sign is "
+                             "the same at all nodes; start with a shape")
+        levels = _levels(field, self.options.coarser, path)
+        self._level = levels
+        self._turns = [round(iterations * COARSE_PART * (k + 1) / levels) for k in range(levels)]
+        self._spacing = (field.upper - field.lower) / field.cells * 2.0**levels
+        self._values = np.asarray(field.values, np.float64)
+        if levels:
+            places = [np.arange(0, n + 1, 2**levels, dtype=np.float64) for n in field.cells]
+            self._values = spline.coefficients(spline.at_nodes_of(self._values, places))
+        # The length of a step is one of the surface if the field is a distance.
+        self._values = distance_coefficients(self._values, self._spacing)
+        self._enclosed = bool((_shell(self._values) > 0.0).all())
+        self._count = 0
+        self._optimiser = AdamUniform(1.0, beta2=BETA2)
+        self._filters = self._new_filters()
+
+    def take_step(self, gradient: F64, factor: float) -> Any:
+        while self._turns and self._count >= self._turns[0]:
+            self._turns.pop(0)
+            self._refine()
+        for _ in range(self._level):
+            gradient = spline.coarsened_gradient(gradient)
+        smooth = self._smooth(gradient + self._regulariser())
+        move = self._optimiser.update(np.zeros_like(smooth), smooth, factor)
+        most = factor * self.step
+        largest = float(np.abs(move).max(initial=0.0))
+        # Without momentum the largest entry is at most `factor`; it is never more than the step.
+        change = move * (most / max(largest, factor)) if largest > 0.0 else move
+        self._count += 1
+        self._accept(self._values + change * float(self._spacing.min()))
+        value = self._values
+        for _ in range(self._level):
+            value = spline.refined(value)
+        return value
+
+    def _accept(self, values: F64) -> None:
+        """Take the new coefficients over. A step by which the surface would vanish is not made."""
+        if self._enclosed:
+            shell = np.ones(values.shape, bool)
+            shell[3:-3, 3:-3, 3:-3] = False
+            values[shell] = np.maximum(values[shell], _BORDER * float(self._spacing.min()))
+        inside = spline.node_values(values) < 0.0
+        if inside.all() or not inside.any():
+            return
+        if self._count % self.options.redistance_every == 0:
+            values = distance_coefficients(values, self._spacing)
+        self._values = values
+
+    def _regulariser(self) -> F64:
+        total = np.zeros_like(self._values)
+        for weight, function in ((self.options.laplacian, laplacian_of), (self.options.eikonal, eikonal_of)):
+            if weight:
+                total += weight * function(self._values, self._spacing)[1]
+        return total
+
+    def _refine(self) -> None:
+        self._values = spline.refined(self._values)
+        self._spacing = 0.5 * self._spacing
+        self._level -= 1
+        self._optimiser = AdamUniform(1.0, beta2=BETA2)
+        self._filters = self._new_filters()
+
+    def _new_filters(self) -> list[F64]:
+        """(1 + lambda L)^-2 along each axis, with free ends: constants stay."""
+        found = []
+        for n in self._values.shape:
+            second = 2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+            second[0, 0] = second[-1, -1] = 1.0
+            inverse = np.linalg.inv(np.eye(n) + self.options.smoothness * second)
+            found.append(inverse @ inverse)
+        return found
+
+    def _smooth(self, gradient: F64) -> F64:
+        if self.options.smoothness == 0.0:
+            return gradient
+        for axis, matrix in enumerate(self._filters):
+            gradient = np.moveaxis(np.tensordot(matrix, gradient, axes=(1, axis)), 0, axis)
+        return np.ascontiguousarray(gradient)
+
+
+def _levels(field: Field, coarser: int, path: str) -> int:
+    """Number of coarser grids, after a check that the field has them."""
+    cells = field.cells
+    if np.any(cells % 2**coarser) or (coarser and np.any(cells >> coarser < LEAST_CELLS)):
+        raise ValueError(f"fit: the field of '{path}' has {cells[0]} x {cells[1]} x {cells[2]} cells, which cannot be "
+                         f"made coarser {coarser} times with {LEAST_CELLS} cells left along each axis; lower coarser "
+                         "of FieldSteps, or resample the field")
+    return coarser
+
+
+def _shell(values: F64) -> F64:
+    """The outermost three coefficients on all sides, which decide about the values on the box."""
+    shell = np.ones(values.shape, bool)
+    shell[3:-3, 3:-3, 3:-3] = False
+    return values[shell]

@@ -70,7 +70,7 @@ def _power(a: float, b: float) -> float:
 
 def _square_scale(*v: float) -> float:
     with np.errstate(over="ignore"):
-        square = np.float32(sum(np.square(np.float32(v))))
+        square = np.float32(sum(np.square(np.asarray(v, np.float32))))
     return 1.0 if square < 2.0**64 else 2.0**-32 if np.isfinite(square) else 0.0
 
 

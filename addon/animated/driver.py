@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from edgegrad.derivatives.table_derivatives import without_derivative
-from edgegrad.fitting.driven import Placement, Variable
+from edgegrad.fitting.driven import Numbers, Placement, Variable
 from edgegrad.rendering.engine import engine_class
 from edgegrad.scene.changes import StructureChange
 
@@ -72,7 +72,7 @@ class Driver:
         self.parameters = [one for one in self.parameters if one.places]
         if not self.parameters:
             raise Problem(f"no property has an effect: {'; '.join(self.notes)}")
-        self.variables: list[Variable] = [one.variable() for one in self.parameters]
+        self.variables: list[Numbers | Variable] = [one.variable() for one in self.parameters]
 
     def place(self, values: Mapping[str, F64]) -> Placed:
         """Evaluate Blender with these values, and return what follows; the file's own values are set back."""

@@ -99,7 +99,7 @@ def test_input_of_geometry_nodes_and_a_material_together(tmp_path: Path) -> None
     paths = [f'{zoo.CUBE}.modifiers["Nodes"]["Lift"]',
              f'{zoo.CLAY}.nodes["Diffuse BSDF"].inputs["Color"].default_value']  # fmt: skip
     assert len(read(paths)) == 5
-    before, after = recover(tmp_path, paths, [0.3, -0.2, 0.2, 0.2, 0.0])
+    before, after = recover(tmp_path, paths, [0.3, -0.2, 0.2, 0.2, 0.0], 120)
     assert after < 0.1 * before
 
 

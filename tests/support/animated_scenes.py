@@ -121,10 +121,11 @@ def lattice(ob: Any) -> Any:
     return made
 
 
-def driven_by(owner: Any, name: str, value: float, target: Any, path: str) -> None:
+def driven_by(owner: Any, name: str, value: float, target: Any, path: str,
+              index: int = -1) -> None:  # fmt: skip
     """Drive a property by a custom property of a datablock."""
     owner[name] = value
-    driver = target.driver_add(path).driver
+    driver = target.driver_add(path, index).driver
     variable = driver.variables.new()
     variable.name = "x"
     variable.targets[0].id = owner

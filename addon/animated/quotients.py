@@ -133,6 +133,8 @@ class Prober:
                 structure, h, large = found_change, h / 8.0, True
                 continue
             change = self._change(quotient, h)
+            if structure is not None and change < LEAST_CHANGE:
+                break  # a fit's steps are larger, and would change the structure
             if change <= NOTHING:
                 if large:
                     break

@@ -111,7 +111,7 @@ class Session:
         driver = None
         if request.animated or controls:
             driver = Driver(scene, cameras, request.animated, controls, lambda control: control_variable(
-                control, request.vertex_step, request.smoothness, request.slide))  # fmt: skip
+                control, request.vertex_step, request.smoothness))  # fmt: skip
             for name in driver.without_normals:
                 export.scene.meshes[name].normals = None
         wrt = names.paths(export, may_be_empty=driver is not None)

@@ -67,11 +67,13 @@ def _check_modifiers(ob: Any, scene: Any) -> None:
                     modifier.show_render = True
                     after = _rendered(ob, scene)
                     if not np.array_equal(before[1], after[1]) or len(before[0]) != len(after[0]):
-                        raise MovedByModifiers(f"{where}: its modifier '{modifier.name}' changes the topology, so its vertices "
-                                      "can't be fitted; apply it, or switch it off in renders")  # fmt: skip
+                        raise MovedByModifiers(
+                            f"{where}: its modifier '{modifier.name}' changes the topology, so its vertices "
+                            "can't be fitted; apply it, or switch it off in renders")  # fmt: skip
                     if not _same(before, after):
-                        raise MovedByModifiers(f"{where}: its modifier '{modifier.name}' moves vertices, so they can't be "
-                                      "fitted; apply it, or switch it off in renders")  # fmt: skip
+                        raise MovedByModifiers(
+                            f"{where}: its modifier '{modifier.name}' moves vertices, so they can't be "
+                            "fitted; apply it, or switch it off in renders")  # fmt: skip
                     before = after
         finally:
             for modifier in active:

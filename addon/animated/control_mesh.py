@@ -132,8 +132,9 @@ class ControlMesh:
                 if error < MOST_ERROR:
                     self.map = found
                     return
-            raise Problem(f"object '{self.object.name}': each of its vertices moves {_names(self._active())} as a "
-                          "whole, so they can't be fitted; apply that modifier, or switch it off in renders")  # fmt: skip
+            raise Problem(f"object '{self.object.name}': its vertices can't be fitted under {_names(self._active())}, "
+                          "since each moves too much of what is rendered; apply that modifier, or switch it off in "
+                          "renders")  # fmt: skip
         except StructureChange as change:
             raise Problem(f"object '{self.object.name}': its vertices can't be fitted under {_names(self._active())}, "
                           f"since {change} with them; apply that modifier, or switch it off in renders") from None

@@ -15,8 +15,8 @@ import bpy
 import numpy as np
 
 from edgegrad.derivatives.table_derivatives import without_derivative
+from edgegrad.fitting.control_vertices import ControlVertices
 from edgegrad.fitting.driven import Numbers, Placement, Variable
-from edgegrad.fitting.variables import Vertices
 from edgegrad.rendering.engine import engine_class
 from edgegrad.scene.changes import StructureChange
 
@@ -67,8 +67,10 @@ class Driver:
         For properties that do not exist, cannot be set, change nothing at all, or change more than float arrays.
     """
 
-    def __init__(self, scene: Any, cameras: Sequence[Any], wanted: Sequence[Wanted],
-                 controls: Sequence[str] = (), vertices: Callable[[ControlMesh], Variable] | None = None) -> None:  # fmt: skip
+    def __init__(
+        self, scene: Any, cameras: Sequence[Any], wanted: Sequence[Wanted], controls: Sequence[str] = (),
+        vertices: Callable[[ControlMesh], Variable] | None = None,
+    ) -> None:
         if engine_class("auto").narrow:
             raise Problem("properties can't be fitted by the reference engine; install the native one")
         self.scene, self.cameras = scene, list(cameras)
@@ -109,8 +111,11 @@ class Driver:
 
     def sensitivities(self, gradient: Mapping[str, F64]) -> dict[str, float]:
         """Change of the loss by the first step of each parameter, relative to the largest one."""
-        found = {one.path: float(np.abs(gradient[one.path] * (one.steps if isinstance(one, Numbers) else one.step)).max())
-                 for one in self.variables if one.path in gradient}  # fmt: skip
+        found = {}
+        for one in self.variables:
+            if one.path in gradient:
+                steps = one.steps if isinstance(one, Numbers) else one.step
+                found[one.path] = float(np.abs(gradient[one.path] * steps).max())
         largest = max(found.values(), default=0.0) or 1.0
         return {path: value / largest for path, value in found.items()}
 
@@ -178,7 +183,8 @@ class Driver:
             quotients = self._quotients(Prober(lambda: self._export(evaluation), base))
             for one in self._posed:
                 self._find_map(evaluation, one)
-        maps = {one.path: ((-1, self._control_paths[one.path]), one.map) for one in self.controls if one.map is not None}
+        maps = {one.path: ((-1, self._control_paths[one.path]), one.map)
+                for one in self.controls if one.map is not None}  # fmt: skip
         return _placement(base, now, quotients, maps, set(changed), len(self.cameras))
 
     def _quotients(self, prober: Prober) -> dict[str, list[Quotient]]:
@@ -220,10 +226,12 @@ class Driver:
                 one.write(shape)
 
 
-def control_variable(control: ControlMesh, step: float | None = None, smoothness: float | None = None,
-                     slide: float | None = None) -> Variable:  # fmt: skip
-    """Make the variable of the vertices of a control mesh; None means the default of `edgegrad.fit`."""
-    return Vertices(control.path, control.read(), control.faces(), step, smoothness, slide)
+def control_variable(control: ControlMesh, step: float | None = None, smoothness: float | None = None) -> Variable:
+    """Make the variable of the vertices of a control mesh, whose map is known; None means the default."""
+    assert control.map is not None
+    weights = np.linalg.norm(control.map.blocks, axis=(1, 2)) / np.sqrt(3.0)
+    return ControlVertices(control.path, control.read(), control.map.rows, control.map.columns, weights,
+                           control.faces(), step, smoothness, ~control.pinned)  # fmt: skip
 
 
 def _placement(base: Export, now: dict[str, F64], quotients: dict[str, list[Quotient]],

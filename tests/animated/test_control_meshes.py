@@ -15,6 +15,7 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 
 import edgegrad
 from edgegrad_addon.animated.driver import Driver
+from edgegrad_addon.animated.parameter import Wanted
 from edgegrad_addon.export.geometry.mesh import positions
 from edgegrad_addon.parameters import Names
 from edgegrad_addon.problem import Problem
@@ -144,7 +145,7 @@ def test_other_stacks_are_refused_by_the_name_of_the_modifier(make: Callable[[An
 
 
 def test_a_subdivision_cage_is_found_from_pictures(tmp_path: Path) -> None:
-    ob = zoo.stage(40)
+    ob = zoo.stage(56)
     zoo.subdivided(ob, 2)
     truth = positions(ob.data)
     pictures = []
@@ -152,6 +153,7 @@ def test_a_subdivision_cage_is_found_from_pictures(tmp_path: Path) -> None:
     bs.camera((4.2, 3.6, 3.0), (1.06, 0.0, 2.28), "Back")
     bs.camera((0.2, 0.3, 7.0), (0.0, 0.0, 0.0), "Top")
     for name in ("Camera", "Back", "Top"):
+        bpy.data.cameras[name].lens = 90.0
         scene.camera = bpy.data.objects[name]
         scene.render.filepath = str(tmp_path / f"{name}.exr")
         bpy.ops.render.render(write_still=True)
@@ -159,7 +161,7 @@ def test_a_subdivision_cage_is_found_from_pictures(tmp_path: Path) -> None:
     start = truth + np.random.default_rng(5).normal(0.0, 0.15, truth.shape).astype(np.float32)
     ob.data.vertices.foreach_set("co", start.ravel())
     ob.data.update()
-    request = Request(pictures, Names(vertices=("Cube",)), iterations=100, samples=8, smoothness=0.0, in_place=True)
+    request = Request(pictures, Names(vertices=("Cube",)), iterations=120, samples=16, smoothness=0.0, in_place=True)
     session = Session.prepare(bpy.context, request)
     result = session.run()
     assert session.write(result)
@@ -173,3 +175,36 @@ def test_a_subdivision_cage_is_found_from_pictures(tmp_path: Path) -> None:
     print(f"mean error of the cage {cage[0]:.4f} -> {cage[1]:.4f}, of the surface {surface[0]:.4f} -> {surface[1]:.4f} "
           f"in {result.seconds:.1f} s")  # fmt: skip
     assert surface[1] < 0.25 * surface[0] and cage[1] < cage[0]
+
+
+def test_vertices_on_a_mirror_stay_there(tmp_path: Path) -> None:
+    ob = zoo.stage(16)
+    _mirrored(ob)
+    start = positions(ob.data)
+    target = tmp_path / "target.exr"
+    bpy.context.scene.render.filepath = str(target)
+    bpy.ops.render.render(write_still=True)
+    ob.data.vertices.foreach_set("co", (start * (1.0, 1.2, 0.8)).astype(np.float32).ravel())
+    ob.data.update()
+    request = Request([Picture("Camera", str(target))], Names(vertices=("Cube",)), iterations=5, samples=4)
+    session = Session.prepare(bpy.context, request)
+    assert session.write(session.run())
+    key = ob.data.shape_keys.key_blocks["Edgegrad"]
+    moved = np.array([point.co[:] for point in key.points])
+    assert np.array_equal(moved[start[:, 0] == 0.0, 0], np.zeros(4)) and not np.allclose(moved, start, atol=1e-3)
+
+
+def test_a_pose_and_the_vertices_under_it_are_fitted_together(tmp_path: Path) -> None:
+    ob = zoo.stage(32)
+    _armature(ob)
+    target = tmp_path / "target.exr"
+    bpy.context.scene.render.filepath = str(target)
+    bpy.ops.render.render(write_still=True)
+    bone = bpy.data.objects["Rig"].pose.bones["Bone1"]
+    bone.rotation_euler[0] += 0.3
+    ob.data.vertices.foreach_set("co", (positions(ob.data) * np.float32(1.1)).ravel())
+    ob.data.update()
+    request = Request([Picture("Camera", str(target))], Names(vertices=("Cube",)), iterations=15, samples=4,
+                      animated=(Wanted('objects["Rig"].pose.bones["Bone1"].rotation_euler[0]'),))  # fmt: skip
+    result = Session.prepare(bpy.context, request).run()
+    assert result.losses[result.best] < 0.3 * result.losses[0]

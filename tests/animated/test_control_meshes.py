@@ -20,7 +20,7 @@ from edgegrad_addon.export.geometry.mesh import positions
 from edgegrad_addon.parameters import Names
 from edgegrad_addon.problem import Problem
 from edgegrad_addon.session import Picture, Request, Session
-from tests.support import animated_scenes as zoo
+from tests.support.animated import scenes as zoo
 from tests.support.block_statistics import ALARM, NOTICED, check, compare
 from tests.support.scenes import blender_scenes as bs
 

@@ -22,7 +22,7 @@ from edgegrad_addon.animated import data_path, gathering, refusals, stored
 from edgegrad_addon.animated.driver import Driver
 from edgegrad_addon.animated.parameter import Wanted
 from edgegrad_addon.problem import Problem
-from tests.support import animated_scenes as zoo
+from tests.support.animated import scenes as zoo
 from tests.support.scenes import blender_scenes as bs
 
 

@@ -19,7 +19,7 @@ from edgegrad_addon.animated import data_path
 from edgegrad_addon.animated.parameter import Wanted
 from edgegrad_addon.parameters import Names
 from edgegrad_addon.session import Picture, Request, Session
-from tests.support import animated_scenes as zoo
+from tests.support.animated import scenes as zoo
 from tests.support.scenes import blender_scenes as bs
 
 SIZE = 48

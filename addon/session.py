@@ -129,6 +129,11 @@ class Session:
         notes = [*not_computed(export, wrt), *([] if driver is None else driver.notes)]
         return cls(request, export, targets, wrt, notes, before, driver, None if driver is None else Relay(driver))
 
+    @property
+    def late_notes(self) -> list[str]:
+        """Notes on properties that were made while the fit ran."""
+        return [] if self.driver is None else [note for note in self.driver.notes if note not in self.notes]
+
     def serve(self) -> None:
         """Evaluate Blender for a fit in another thread that waits for it; for the main thread."""
         if self.relay is not None:

@@ -6,7 +6,7 @@ sets back what the file has, so that nothing in the file differs while a fit run
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -31,6 +31,8 @@ from .control_mesh import ControlMesh, LinearMap
 from .parameter import Parameter, Wanted, analyse, found
 from .quotients import NoEffect, Prober, Quotient
 
+# How often a step that changes the topology is halved before it is left out.
+SHORTENED = 4
 # Placements after which the steps are checked again.
 CHECK_EVERY = 20
 
@@ -82,6 +84,7 @@ class Driver:
         self._control_paths: dict[str, str] = {}
         self._placements = 0
         self._start: Export | None = None
+        self._last: dict[str, F64] = {}
         evaluate(scene, self._analyse, cameras[0])
         self.parameters = [one for one in self.parameters if one.places]
         if not self.parameters and not self.controls:
@@ -172,13 +175,7 @@ class Driver:
         assert self._start is not None
         self._placements += 1
         with self._kept():
-            self._set(values)
-            try:
-                base = self._export(evaluation)
-                changed = moved(self._start, base)
-            except StructureChange as change:
-                raise Problem(f"the fit has to stop, since at its present values {change}; set bounds that avoid "
-                              "this") from None  # fmt: skip
+            base, changed = self._stepped(evaluation, values)
             now = {one.path: one.read() for one in self._owned}
             quotients = self._quotients(Prober(lambda: self._export(evaluation), base))
             for one in self._posed:
@@ -186,6 +183,29 @@ class Driver:
         maps = {one.path: ((-1, self._control_paths[one.path]), one.map)
                 for one in self.controls if one.map is not None}  # fmt: skip
         return _placement(base, now, quotients, maps, set(changed), len(self.cameras))
+
+    def _stepped(self, evaluation: Evaluation, values: Mapping[str, F64]) -> tuple[Export, Iterable[Key]]:
+        """Set the values, or nearer ones to the last if these change the structure; return the export."""
+        assert self._start is not None
+        last = self._last or {one.path: one.read() for one in self._owned}
+        for attempt in range(SHORTENED + 1):
+            self._set(values)
+            try:
+                base = self._export(evaluation)
+                changed = moved(self._start, base)
+            except StructureChange as change:
+                self._note(f"some steps are shortened, since with them {change}")
+                nearer = 0.5 if attempt + 1 < SHORTENED else 0.0
+                values = {path: last[path] + nearer * (value - last[path]) for path, value in values.items()}
+                continue
+            self._last = {one.path: one.read() for one in self._owned}
+            return base, changed
+        raise Problem("the fit has to stop, since Blender's evaluation of its last values now has another structure; "
+                      "does the scene depend on time or on a random number?")  # fmt: skip
+
+    def _note(self, sentence: str) -> None:
+        if sentence not in self.notes:
+            self.notes.append(sentence)
 
     def _quotients(self, prober: Prober) -> dict[str, list[Quotient]]:
         check = self._placements % CHECK_EVERY == 0
@@ -200,8 +220,9 @@ class Driver:
                         quotient = prober.quotient(place, one.steps[k].size)
                 except NoEffect:
                     quotient = {}  # here, not everywhere
-                except StructureChange:
-                    one.steps[k], quotient = prober.step(place, 0.125 * one.steps[k].size)
+                except (StructureChange, Problem) as reason:
+                    quotient = {}
+                    self._note(f"property '{place.name}': has no derivative at some of its values ({reason})")
                 out[one.path].append(quotient)
         return out
 

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
@@ -104,9 +105,10 @@ def test_refusals_name_the_thing_and_the_cure() -> None:
     ob.keyframe_insert("location", index=1)
     refused(f"{zoo.CUBE}.location", "location[1]", "is keyed", "remove its keyframes")
     refusals.check(data_path.find(f"{zoo.CUBE}.location[0]")[0])
-    remesh = bs.add("Ball", bs.cube("Ball", bpy.data.materials["Clay"]), (0, 0, 3)).modifiers.new("Voxels", "REMESH")
-    remesh.voxel_size = 0.3
-    refused('objects["Ball"].modifiers["Voxels"].voxel_size', "the topology of object 'Ball' changes")
+    ball = bs.add("Ball", bs.cube("Ball", bpy.data.materials["Clay"]), (0, 0, 3))
+    zoo.subdivided(ball, 4)
+    ball.modifiers.new("Fewer", "DECIMATE").ratio = 0.5
+    refused('objects["Ball"].modifiers["Fewer"].ratio', "the topology of object 'Ball' changes")
     with pytest.raises(Problem, match="outside of its limits"):
         Driver(bpy.context.scene, [bpy.context.scene.camera], [Wanted(f"{zoo.CUBE}.scale", 2.0, 3.0)])
 
@@ -140,6 +142,24 @@ def test_probing_leaves_the_file_as_it_was() -> None:
     bpy.context.view_layer.update()
     assert [place.read() for path in paths for place in data_path.find(path)] == before
     assert not changes(scene, bs.export().scene)
+
+
+def test_steps_that_change_the_topology_are_shortened() -> None:
+    """A key pulls one side of a half cube towards the plane of a Mirror, which merges what is nearer than 1 mm."""
+    ob = zoo.stage()
+    for vertex in ob.data.vertices[:4]:
+        vertex.co.x = 0.2
+    ob.modifiers.new("Mirror", "MIRROR").merge_threshold = 0.05
+    key = zoo.shape_key(ob, "Close", 0, (-0.2, 0.0, 0.0))
+    for k in range(1, 4):
+        key.data[k].co.x = 0.0
+    found = driver(f'{zoo.KEYS}.key_blocks["Close"].value')
+    name = found.variables[0].path
+    placed = found.place({name: np.array([0.5])})
+    assert placed.values[name] == [0.5]
+    placed = found.place({name: np.array([1.0])})
+    assert 0.5 < placed.values[name][0] < 0.9 and any("topology" in note for note in found.notes)
+    assert key.value == 0.0
 
 
 def test_command_line_fits_and_checks_the_stored_list(enabled: None, tmp_path: Path, capsys: Any) -> None:

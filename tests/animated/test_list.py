@@ -153,6 +153,7 @@ def test_steps_that_change_the_topology_are_shortened() -> None:
     key = zoo.shape_key(ob, "Close", 0, (-0.2, 0.0, 0.0))
     for k in range(1, 4):
         key.data[k].co.x = 0.0
+    key.value = 0.0
     found = driver(f'{zoo.KEYS}.key_blocks["Close"].value')
     name = found.variables[0].path
     placed = found.place({name: np.array([0.5])})

@@ -33,7 +33,7 @@ def shape_key(ob: Any, name: str, vertex: int, move: Any) -> Any:
     if ob.data.shape_keys is None:
         ob.shape_key_add(name="Basis")
     key = ob.shape_key_add(name=name)
-    key.slider_min, key.slider_max = -1.0, 2.0
+    key.slider_min, key.slider_max, key.value = -1.0, 2.0, 0.3
     for axis in range(3):
         key.data[vertex].co[axis] += move[axis]
     ob.data.shape_keys.name = "Key"

@@ -47,7 +47,8 @@ class Names:
     def with_controls(self, scene: Any, in_place: bool, animated: bool) -> tuple[Names, tuple[str, ...]]:
         """Return the names without the objects whose vertices are fitted under their modifiers, and these objects.
 
-        If properties are fitted too (`animated`), which may move the same vertices, all objects are fitted so.
+        If properties are fitted too (`animated`), which may move the same vertices, all objects without shape keys are
+        fitted so.
         """
         controls = []
         for name in dict.fromkeys(self.vertices):
@@ -56,7 +57,7 @@ class Names:
             except write_back.MovedByModifiers:
                 controls.append(name)
             else:
-                if animated:
+                if animated and bpy.data.objects[name].data.shape_keys is None:
                     controls.append(name)
         return replace(self, vertices=tuple(name for name in self.vertices if name not in controls)), tuple(controls)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import bpy
@@ -43,6 +43,23 @@ class Names:
             if ob is None:
                 raise Problem(f"object '{name}': there is no such object")
             write_back.check_vertices(ob, scene, in_place)
+
+    def with_controls(self, scene: Any, in_place: bool, animated: bool) -> tuple[Names, tuple[str, ...]]:
+        """Return the names without the objects whose vertices are fitted under their modifiers, and these objects.
+
+        If properties are fitted too (`animated`), which may move the same vertices, all objects without shape keys are
+        fitted so.
+        """
+        controls = []
+        for name in dict.fromkeys(self.vertices):
+            try:
+                replace(self, vertices=(name,)).check_objects(scene, in_place)
+            except write_back.MovedByModifiers:
+                controls.append(name)
+            else:
+                if animated and bpy.data.objects[name].data.shape_keys is None:
+                    controls.append(name)
+        return replace(self, vertices=tuple(name for name in self.vertices if name not in controls)), tuple(controls)
 
     def paths(self, export: Export, may_be_empty: bool = False) -> list[str]:
         """Return the parameter paths in the exported scene; there may be none if `may_be_empty`.

@@ -15,8 +15,8 @@ import edgegrad
 from edgegrad import images
 from edgegrad.scene import parameters as values
 
-from . import parameters
-from .animated.driver import Driver
+from . import parameters, write_back
+from .animated.driver import Driver, control_variable
 from .animated.parameter import Wanted
 from .animated.relay import Relay
 from .animated.stored import remember_sensitivities
@@ -106,10 +106,15 @@ class Session:
         if not request.pictures:
             raise Problem("there is no target; add a camera and its target picture")
         cameras = [find_camera(scene, picture.camera) for picture in request.pictures]
-        request.names.check_objects(scene, request.in_place)
+        names, controls = request.names.with_controls(scene, request.in_place, bool(request.animated))
         export = export_differentiable(scene, cameras)
-        driver = Driver(scene, cameras, request.animated) if request.animated else None
-        wrt = request.names.paths(export, may_be_empty=driver is not None)
+        driver = None
+        if request.animated or controls:
+            driver = Driver(scene, cameras, request.animated, controls, lambda control: control_variable(
+                control, request.vertex_step, request.smoothness))  # fmt: skip
+            for name in driver.without_normals:
+                export.scene.meshes[name].normals = None
+        wrt = names.paths(export, may_be_empty=driver is not None)
         targets = []
         for picture, camera, view in zip(request.pictures, cameras, export.views, strict=True):
             image = images.read_image(absolute(picture.image))
@@ -123,6 +128,11 @@ class Session:
         before = {path: np.array(values.get(export.scene, path), np.float64) for path in wrt}
         notes = [*not_computed(export, wrt), *([] if driver is None else driver.notes)]
         return cls(request, export, targets, wrt, notes, before, driver, None if driver is None else Relay(driver))
+
+    @property
+    def late_notes(self) -> list[str]:
+        """Notes on properties that were made while the fit ran."""
+        return [] if self.driver is None else [note for note in self.driver.notes if note not in self.notes]
 
     def serve(self) -> None:
         """Evaluate Blender for a fit in another thread that waits for it; for the main thread."""
@@ -167,6 +177,11 @@ class Session:
             values = {one.path: result.values[one.path] for one in self.driver.variables}
             moved = any(not np.array_equal(one.read(), values[one.path]) for one in self.driver.parameters)
             self.driver.write(values)
+            for control in self.driver.controls:
+                before, after = control.read(), values[control.path]
+                if not np.array_equal(before, after):
+                    write_back.write_vertices(control.object, np.eye(4), before, after, self.request.in_place)
+                    moved = True
             remember_sensitivities(self.driver.scene, self.driver.sensitivities(result.first_gradient))
         bpy.context.view_layer.update()
         return bool(kept) or moved

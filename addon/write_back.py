@@ -18,6 +18,10 @@ KEY_NAME = "Edgegrad"
 F64 = NDArray[np.float64]
 
 
+class MovedByModifiers(Problem):
+    """Raised for an object whose modifiers move its vertices or change its topology."""
+
+
 def check_vertices(ob: Any, scene: Any, in_place: bool) -> None:
     """Raise `Problem` unless the vertices of the object, in renders of the scene, are those of its own mesh.
 
@@ -63,11 +67,13 @@ def _check_modifiers(ob: Any, scene: Any) -> None:
                     modifier.show_render = True
                     after = _rendered(ob, scene)
                     if not np.array_equal(before[1], after[1]) or len(before[0]) != len(after[0]):
-                        raise Problem(f"{where}: its modifier '{modifier.name}' changes the topology, so its vertices "
-                                      "can't be fitted; apply it, or switch it off in renders")  # fmt: skip
+                        raise MovedByModifiers(
+                            f"{where}: its modifier '{modifier.name}' changes the topology, so its vertices "
+                            "can't be fitted; apply it, or switch it off in renders")  # fmt: skip
                     if not _same(before, after):
-                        raise Problem(f"{where}: its modifier '{modifier.name}' moves vertices, so they can't be "
-                                      "fitted; apply it, or switch it off in renders")  # fmt: skip
+                        raise MovedByModifiers(
+                            f"{where}: its modifier '{modifier.name}' moves vertices, so they can't be "
+                            "fitted; apply it, or switch it off in renders")  # fmt: skip
                     before = after
         finally:
             for modifier in active:

@@ -99,8 +99,8 @@ def collection_of(owner: Any) -> str:
     """Name of the collection in ``bpy.data`` that holds a datablock."""
     for prop in bpy.types.BlendData.bl_rna.properties:
         if prop.type == "COLLECTION" and isinstance(owner, getattr(bpy.types, prop.fixed_type.identifier)):
-            found = getattr(bpy.data, prop.identifier).get(owner.name)
-            if found == owner:
+            library = None if owner.library is None else owner.library.filepath
+            if getattr(bpy.data, prop.identifier).get((owner.name, library)) == owner:
                 return str(prop.identifier)
     raise Problem(f"datablock '{owner.name}': is not in this file's data")
 

@@ -6,27 +6,33 @@ sets back what the file has, so that nothing in the file differs while a fit run
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
+import bpy
 import numpy as np
 
 from edgegrad.derivatives.table_derivatives import without_derivative
-from edgegrad.fitting.driven import Placement, Variable
+from edgegrad.fitting.control_vertices import ControlVertices
+from edgegrad.fitting.driven import Numbers, Placement, Variable
 from edgegrad.rendering.engine import engine_class
 from edgegrad.scene.changes import StructureChange
 
 from ..evaluation import Evaluation, evaluate
 from ..export import Export
 from ..export.geometry.memory import Memory
+from ..export.geometry.mesh import positions
 from ..export.scene import export_evaluated
 from ..problem import Problem
 from .arrays import CAMERA, F64, Key, moved, value_of
-from .parameter import Wanted, analyse, found
+from .control_mesh import ControlMesh, LinearMap
+from .parameter import Parameter, Wanted, analyse, found
 from .quotients import NoEffect, Prober, Quotient
 
+# How often a step that changes the topology is halved before it is left out.
+SHORTENED = 4
 # Placements after which the steps are checked again.
 CHECK_EVERY = 20
 
@@ -47,6 +53,10 @@ class Driver:
         Blender's scene, and the camera objects of the pictures.
     wanted
         The properties to fit.
+    controls
+        Names of the objects whose vertices, under their modifiers, are fitted.
+    vertices
+        Makes the variable of the vertices of a control mesh.
 
     Attributes
     ----------
@@ -59,20 +69,34 @@ class Driver:
         For properties that do not exist, cannot be set, change nothing at all, or change more than float arrays.
     """
 
-    def __init__(self, scene: Any, cameras: Sequence[Any], wanted: Sequence[Wanted]) -> None:
+    def __init__(
+        self, scene: Any, cameras: Sequence[Any], wanted: Sequence[Wanted], controls: Sequence[str] = (),
+        vertices: Callable[[ControlMesh], Variable] | None = None,
+    ) -> None:
         if engine_class("auto").narrow:
             raise Problem("properties can't be fitted by the reference engine; install the native one")
         self.scene, self.cameras = scene, list(cameras)
         self.notes: list[str] = []
         self.parameters = found(wanted)
+        self.controls = [ControlMesh(name) for name in controls]
         self._memory = Memory()
+        self._memory.without_normals = {name for name in controls if not bpy.data.objects[name].data.has_custom_normals}
+        self._control_paths: dict[str, str] = {}
         self._placements = 0
         self._start: Export | None = None
+        self._last: dict[str, F64] = {}
         evaluate(scene, self._analyse, cameras[0])
         self.parameters = [one for one in self.parameters if one.places]
-        if not self.parameters:
+        if not self.parameters and not self.controls:
             raise Problem(f"no property has an effect: {'; '.join(self.notes)}")
-        self.variables: list[Variable] = [one.variable() for one in self.parameters]
+        self.variables: list[Numbers | Variable] = [one.variable() for one in self.parameters]
+        self.variables += [(vertices or control_variable)(one) for one in self.controls]
+
+    @property
+    def without_normals(self) -> list[str]:
+        """Names of the exported meshes whose normals follow from their vertices."""
+        assert self._start is not None
+        return [name for name in self._start.scene.meshes if name in self._memory.without_normals]
 
     def place(self, values: Mapping[str, F64]) -> Placed:
         """Evaluate Blender with these values, and return what follows; the file's own values are set back."""
@@ -90,17 +114,24 @@ class Driver:
 
     def sensitivities(self, gradient: Mapping[str, F64]) -> dict[str, float]:
         """Change of the loss by the first step of each parameter, relative to the largest one."""
-        found = {one.path: float(np.abs(gradient[one.path] * getattr(one, "steps", one.step)).max())
-                 for one in self.variables if one.path in gradient}  # fmt: skip
+        found = {}
+        for one in self.variables:
+            if one.path in gradient:
+                steps = one.steps if isinstance(one, Numbers) else one.step
+                found[one.path] = float(np.abs(gradient[one.path] * steps).max())
         largest = max(found.values(), default=0.0) or 1.0
         return {path: value / largest for path, value in found.items()}
 
     def write(self, values: Mapping[str, F64]) -> None:
-        """Write values into the file, as a user would."""
+        """Write values of properties into the file, as a user would; `Session.write` writes vertices."""
         for one in self.parameters:
             one.write(values[one.path])
 
     # ---- within an evaluation ----
+    @property
+    def _owned(self) -> list[Parameter | ControlMesh]:
+        return [*self.parameters, *self.controls]
+
     def _export(self, evaluation: Evaluation) -> Export:
         evaluation.depsgraph.update()
         return export_evaluated(evaluation, self.cameras[1:], memory=self._memory)
@@ -110,26 +141,71 @@ class Driver:
         prober = Prober(lambda: self._export(evaluation), self._start)
         with self._kept():
             quotients = [one for parameter in self.parameters for one in analyse(parameter, prober, self.notes)]
-            evaluation.depsgraph.update()
+            for one in self.controls:
+                self._control_paths[one.path] = self._mesh_of(one)
+                self._find_map(evaluation, one)
+            moving = {path for quotient in quotients for _, path in quotient}
+            self._posed = [one for one in self.controls if self._control_paths[one.path] in moving]
         without = {path: reason for quotient in quotients for _, path in quotient
                    if (reason := without_derivative(path)) is not None}  # fmt: skip
         self.notes += [f"not computed: the part of the derivative by '{path}', since {reason}"
                        for path, reason in without.items()]  # fmt: skip
 
+    def _mesh_of(self, control: ControlMesh) -> str:
+        """Path of the exported vertices of a control mesh."""
+        assert self._start is not None
+        name = control.object.name
+        found = [key for key, source in self._start.meshes.items() if name in source.objects]
+        if len(found) != 1 or self._start.meshes[found[0]].instance or self._start.meshes[found[0]].displaced:
+            raise Problem(f"object '{name}': its vertices can't be fitted under its modifiers, since it is "
+                          + ("instanced, has hair, or is displaced by its material" if found else "not rendered"))
+        return f"meshes.{found[0]}.vertices"
+
+    def _find_map(self, evaluation: Evaluation, control: ControlMesh) -> None:
+        """Find the map of a control mesh at the present values."""
+        path = self._control_paths[control.path]
+
+        def shape() -> F64:
+            evaluation.depsgraph.update()
+            return positions(control.object.evaluated_get(evaluation.depsgraph).data).astype(np.float64)
+
+        control.find(lambda: value_of(self._export(evaluation), (-1, path)), shape)
+
     def _place(self, evaluation: Evaluation, values: Mapping[str, F64]) -> Placed:
         assert self._start is not None
         self._placements += 1
         with self._kept():
+            base, changed = self._stepped(evaluation, values)
+            now = {one.path: one.read() for one in self._owned}
+            quotients = self._quotients(Prober(lambda: self._export(evaluation), base))
+            for one in self._posed:
+                self._find_map(evaluation, one)
+        maps = {one.path: ((-1, self._control_paths[one.path]), one.map)
+                for one in self.controls if one.map is not None}  # fmt: skip
+        return _placement(base, now, quotients, maps, set(changed), len(self.cameras))
+
+    def _stepped(self, evaluation: Evaluation, values: Mapping[str, F64]) -> tuple[Export, Iterable[Key]]:
+        """Set the values, or nearer ones to the last if these change the structure; return the export."""
+        assert self._start is not None
+        last = self._last or {one.path: one.read() for one in self._owned}
+        for attempt in range(SHORTENED + 1):
             self._set(values)
             try:
                 base = self._export(evaluation)
                 changed = moved(self._start, base)
             except StructureChange as change:
-                raise Problem(f"the fit has to stop, since at its present values {change}; set bounds that avoid "
-                              "this") from None  # fmt: skip
-            now = {one.path: one.read() for one in self.parameters}
-            quotients = self._quotients(Prober(lambda: self._export(evaluation), base))
-        return _placement(base, now, quotients, set(changed), len(self.cameras))
+                self._note(f"some steps are shortened, since with them {change}")
+                nearer = 0.5 if attempt + 1 < SHORTENED else 0.0
+                values = {path: last[path] + nearer * (value - last[path]) for path, value in values.items()}
+                continue
+            self._last = {one.path: one.read() for one in self._owned}
+            return base, changed
+        raise Problem("the fit has to stop, since Blender's evaluation of its last values now has another structure; "
+                      "does the scene depend on time or on a random number?")  # fmt: skip
+
+    def _note(self, sentence: str) -> None:
+        if sentence not in self.notes:
+            self.notes.append(sentence)
 
     def _quotients(self, prober: Prober) -> dict[str, list[Quotient]]:
         check = self._placements % CHECK_EVERY == 0
@@ -144,13 +220,14 @@ class Driver:
                         quotient = prober.quotient(place, one.steps[k].size)
                 except NoEffect:
                     quotient = {}  # here, not everywhere
-                except StructureChange:
-                    one.steps[k], quotient = prober.step(place, 0.125 * one.steps[k].size)
+                except (StructureChange, Problem) as reason:
+                    quotient = {}
+                    self._note(f"property '{place.name}': has no derivative at some of its values ({reason})")
                 out[one.path].append(quotient)
         return out
 
     def _set(self, values: Mapping[str, F64]) -> None:
-        for one in self.parameters:
+        for one in self._owned:
             if one.path in values:
                 one.write(values[one.path])
 
@@ -159,24 +236,37 @@ class Driver:
         """Set the file's own values back after the block."""
         places = [place for one in self.parameters for place in one.places]
         before = [place.read() for place in places]
+        shapes = [one.read() for one in self.controls]
         try:
             yield
         finally:
             for place, value in zip(places, before, strict=True):
                 if place.read() != value:
                     place.write(value)
+            for one, shape in zip(self.controls, shapes, strict=True):
+                one.write(shape)
 
 
-def _placement(base: Export, now: dict[str, F64], quotients: dict[str, list[Quotient]], changed: set[Key],
-               views: int) -> Placed:  # fmt: skip
+def control_variable(control: ControlMesh, step: float | None = None, smoothness: float | None = None) -> Variable:
+    """Make the variable of the vertices of a control mesh, whose map is known; None means the default."""
+    assert control.map is not None
+    weights = np.linalg.norm(control.map.blocks, axis=(1, 2)) / np.sqrt(3.0)
+    return ControlVertices(control.path, control.read(), control.map.rows, control.map.columns, weights,
+                           control.faces(), step, smoothness, ~control.pinned)  # fmt: skip
+
+
+def _placement(base: Export, now: dict[str, F64], quotients: dict[str, list[Quotient]],
+               maps: dict[str, tuple[Key, LinearMap]], changed: set[Key], views: int) -> Placed:  # fmt: skip
     differentiated = {key for of in quotients.values() for quotient in of for key in quotient}
+    differentiated |= {key for key, _ in maps.values()}
     keys = changed | differentiated
     usable = sorted(key for key in differentiated if without_derivative(key[1]) is None)
 
     def pull(gradient: Mapping[str, F64], view: int) -> dict[str, F64]:
-        return {path: np.array([sum(float(np.vdot(gradient[name], value)) for (of, name), value in quotient.items()
+        out = {path: np.array([sum(float(np.vdot(gradient[name], value)) for (of, name), value in quotient.items()
                                     if of in (-1, view) and name in gradient) for quotient in of_path])
-                for path, of_path in quotients.items()}  # fmt: skip
+               for path, of_path in quotients.items()}  # fmt: skip
+        return out | {path: one.pull(gradient[name]) for path, ((_, name), one) in maps.items()}
 
     return Placed(
         now,

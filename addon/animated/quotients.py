@@ -122,13 +122,19 @@ class Prober:
         structure: StructureChange | None = None
         best: tuple[Step, Quotient] | None = None
         quotient: Quotient = {}
-        for _ in range(MOST_TRIES):
+        for tried in range(MOST_TRIES):
             try:
                 quotient = self.quotient(place, h)
+            except NoEffect:
+                if not tried:
+                    raise
+                break  # larger steps are cut by the property's limits
             except StructureChange as found_change:
                 structure, h, large = found_change, h / 8.0, True
                 continue
             change = self._change(quotient, h)
+            if structure is not None and change < LEAST_CHANGE:
+                break  # a fit's steps are larger, and would change the structure
             if change <= NOTHING:
                 if large:
                     break

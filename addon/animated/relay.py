@@ -6,7 +6,7 @@ import threading
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from edgegrad.fitting.driven import Placement, Variable
+from edgegrad.fitting.driven import Numbers, Placement, Variable
 from edgegrad.rendering.renderer import Cancelled
 
 from .driver import Driver
@@ -23,7 +23,7 @@ class Relay:
         self._closed = False
 
     @property
-    def variables(self) -> Sequence[Variable]:
+    def variables(self) -> Sequence[Numbers | Variable]:
         """The variables of the driver."""
         return self._driver.variables
 

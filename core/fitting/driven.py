@@ -7,13 +7,13 @@ the derivative that belongs to them.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .optimisers import Adam
+from .optimisers import Adam, AdamMatrix
 from .rigid_variables import BETA2
 
 F64 = NDArray[np.float64]
@@ -45,7 +45,7 @@ class Placement:
 
 
 class Variable(Protocol):
-    """One driven variable; `fitting.variables.Unknown` with a value."""
+    """A driven variable with an optimiser of its own; `fitting.variables.Unknown` with a value."""
 
     path: str
     step: float
@@ -60,7 +60,7 @@ class Driven(Protocol):
     """Driven variables, and what follows from them."""
 
     @property
-    def variables(self) -> Sequence[Variable]:
+    def variables(self) -> Sequence[Numbers | Variable]:
         """The variables, the same objects at each call."""
         ...
 
@@ -71,7 +71,7 @@ class Driven(Protocol):
 
 @dataclass
 class Numbers:
-    """A driven variable of independent numbers within limits: Adam.
+    """A driven variable of numbers within limits, whose steps `Steps` makes together with those of all others.
 
     Attributes
     ----------
@@ -90,14 +90,46 @@ class Numbers:
     steps: F64
     low: F64
     high: F64
-    step: float = field(init=False)
 
-    def __post_init__(self) -> None:
-        self.step = float(np.max(self.steps))
-        self._optimiser = Adam(1.0, beta2=BETA2)
+    @property
+    def step(self) -> float:
+        """The largest first step."""
+        return float(np.max(self.steps))
 
-    def take_step(self, gradient: F64, factor: float) -> Any:
-        # In units of their steps, all numbers are alike.
-        change = self._optimiser.update(np.zeros_like(self.value), gradient * self.steps, factor)
-        self.value = np.clip(self.value + self.steps * change, self.low, self.high)
-        return self.value
+
+# More numbers have no common matrix, since each gradient tells it one direction, and old ones are forgotten.
+MOST_TOGETHER = 24
+
+
+class Steps:
+    """The steps of all driven variables.
+
+    Numbers, each in units of its first step, have one optimiser: a camera that moves back while its lens gets longer
+    hardly changes its picture, and neither do bones of a chain that bend against each other. Only the common matrix of
+    their gradients shows such directions (`AdamMatrix`).
+    """
+
+    def __init__(self, variables: Sequence[Numbers | Variable]) -> None:
+        self._variables = variables
+        self._numbers = [one for one in variables if isinstance(one, Numbers)]
+        count = sum(one.value.size for one in self._numbers)
+        self._optimiser = AdamMatrix(1.0) if count <= MOST_TOGETHER else Adam(1.0, beta2=BETA2)
+
+    def take(self, gradient: Mapping[str, F64], factor: float) -> dict[str, F64]:
+        """Make one step of all variables, and return their next values."""
+        out = {one.path: np.asarray(one.take_step(gradient[one.path], factor))
+               for one in self._variables if not isinstance(one, Numbers)}  # fmt: skip
+        if not self._numbers:
+            return out
+        # Numbers at a limit that their gradient pushes against stay there, and do not bend the others' steps.
+        scaled = [np.where(((one.value <= one.low) & (gradient[one.path] > 0.0))
+                           | ((one.value >= one.high) & (gradient[one.path] < 0.0)), 0.0,
+                           gradient[one.path] * one.steps).ravel() for one in self._numbers]  # fmt: skip
+        joined = np.concatenate(scaled)
+        change = self._optimiser.update(np.zeros_like(joined), joined, factor)
+        first = 0
+        for one in self._numbers:
+            part = change[first : first + one.value.size].reshape(one.value.shape)
+            out[one.path] = np.clip(one.value + one.steps * part, one.low, one.high)
+            first += one.value.size
+        return out

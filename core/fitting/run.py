@@ -26,7 +26,7 @@ from ..rendering.renderer import Renderer
 from ..scene import parameters
 from ..scene.camera import Camera
 from ..scene.scene import Scene
-from .driven import Driven, Placement
+from .driven import Driven, Placement, Steps
 from .losses import Loss
 from .targets import View
 from .variables import Unknown
@@ -91,6 +91,7 @@ class Run:
         self.spp, self.gradient_spp, self.limits = spp, gradient_spp, limits
         self.seed, self.started, self.progress = seed, started, progress
         self.driven, self.placement = driven, placement
+        self.steps = Steps(() if driven is None else driven.variables)
         self.first_gradient: dict[str, F64] = {}  # by the driven variables, at the start
         self.start = self._values()
         self.best_values, self.best, self.least = self.start, 0, np.inf
@@ -115,8 +116,7 @@ class Run:
                 parameters.put(self.work, item.path, item.take_step(gradient[item.path], factor))
             changed = [item.path for item in self.unknowns]
             if self.driven is not None:
-                changed += self.place({item.path: item.take_step(gradient[item.path], factor)
-                                       for item in self.driven.variables})
+                changed += self.place(self.steps.take(gradient, factor))
             self.renderer.update(changed)
             if k == full_turn - 1:
                 self._warn_of_untouched()

@@ -63,19 +63,19 @@ class Vertices:
     """
 
     def __init__(
-        self, scene: Scene, path: str, step: float | None, smoothness: float | None, slide: float | None
+        self, path: str, vertices: F64, faces: NDArray[np.int32], step: float | None, smoothness: float | None,
+        slide: float | None,
     ) -> None:
         self.path = path
-        mesh: Mesh = parameters.owner(scene, path)[0]
-        self.value = mesh.vertices
-        extent = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
+        self.value = vertices
+        extent = float(np.linalg.norm(np.ptp(vertices, axis=0)))
         if not extent > 0.0:
             raise ValueError(f"parameter '{path}': all vertices are at one place, so the mesh has no extent that sets "
                              "the length of a step; separate its vertices")
         self.step = (VERTEX_STEP if step is None else step) * extent
-        self._steps = LargeSteps(mesh.vertices, mesh.faces, smoothness)
-        self._faces = mesh.faces
-        self._slide = slide if slide is not None else SLIDE if _closed(mesh.faces, self._steps.label) else 1.0
+        self._steps = LargeSteps(vertices, faces, smoothness)
+        self._faces = faces
+        self._slide = slide if slide is not None else SLIDE if _closed(faces, self._steps.label) else 1.0
         self._optimiser = AdamUniform(1.0, beta2=BETA2)
         self._length: float | None = None
 
@@ -129,7 +129,8 @@ def unknown(
     if collection == "fields" and field == "values":
         return Coefficients(scene, path, step, iterations, field_steps)
     if field == "vertices":
-        return Vertices(scene, path, step, smoothness, slide)
+        mesh: Mesh = parameters.owner(scene, path)[0]
+        return Vertices(path, mesh.vertices, mesh.faces, step, smoothness, slide)
     if field == "position":
         return Positions(scene, path, step)
     if field in ("direction", "normals"):

@@ -134,7 +134,7 @@ def spoil_faces() -> None:
 
 
 def spoil_modifier() -> None:
-    bpy.data.objects["Cube"].modifiers.new("Smooth it", "SUBSURF")
+    bpy.data.objects["Cube"].modifiers.new("Round it", "BEVEL")
 
 
 @pytest.mark.parametrize(
@@ -144,7 +144,7 @@ def spoil_modifier() -> None:
         (spoil_light, ["light"]),
         (spoil_size, ["target.exr", "32 x 32", "48 x 32", "'Front'"]),
         (spoil_faces, ["'Cube'", "without faces"]),
-        (spoil_modifier, ["'Cube'", "'Smooth it'", "topology"]),
+        (spoil_modifier, ["'Cube'", "'Round it'", "apply that modifier"]),
     ],
 )
 def test_bad_scenes_are_named_and_stay(spoil: Any, words: Any, start: Any, capsys: Any, tmp_path: Any) -> None:

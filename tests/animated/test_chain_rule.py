@@ -16,7 +16,7 @@ import edgegrad
 from edgegrad.scene import parameters
 from edgegrad_addon.animated.driver import Driver
 from edgegrad_addon.animated.parameter import Wanted
-from tests.support import animated_scenes as zoo
+from tests.support.animated import scenes as zoo
 from tests.support.block_statistics import ALARM, NOTICED, check, compare
 from tests.support.scenes import blender_scenes as bs
 

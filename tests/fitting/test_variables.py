@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from edgegrad.fitting.variables import Values, Vertices, vertex_normals
+from edgegrad.fitting.variables import Values, unknown, vertex_normals
 from edgegrad.geometry import topology
 from tests.support import shapes
 
@@ -18,7 +18,7 @@ def test_first_step_has_the_asked_length_whatever_the_smoothness(smoothness: flo
     before = scene.meshes["object"].vertices
     extent = np.linalg.norm(np.ptp(before, axis=0))
     gradient = np.random.default_rng(0).normal(size=before.shape)
-    after = Vertices(scene, PATH, 0.05, smoothness, None).take_step(gradient, 1.0)
+    after = unknown(scene, PATH, 0.05, smoothness, None).take_step(gradient, 1.0)
     assert np.linalg.norm(after - before, axis=1).max() == pytest.approx(0.05 * extent)
     assert np.vdot(after - before, gradient) < 0.0, "a step goes downhill"
 
@@ -28,7 +28,7 @@ def test_without_slide_vertices_move_along_their_normals(stored: str) -> None:
     vertices, faces = shapes.ball(2) if stored == "shared" else shapes.split(*shapes.ball(2))
     scene = shapes.scene(vertices, faces)
     gradient = np.random.default_rng(0).normal(size=vertices.shape)
-    move = Vertices(scene, PATH, 0.05, 4.0, 0.0).take_step(gradient, 1.0) - vertices
+    move = unknown(scene, PATH, 0.05, 4.0, 0.0).take_step(gradient, 1.0) - vertices
     normal = vertex_normals(vertices, faces, topology.weld(vertices))
     np.testing.assert_allclose(move, np.sum(move * normal, axis=1, keepdims=True) * normal, atol=1e-12)
     assert np.abs(move).max() > 1e-3
@@ -47,14 +47,14 @@ def test_open_sheets_may_move_sideways() -> None:
     vertices, faces = shapes.sheet(5)
     scene = shapes.scene(vertices, faces)
     gradient = np.tile([-1.0, 0.0, 0.0], (len(vertices), 1))
-    move = Vertices(scene, PATH, 0.05, 4.0, None).take_step(gradient, 1.0) - vertices
+    move = unknown(scene, PATH, 0.05, 4.0, None).take_step(gradient, 1.0) - vertices
     np.testing.assert_allclose(move, np.tile([0.05 * np.sqrt(8.0), 0.0, 0.0], (len(vertices), 1)), atol=1e-12)
 
 
 def test_meshes_without_extent_are_refused() -> None:
     vertices, faces = shapes.cube()
     with pytest.raises(ValueError, match="all vertices are at one place"):
-        Vertices(shapes.scene(0.0 * vertices, faces), PATH, None, None, None)
+        unknown(shapes.scene(0.0 * vertices, faces), PATH, None, None, None)
 
 
 def test_default_steps_go_by_the_value() -> None:

@@ -43,8 +43,15 @@ class _Built:
 
 @dataclass
 class Memory:
-    """Meshes that an earlier export of the same scene has read and built."""
+    """Meshes that an earlier export of the same scene has read and built.
 
+    Attributes
+    ----------
+    without_normals
+        Names of meshes that get no normals but those of their triangles, which follow their vertices.
+    """
+
+    without_normals: set[str] = field(default_factory=set)
     _read: dict[tuple[str, int], _Read] = field(default_factory=dict)
     _built: dict[str, _Built] = field(default_factory=dict)
     _count: Counter[str] = field(default_factory=Counter)
@@ -82,7 +89,8 @@ class Memory:
             same = same and known.attributes.keys() == attributes.keys()
             if same and all(np.array_equal(attributes[key], value) for key, value in known.attributes.items()):
                 return known.mesh
-        mesh = build(None if known is None else known.mesh.normals is not None)
+        given = None if known is None else known.mesh.normals is not None
+        mesh = build(False if name in self.without_normals else given)
         self._built[name] = _Built(arrays, matrices, attributes, own, mesh)
         return mesh
 

@@ -33,7 +33,7 @@ def shape_key(ob: Any, name: str, vertex: int, move: Any) -> Any:
     if ob.data.shape_keys is None:
         ob.shape_key_add(name="Basis")
     key = ob.shape_key_add(name=name)
-    key.slider_min, key.slider_max = -1.0, 2.0
+    key.slider_min, key.slider_max, key.value = -1.0, 2.0, 0.3
     for axis in range(3):
         key.data[vertex].co[axis] += move[axis]
     ob.data.shape_keys.name = "Key"
@@ -121,10 +121,11 @@ def lattice(ob: Any) -> Any:
     return made
 
 
-def driven_by(owner: Any, name: str, value: float, target: Any, path: str) -> None:
+def driven_by(owner: Any, name: str, value: float, target: Any, path: str,
+              index: int = -1) -> None:  # fmt: skip
     """Drive a property by a custom property of a datablock."""
     owner[name] = value
-    driver = target.driver_add(path).driver
+    driver = target.driver_add(path, index).driver
     variable = driver.variables.new()
     variable.name = "x"
     variable.targets[0].id = owner

@@ -1,0 +1,1 @@
+"""Scenes in Blender whose properties move their pictures."""

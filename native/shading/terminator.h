@@ -2,8 +2,6 @@
 // lie with their backs to light that the smooth surface would receive.
 #pragma once
 
-#include <array>
-
 #include "scene/geometry.h"
 #include "shading/receiving_normal.h"
 
@@ -20,36 +18,31 @@ EG_INLINE void corner_normal(const SceneView& scene, int32_t corner, int32_t ins
     n[0] = unit.x[0], n[1] = unit.y[0], n[2] = unit.z[0];
 }
 
-// Moves the lifted origin of a ray towards light below the plane of x's face to where the ray meets that
-// plane, if that is within the face, which does not shadow itself.
-EG_INLINE void pass_own_face(const SurfacePoint& x, Vec3 w, float flat, int i, Vec3& lift) {
-    const auto at = [i](Vec3 v) { return std::array<float, 3>{v.x[i], v.y[i], v.z[i]}; };
-    const auto n = at(x.normal), d = at(w), p = at(x.position);
-    auto moved = at(lift);
-    const float height = n[0] * moved[0] + n[1] * moved[1] + n[2] * moved[2];
-    if (height <= 0.0f) return;
-    for (int c = 0; c < 3; ++c) moved[c] += d[c] * (height / -flat);
-    const std::array<float, 3> corners[3] = {at(x.triangle.p0), at(x.triangle.p1), at(x.triangle.p2)};
-    int left = 0;
+// Height above x's face, along its interpolated normal, at which a shadow ray starts: `normal` and `at` are
+// the unit normals, on the viewer's side, and the positions of the corners, relative to x, and b their
+// weights. It is the height of the lowest of three planes, or that of the patch of second order through the
+// normals if that is higher. A corner's plane is its tangent plane, raised until no corner lies above it.
+EG_INLINE float terminator_height(const float (&normal)[3][3], const float (&at)[3][3], const float (&b)[3]) {
+    const auto along = [&](int k, int j) {
+        return normal[k][0] * at[j][0] + normal[k][1] * at[j][1] + normal[k][2] * at[j][2];
+    };
+    float lowest = __builtin_inff(), patch = 0.0f;
     for (int k = 0; k < 3; ++k) {
-        float to[3], edge[3];
-        for (int c = 0; c < 3; ++c) {
-            to[c] = p[c] + moved[c] - corners[k][c];
-            edge[c] = corners[(k + 1) % 3][c] - corners[k][c];
+        float highest = along(k, k);
+        for (int j = 0; j < 3; ++j) {
+            highest = along(k, j) > highest ? along(k, j) : highest;
+            if (j > k) patch += 0.5f * b[k] * b[j] * (along(j, j) - along(j, k) - along(k, j) + along(k, k));
         }
-        left += n[0] * (edge[1] * to[2] - edge[2] * to[1]) + n[1] * (edge[2] * to[0] - edge[0] * to[2]) +
-                    n[2] * (edge[0] * to[1] - edge[1] * to[0]) >
-                0.0f;
+        lowest = highest < lowest ? highest : lowest;
     }
-    if (left != 0 && left != 3) return;
-    lift.x[i] = moved[0], lift.y[i] = moved[1], lift.z[i] = moved[2];
+    lowest = lowest > 0.0f ? lowest : 0.0f;
+    return lowest > patch ? lowest : patch;
 }
 
-// Offset of the origin of a shadow ray towards w, onto a smooth surface through the corners: x is projected
-// onto the tangent planes at the corners (Hanika 2021, "Hacking the Shadow Terminator"). As in Cycles, the
-// offset applies only where the cosines to the shading and geometric normals are small compared with the
-// mesh's `terminator_offset`, with a smooth transition, and in full below the triangle's plane. The offset is
-// a bias, and is 0 for meshes that do not set it.
+// Offset of the origin of a shadow ray towards w, onto a smooth surface through the corners
+// (terminator_height). As in Cycles, the offset applies only where the cosines to the shading and geometric
+// normals are small compared with the mesh's `terminator_offset`, with a smooth transition, and in full below
+// the triangle's plane. The offset is a bias, and is 0 for meshes that do not set it.
 EG_INLINE Vec3 terminator_lift(const SceneView& scene, const SurfacePoint& x, Vec3 shading, Vec3 w) {
     Vec3 lift = zero3();
     if (!scene.any_terminator) return lift;
@@ -65,20 +58,17 @@ EG_INLINE Vec3 terminator_lift(const SceneView& scene, const SurfacePoint& x, Ve
         if (!lifted[i] || corner[0] < 0 || corner[1] < 0 || corner[2] < 0) continue;
         const float b[3] = {1.0f - x.b1[i] - x.b2[i], x.b1[i], x.b2[i]};
         const Vec3 corners[3] = {x.triangle.p0, x.triangle.p1, x.triangle.p2};
+        float normal[3][3], at[3][3], up[3] = {};
         for (int k = 0; k < 3; ++k) {
-            float n[3];
-            corner_normal(scene, corner[k], x.instance[i], n);
-            const float side = x.side[i];
-            const float height = side * ((x.position.x[i] - corners[k].x[i]) * n[0] +
-                                         (x.position.y[i] - corners[k].y[i]) * n[1] +
-                                         (x.position.z[i] - corners[k].z[i]) * n[2]);
-            if (height >= 0.0f) continue;  // already above that tangent plane
-            const float up = -height * b[k] * side * amount[i];
-            lift.x[i] += up * n[0];
-            lift.y[i] += up * n[1];
-            lift.z[i] += up * n[2];
+            corner_normal(scene, corner[k], x.instance[i], normal[k]);
+            for (float& c : normal[k]) c *= x.side[i];
+            for (int c = 0; c < 3; ++c) up[c] += b[k] * normal[k][c];
+            at[k][0] = corners[k].x[i] - x.position.x[i];
+            at[k][1] = corners[k].y[i] - x.position.y[i];
+            at[k][2] = corners[k].z[i] - x.position.z[i];
         }
-        if (flat[i] < 0.0f) pass_own_face(x, w, flat[i], i, lift);
+        const float height = terminator_height(normal, at, b) * amount[i];
+        lift.x[i] = height * up[0], lift.y[i] = height * up[1], lift.z[i] = height * up[2];
     }
     return lift;
 }

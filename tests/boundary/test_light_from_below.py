@@ -12,7 +12,7 @@ from edgegrad import Mesh, PointLight, Renderer, Scene, SunLight, plan
 from tests.support.picture_differences import check_agreement, check_transpose, need_every_table
 from tests.support.rich_scene import pose, turn
 from tests.support.scenes.horizons import CASES, SIDE, body, body_under, light_changes
-from tests.support.small_scenes import Floats, Make, along, camera, matte
+from tests.support.small_scenes import Floats, Make, along, camera, matte, rectangle
 
 ALBEDO, IRRADIANCE = 0.6, 3.0
 
@@ -41,6 +41,20 @@ def test_light_from_below_counts_by_the_smooth_normal() -> None:
 def test_light_behind_the_smooth_normal_does_not_count() -> None:
     behind = np.array([-np.cos(0.9), 0.0, -np.sin(0.9)])
     assert not np.any(Renderer(leaning_face(behind, 0.1)).render(spp=4, seed=1, max_depth=2))
+
+
+@pytest.mark.parametrize(("low", "shadowed"), [(0.6, True), (1.5, False)])
+def test_rays_start_where_those_of_cycles_do(low: float, shadowed: bool) -> None:
+    """A wall above the face meets rays that start at the height sin(0.6) * 3, along the normal, of the middle.
+
+    That is how far the face's last corner lies above the middle along the common normal, as Cycles' pictures show.
+    """
+    below = np.array([np.cos(0.2), 0.0, -np.sin(0.2)])
+    scene = leaning_face(below, 0.1)
+    scene.meshes["wall"] = rectangle((1.5, 0.0, low + 0.45), (0.0, 2.0, 0.0), (0.0, 0.0, 0.45), "black")
+    scene.materials["black"] = matte(0.0, 0.0, 0.0)
+    lit = Renderer(scene).render(spp=4, seed=1, max_depth=2)[4, 4]
+    assert np.all(np.asarray(lit) == 0.0) == shadowed
 
 
 def test_instances_are_lit_like_meshes() -> None:

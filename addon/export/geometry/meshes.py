@@ -202,15 +202,18 @@ class PlacedMeshes:
         return self._memory.built(name, group.arrays, matrices, group.attributes, group.own, partial(_built, group))
 
     def _warn_of_coarse(self, group: Group) -> None:
-        """Warn of meshes whose smooth normals lie far from those of their triangles; hair and points are made so."""
+        """Warn of meshes without a terminator offset whose smooth normals lie far from those of their triangles.
+
+        Hair and points are made so.
+        """
         arrays = group.arrays
-        if not group.corner_count or self._memory is not None:
+        if not group.corner_count or group.terminator > 0.0 or self._memory is not None:
             return
         if coarse_share(arrays.positions, arrays.faces, arrays.smoothing, arrays.normals) > COARSE_AREA:
             for name in dict.fromkeys(source.object for source in group.sources):
-                self._report.warn(f"object '{name}'", "is smooth but coarse: light from below its triangles is left "
-                                  "out, with which Cycles lights them where their smooth normals allow "
-                                  "it")  # fmt: skip
+                self._report.warn(f"object '{name}'", "is smooth but coarse, and its shadow terminator offset is 0: "
+                                  "light from below its triangles is left out, with which Cycles lights them where "
+                                  "their smooth normals allow it")  # fmt: skip
 
 
 def _terminator(ob: Any) -> float:

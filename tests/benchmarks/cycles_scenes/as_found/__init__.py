@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from . import (  # noqa: F401  (importing a family registers its cases)
+    coarse,
     colors,
     coordinates,
     gltf,

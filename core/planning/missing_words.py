@@ -15,6 +15,7 @@ _ABOUT_MESHES = {
     "field outlines": "the outlines of the distance fields {}, as the camera sees them and in their shadows: "
                       "derivatives by what moves lack them",
     "field lines": "lines where meshes pass through the distance fields {}: they are no edges",
+    "field receivers": "edges of meshes, and their shadows, as the moving surfaces of the distance fields {} see them",
     "field mirrors": "edges, shadows and outlines of lights that mirrors and smooth glass show by way of the distance "
                      "fields {}",
     "edges between surfaces": "indirect boundary: edges between two surfaces that light each other are left out, since "

@@ -1,0 +1,118 @@
+"""Derivatives by a distance field itself: by its coefficients and its place, where no outline moves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+
+import edgegrad
+from edgegrad import Material, PointLight, Scene, World
+from edgegrad.scene import parameters
+from tests.support.fields.splines import Floats, sampled
+from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose, need_every_table
+from tests.support.small_scenes import camera, matte, rectangle
+
+
+@pytest.fixture(autouse=True)
+def _native() -> None:
+    need_every_table()
+
+
+MATERIALS = {
+    "matte": matte(0.7, 0.6, 0.5),
+    "conductor": Material(np.array([0.9, 0.8, 0.7]), kind="PRINCIPLED", metallic=1.0, roughness=0.4),
+    "glossy": Material(np.array([0.6, 0.5, 0.7]), kind="PRINCIPLED", roughness=0.5),
+    "mirror": Material(np.ones(3), kind="GLOSSY", roughness=0.0),
+    "glass": Material(np.array([0.9, 0.95, 1.0]), kind="REFRACTION", roughness=0.0, ior=1.3),
+}
+
+
+def sky() -> edgegrad.Image:
+    """A smooth environment."""
+    v, u = np.meshgrid(np.linspace(0, np.pi, 64), np.linspace(0, 2 * np.pi, 128), indexing="ij")
+    pixels = np.stack([1.0 + 0.5 * np.sin(v) * np.cos(u), 1.0 + 0.5 * np.sin(v) * np.sin(u), 1.0 + 0.5 * np.cos(v)],
+                      axis=-1)
+    return edgegrad.Image(pixels.astype(np.float32))
+
+
+def bowl(kind: str = "matte", lit: str = "point") -> Scene:
+    """A shallow bowl that fills the picture: each of its points sees all others, and no outline moves.
+
+    The camera and all lights see the bowl from its hollow side, in which it is convex everywhere.
+    """
+    field = sampled(lambda p: p[..., 2] - 0.15 * (p[..., 0] ** 2 + 0.7 * p[..., 1] ** 2) - 0.1 * p[..., 0],
+                    (24, 24, 16), lower=(-2.5, -2.5, -1.0), upper=(2.5, 2.5, 2.0))
+    lights = {"lamp": PointLight(np.array([0.5, 0.4, 2.2]), power=100.0)} if lit == "point" else {}
+    world, images = World(np.zeros(3)), {}
+    if lit == "sky":
+        images, world = {"sky": sky()}, World(np.ones(3), image="sky")
+    meshes = {}
+    materials = {"clay": MATERIALS[kind]}
+    if lit == "lamp":
+        meshes["sheet"] = rectangle((0.3, 0.2, 2.6), (0.6, 0.1, 0.0), (0.0, 0.5, 0.1), "glow")
+        materials["glow"] = Material(np.zeros(3), np.array([6.0, 5.0, 4.0]))
+    return Scene(camera((0.2, -0.3, 2.4), (0.2, -0.3, 0.0), 16), meshes, materials, lights, world, images,
+                 fields={"bowl": field})
+
+
+def direction_of(scene: Scene, what: str) -> Floats:
+    """A tangent of the field's parameter."""
+    field = scene.fields["bowl"]
+    if what == "values":  # smooth, so that the bowl stays free of bumps that hide each other
+        x, y, z = (np.linspace(-1.0, 1.0, n) for n in field.values.shape)
+        return np.asarray(0.3 + 0.4 * np.cos(2.0 * x[:, None, None] + 1.0) * np.sin(2.0 * y[None, :, None])
+                          + 0.2 * z[None, None, :])
+    if what in ("lower", "upper"):
+        return np.array([0.3, -0.2, 0.25])
+    out = np.zeros((4, 4))
+    if what == "translation":
+        out[:3, 3] = 0.5, -0.3, 0.7
+    elif what == "rotation":
+        out[:3, :3] = np.array([[0.0, -0.5, 0.3], [0.5, 0.0, -0.4], [-0.3, 0.4, 0.0]])
+    else:
+        out[:3, :3] = np.diag([0.4, -0.3, 0.6])
+    return out
+
+
+def moving(kind: str, lit: str, what: str) -> Any:
+    """The bowl as a function of one number."""
+    path = f"fields.bowl.{what if what in ('values', 'lower', 'upper') else 'transform'}"
+
+    def at(theta: float) -> tuple[Scene, Mapping[str, Floats]]:
+        scene = bowl(kind, lit)
+        tangent = direction_of(scene, what)
+        parameters.put(scene, path, np.asarray(parameters.get(scene, path), float) + theta * tangent)
+        return scene, {path: tangent}
+
+    return at
+
+
+@pytest.mark.parametrize("what", ["values", "translation", "rotation", "scale", "lower", "upper"])
+def test_every_parameter(what: str) -> None:
+    at = moving("matte", "point", what)
+    check_agreement(at, max_depth=2, eps=0.04, seeds=8)
+
+
+@pytest.mark.parametrize("kind", ["conductor", "glossy", "mirror", "glass"])
+@pytest.mark.parametrize("what", ["values", "rotation"])
+def test_materials(kind: str, what: str) -> None:
+    check_agreement(moving(kind, "sky", what), max_depth=2, eps=0.04, seeds=8)
+
+
+@pytest.mark.parametrize("depth", [2, 3, 4])
+@pytest.mark.parametrize("what", ["values", "translation"])
+def test_depths(depth: int, what: str) -> None:
+    """Later vertices of paths keep their places on the surface as it moves along its normals."""
+    check_agreement(moving("matte", "lamp", what), max_depth=depth, eps=0.04, seeds=8)
+
+
+@pytest.mark.parametrize("kind", list(MATERIALS))
+def test_both_modes(kind: str) -> None:
+    paths = ["fields.bowl.values", "fields.bowl.transform"]
+    for depth, lit in ((1, "lamp"), (2, "sky"), (4, "lamp")):
+        if depth > 1:
+            check_transpose(lambda _, lit=lit: bowl(kind, lit), paths, spp=8, max_depth=depth)
+    check_equal_bits(lambda _: bowl(kind, "lamp"), [*paths, "fields.bowl.lower"], spp=2, max_depth=4)

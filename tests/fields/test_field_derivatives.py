@@ -11,7 +11,7 @@ import pytest
 import edgegrad
 from edgegrad import Material, PointLight, Scene, World
 from edgegrad.scene import parameters
-from tests.support.fields.splines import Floats, sampled
+from tests.support.fields.splines import Floats, points, sampled
 from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose, need_every_table
 from tests.support.small_scenes import camera, matte, rectangle
 
@@ -116,6 +116,23 @@ def test_materials(kind: str, lit: str, what: str) -> None:
 def test_depths(kind: str, depth: int, what: str) -> None:
     """Later vertices of paths keep their places on the surface as it moves along its normals."""
     check_agreement(moving(kind, "room", what), max_depth=depth, eps=0.04, seeds=8)
+
+
+def test_one_coefficient() -> None:
+    """A step that moves the surface by less than 0.02 cells: its dent hides nothing."""
+    field = room("matte").fields["bowl"]
+    nearest = np.unravel_index(np.argmin(np.sum((points(field.values.shape, field.lower, field.upper)
+                                                 - np.array([0.0, 0.1, -0.88])) ** 2, axis=-1)), field.values.shape)
+    tangent = np.zeros(field.values.shape)
+    tangent[nearest] = 1.0
+
+    def at(theta: float) -> tuple[Scene, Mapping[str, Floats]]:
+        scene = room("matte")
+        moved = scene.fields["bowl"]
+        moved.values = (moved.values + theta * tangent).astype(np.float32)
+        return scene, {"fields.bowl.values": tangent}
+
+    check_agreement(at, max_depth=2, eps=0.01, seeds=8)
 
 
 @pytest.mark.parametrize("kind", list(MATERIALS))

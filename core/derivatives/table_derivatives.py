@@ -29,6 +29,7 @@ from ..tables.camera import WIDTH as CAMERA_WIDTH
 from ..tables.tables import Tables, environment_pixels
 from ..tables.textures.data import is_opaque
 from ..tables.textures.program import compile_textures
+from . import fields as field_map
 from . import images as image_map
 from . import meshes as mesh_map
 from . import values as value_map
@@ -46,6 +47,7 @@ _PIECES = {
     "world": value_map.world_pieces,
     "camera": value_map.camera_pieces,
     "images": image_map.pieces,
+    "fields": field_map.pieces,
 }
 _WITHOUT = {
     ("meshes", "terminator_offset"): "it only moves the origins of shadow rays",
@@ -63,6 +65,8 @@ def shapes(tables: Tables) -> dict[str, tuple[int, ...]]:
     normals                      (N, 3)       unit shading normals; only custom ones depend on parameters here, since
                                               the engine itself maps normals of vertices to `vertices`
     instance_to_world            (I, 12)      rows of the transforms
+    field_values                 (n,)         `FieldTable.values` of all distance fields, one after the other
+    field_to_world               (F * 12,)    rows of `FieldTable.to_world`
     closure_params               (L * 36,)    rows of `material_table.COLUMNS`, one after the other
     texture_pixels               (n,)         `TextureTables.pixels`; absent like the next three without textures
     texture_attributes           (n,)         `TextureTables.attributes`
@@ -85,6 +89,9 @@ def shapes(tables: Tables) -> dict[str, tuple[int, ...]]:
         "environment_rotation": (9,),
         "camera": (CAMERA_WIDTH,),
     }
+    if tables.fields:
+        out["field_values"] = (sum(table.values.size for table in tables.fields),)
+        out["field_to_world"] = (12 * len(tables.fields),)
     if tables.environment_pixels is not None:
         out["environment_pixels"] = tables.environment_pixels.shape
     if tables.textures is not None:
@@ -109,9 +116,6 @@ def pieces(scene: Scene, tables: Tables, path: str) -> list[Piece]:
     """
     parameters.owner(scene, path)
     collection, name, field = parameters.split(path)
-    if collection == "fields":
-        raise ValueError(f"parameter '{path}' has no derivative in this version: the motion of a field's surface is "
-                         "not differentiated; leave it out, or use a mesh")
     reason = _WITHOUT.get((collection, field))
     if reason is not None:
         raise ValueError(f"parameter '{path}' has no derivative: {reason}")

@@ -2,6 +2,7 @@
 // the ray that continues. adjoint/vertex.h explains what moves.
 #pragma once
 
+#include "adjoint/field_surface.h"
 #include "adjoint/light_arrival.h"
 #include "adjoint/transparent_light.h"
 #include "shading/lights/environment.h"
@@ -145,6 +146,7 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
             Float b1 = constant(next_floats(memory, surface, next, &Vertex::b1)),
                   b2 = constant(next_floats(memory, surface, next, &Vertex::b2));
             settle_on_fields(scene, surface, face, t, b1, b2);
+            move_settled_triangle(scene, surface, face, t);
             // Emission of the surface has a fixed direction; light that it scatters is in material form.
             Mask fixed = holds_direction(scene, surface & may_fix & (instance < 0), face, material);
             if (any(fixed)) {

@@ -127,6 +127,9 @@ class Tape {
     // Returns an adjoint or a tangent after a sweep.
     raw::Float derivative(int32_t node) const;
 
+    // The requested derivatives by distance fields, which blocks read and add to.
+    const FieldDerivatives& fields() const { return tables_.fields; }
+
     int edge_count() const { return edges_; }
     int node_count() const { return nodes_; }
 

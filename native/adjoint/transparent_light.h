@@ -6,7 +6,7 @@
 // point c, which moves in screen form as x and w move (derivations, L).
 #pragma once
 
-#include "adjoint/blocks.h"
+#include "adjoint/field_surface.h"
 #include "shading/surface_transmittance.h"
 #include "tasks/vertex_record.h"
 
@@ -29,7 +29,10 @@ inline Vec3 transparent_share(const SceneView& scene, const TransparentPacket<W>
     SurfacePoint c =
         surface_point(scene, active, face, detach(t), load(p.b1), load(p.b2), detach(w), instance);
     const Mask field = on_field(scene, active, face);
-    if (any(field)) t.triangle = select(field, c.triangle, t.triangle);
+    if (any(field)) {
+        t.triangle = select(field, c.triangle, t.triangle);
+        if (geometry) move_settled_triangle(scene, field, face, t.triangle);
+    }
     if (scene.any_terminator && any(near)) {
         const RawVec3 way = values(y) - values(c.position);
         const Vec3 turned = constant3(way * finite_inverse(raw::sqrt(dot(way, way))) - values(w));

@@ -17,6 +17,7 @@
 // No rays are traced. The adjoint of a vertex' position is passed from its successor by path.
 #pragma once
 
+#include "adjoint/field_surface.h"
 #include "adjoint/incident_light.h"
 #include "adjoint/specular_block.h"
 #include "path/shaded_surface.h"
@@ -167,28 +168,9 @@ inline Vec3 way_through(const SceneView& scene, const VertexMemory& memory, Mask
     Float b1 = constant(next_floats(memory, surface, next, &Vertex::b1)),
           b2 = constant(next_floats(memory, surface, next, &Vertex::b2));
     settle_on_fields(scene, surface, face, t, b1, b2);
+    move_settled_triangle(scene, surface, face, t);
     const Vec3 y = interpolate(t, b1, b2);
     return select(surface, y - from, way);
-}
-
-// The normals of fields turn as their points move over the surface.
-inline void turn_field_normals(const SceneView& scene, Mask field, SurfacePoint& x) {
-    RawVec3 rows[3] = {};
-    for (int i = 0; i < W; ++i) {
-        if (!field[i]) continue;
-        const float at[3] = {x.position.x[i], x.position.y[i], x.position.z[i]};
-        float change[3][3];
-        normal_change(scene.fields[x.face[i] - scene.first_field_face], at, change);
-        const float side = x.side[i];
-        for (int k = 0; k < 3; ++k) {
-            rows[k].x[i] = side * change[k][0];
-            rows[k].y[i] = side * change[k][1];
-            rows[k].z[i] = side * change[k][2];
-        }
-    }
-    const Vec3 step = x.position - detach(x.position);
-    x.normal = x.normal + Vec3{dot(constant3(rows[0]), step), dot(constant3(rows[1]), step),
-                               dot(constant3(rows[2]), step)};
 }
 
 // Computes the light that leaves a packet's vertices. `incoming` arrives along the ray that continues.
@@ -241,8 +223,15 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
                 screen_form_weight = raw::select(through, raw::splat(1.0f), screen_form_weight);
             }
         }
-        move_met_point(x, t.triangle, screen_form_weight, arrival.from, way);
-        if (any(field)) turn_field_normals(scene, field, x);
+        if (any(field)) {
+            FieldPoints on_fields;
+            find_field_points(scene, field, face, values(x.position), on_fields);
+            move_field_triangle(field, on_fields, t.triangle);
+            move_met_point(x, t.triangle, screen_form_weight, arrival.from, way);
+            turn_field_normals(on_fields, t.triangle, x);
+        } else {
+            move_met_point(x, t.triangle, screen_form_weight, arrival.from, way);
+        }
         if (!diffuse_alone(scene)) view = unit(select(screen_form, -direction, arrival.from - x.position));
     }
     out.position = x.position;

@@ -63,13 +63,21 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const Scene
     for (size_t m = 0; motion && m < motion->moving.size(); ++m)
         if (motion->moving[m])
             std::fill(face_moving_.begin() + tables.mesh_first_face[m],
-                      face_moving_.begin() + tables.mesh_first_face[m + 1], 1);
+                      face_moving_.begin() + tables.mesh_first_face[m + 1], kVerticesMove);
+    for (size_t k = 0; motion && k < motion->fields.size(); ++k)
+        if (motion->fields[k]) face_moving_[static_cast<size_t>(tables.first_field_face()) + k] = kFieldMoves;
     view_.api = &api;
     view_.convex = convex;
     view_.bvh = bvh ? bvh->handle() : nullptr;
     view_.brute_triangles = brute_triangles_.data();
     view_.brute_count = static_cast<int32_t>(brute_triangles_.size());
-    for (const FieldTable& field : tables.fields) fields_.push_back(field.view());
+    int64_t first_value = 0;
+    for (const FieldTable& field : tables.fields) {
+        fields_.push_back(field.view());
+        fields_.back().number = static_cast<int32_t>(fields_.size()) - 1;
+        fields_.back().first_value = first_value;
+        first_value += fields_.back().value_count();
+    }
     view_.fields = fields_.data();
     view_.field_count = static_cast<int32_t>(fields_.size());
     view_.first_field_face = fields_.empty() ? 0 : tables.first_field_face();

@@ -49,7 +49,8 @@ RequestedMotion requested_motion(const CameraView& camera, const Requested& requ
             requested.any("instance_to_world"),
             requested.moves_lights(),
             requested.any("environment_rotation"),
-            requested.any("environment") || requested.any("environment_pixels")};
+            requested.any("environment") || requested.any("environment_pixels"),
+            requested.moving_fields()};
 }
 
 // The options with the number of samples per pixel of one term.
@@ -148,6 +149,9 @@ void Engine::DerivativeCall::begin_interior(const RenderOptions& options, const 
 void Engine::DerivativeCall::list_requested_surfaces(Decision& shading) const {
     for (size_t mesh = 0; recording.surfaces.moving && mesh < requested.moving().size(); ++mesh)
         if (requested.moving()[mesh]) shading.meshes.push_back(static_cast<int32_t>(mesh));
+    for (size_t k = 0; recording.surfaces.moving && k < requested.moving_fields().size(); ++k)
+        if (requested.moving_fields()[k])
+            shading.meshes.push_back(engine.tables_.first_field() + static_cast<int32_t>(k));
     shading.materials = used_materials(engine.tables_, [&](size_t closure) {
         const auto k = static_cast<int32_t>(closure);
         return recording.surfaces.first_closure <= k && k < recording.surfaces.last_closure;

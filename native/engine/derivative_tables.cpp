@@ -32,10 +32,27 @@ std::vector<NamedTable> differentiable_tables(const SceneView& scene, const Scen
         all.push_back({"environment_pixels", scene.environment_image.pixels,
                        3 * static_cast<size_t>(scene.environment_image.width) *
                            static_cast<size_t>(scene.environment_image.height)});
+    // Sweeps find these by their fields, not by addresses (sdf/field_derivatives.h).
+    size_t coefficients = 0;
+    for (const FieldTable& field : t.fields) coefficients += field.values.size();
+    all.push_back({"field_values", nullptr, coefficients});
+    all.push_back({"field_to_world", nullptr, 12 * t.fields.size()});
     return all;
 }
 
 namespace {
+
+// Adds the requested span of a table, with the gradient or tangent of the span.
+void add_span(DifferentiableTables& to, const NamedTable& table, const Requested::Span& span,
+              double* gradient, const double* tangent) {
+    if (table.data) {
+        to.add(table.data, table.size, span.first, span.last, span.width, span.columns, gradient, tangent);
+        return;
+    }
+    FieldDerivatives::Span& fields =
+        std::string(table.name) == "field_values" ? to.fields.values : to.fields.places;
+    fields = {static_cast<int64_t>(span.first), static_cast<int64_t>(span.last), gradient, tangent};
+}
 
 // Number of floats per row, for tables whose columns are requested separately.
 size_t row_width(const std::string& table) {
@@ -54,7 +71,9 @@ uint64_t columns_of(size_t first, size_t last, size_t width) {
 }  // namespace
 
 Requested::Requested(const SceneTables& tables, const std::vector<TableSpan>& spans)
-    : requested_(spans), moving_(tables.mesh_first_vertex.size() - 1, 0) {
+    : requested_(spans),
+      moving_(tables.mesh_first_vertex.size() - 1, 0),
+      moving_fields_(tables.fields.size(), 0) {
     const auto add = [this](const std::string& table, size_t first, size_t last) {
         if (first >= last) return;
         const size_t width = row_width(table);
@@ -70,6 +89,8 @@ Requested::Requested(const SceneTables& tables, const std::vector<TableSpan>& sp
         // Boundary terms index these tables from their start.
         if (s.table == "camera")
             add(s.table, 0, kCameraFloats);
+        else if (s.table == "field_to_world")  // blocks add to whole maps
+            add(s.table, s.first / 12 * 12, (s.last + 11) / 12 * 12);
         else if (s.table == "instance_to_world")
             add(s.table, 0, tables.instance_to_world.size());
         else
@@ -77,6 +98,13 @@ Requested::Requested(const SceneTables& tables, const std::vector<TableSpan>& sp
         if (s.table == "light_params") {
             Span& rows = spans_.at(s.table);
             rows.first = 0, rows.last = tables.lights.params.size();
+        }
+        size_t first_value = 0;
+        for (size_t k = 0; k < moving_fields_.size(); ++k) {
+            const size_t next = first_value + tables.fields[k].values.size();
+            moving_fields_[k] |= (s.table == "field_values" && s.first < next && s.last > first_value) ||
+                                 (s.table == "field_to_world" && s.first < 12 * k + 12 && s.last > 12 * k);
+            first_value = next;
         }
         if (s.table != "vertices") continue;
         for (size_t m = 0; m < moving_.size(); ++m) {
@@ -97,8 +125,9 @@ bool Requested::moves_lights() const {
 }
 
 bool Requested::geometry() const {
-    constexpr std::array geometric = {"vertices", "normals", "instance_to_world", "camera",
-                                      "environment_rotation"};
+    constexpr std::array geometric = {
+        "vertices",     "normals",       "instance_to_world", "camera", "environment_rotation",
+        "field_values", "field_to_world"};
     return moves_lights() ||
            std::any_of(geometric.begin(), geometric.end(), [this](const char* name) { return any(name); });
 }
@@ -188,8 +217,7 @@ GradientGroups::View GradientGroups::again(int64_t group) {
     double* const values = groups_[static_cast<size_t>(group)]->data();
     View v{{}, nullptr, nullptr, nullptr, nullptr, nullptr};
     for (const Part& p : parts_) {
-        v.tables.add(p.table.data, p.table.size, p.span.first, p.span.last, p.span.width, p.span.columns,
-                     values + p.offset, nullptr);
+        add_span(v.tables, p.table, p.span, values + p.offset, nullptr);
         const std::pair<const char*, double**> singles[] = {{"vertices", &v.vertices},
                                                             {"camera", &v.camera},
                                                             {"instance_to_world", &v.instances},
@@ -245,8 +273,7 @@ DifferentiableTables with_tangents(const std::vector<NamedTable>& tables, const 
         if (tangent.size() != table.size)
             throw std::invalid_argument(std::string("the tangent of the table '") + table.name +
                                         "' has the wrong size");
-        out.add(table.data, table.size, span.first, span.last, span.width, span.columns, nullptr,
-                tangent.data() + span.first);
+        add_span(out, table, span, nullptr, tangent.data() + span.first);
     }
     return out;
 }

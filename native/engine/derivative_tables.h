@@ -26,7 +26,7 @@ struct TableSpan {
 // A table in the memory that kernels read through a scene's view.
 struct NamedTable {
     const char* name;
-    const float* data;
+    const float* data;  // null for those of distance fields
     size_t size;
 };
 std::vector<NamedTable> differentiable_tables(const SceneView& scene, const SceneTables& tables);
@@ -66,11 +66,14 @@ class Requested {
     const std::map<std::string, Span>& spans() const { return spans_; }
     // By mesh: whether its vertices are requested.
     const std::vector<uint8_t>& moving() const { return moving_; }
+    // By distance field: whether its coefficients or its place are requested.
+    const std::vector<uint8_t>& moving_fields() const { return moving_fields_; }
+    bool moves_fields() const { return any("field_values") || any("field_to_world"); }
 
  private:
     std::vector<TableSpan> requested_;
     std::map<std::string, Span> spans_;
-    std::vector<uint8_t> moving_;
+    std::vector<uint8_t> moving_, moving_fields_;
 };
 
 // Buffers of zeros.

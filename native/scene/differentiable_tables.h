@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "sdf/field_derivatives.h"
+
 namespace edgegrad {
 
 struct DifferentiableTable {
@@ -20,6 +22,7 @@ struct DifferentiableTables {
     static constexpr int kMost = 20;
     DifferentiableTable table[kMost];
     int count = 0;
+    FieldDerivatives fields;
 
     // Adds the floats [first, last) of a table of `size` floats, with their gradient or tangent. Empty spans
     // and tables are skipped. If `width` is not 1, rows have `width` floats, of which only `columns` have

@@ -10,9 +10,9 @@ struct RequestedSurfaces {
     bool everywhere = true;
     int32_t first_closure = 0, last_closure = 0;  // range of the requested closures
     int32_t lobes = 0;  // bits of lobes, if only the roughness of these lobes is requested
-    // Vertices of faces are requested (SceneView::face_moving). A vertex that scatters light from such
-    // a face depends on its motion, so that vertices whose next vertex may lie on a moving face are recorded
-    // as well.
+    // Vertices of faces or distance fields are requested (SceneView::face_moving). A vertex that scatters
+    // light from such a face depends on its motion, so that vertices whose next vertex may lie on a moving
+    // face are recorded as well.
     bool moving = false;
 };
 

@@ -77,12 +77,16 @@ struct RequestedMotion {
     bool lights = false;          // any row of the light table
     bool rotation = false;        // of the environment
     bool environment = false;     // light of the environment, even if it is dark
+    std::vector<uint8_t> fields;  // by distance field: its coefficients or its place
 
     // Returns whether vertices or instances of any mesh are requested.
     bool any_mesh_moves() const {
         return instances || std::any_of(moving.begin(), moving.end(), [](uint8_t m) { return m != 0; });
     }
-    // Returns whether anything moves.
+    bool any_field_moves() const {
+        return std::any_of(fields.begin(), fields.end(), [](uint8_t m) { return m != 0; });
+    }
+    // Returns whether anything moves whose boundary terms exist. Those of fields do not.
     bool any() const { return any_mesh_moves() || camera || lights || rotation; }
     bool operator==(const RequestedMotion&) const = default;
 };

@@ -76,6 +76,8 @@ class LineSurface {
 // light from behind; normal maps bend its normals.
 constexpr int32_t kContactFrom = 1, kContactTo = 2, kContactBent = 4, kContactEmits = 8, kContactThrough = 16,
                   kContactMapped = 32;
+// What moves a face (SceneView::face_moving).
+constexpr int32_t kVerticesMove = 1, kFieldMoves = 2;
 // The largest number of sides of a polygon that coplanar faces form (boundary/meshes/coplanar_polygons.h),
 // and of boxes around the scene's transparent faces (scene/contact_meshes.h).
 constexpr int32_t kPolygonSides = 8, kTransparentBoxes = 16;
@@ -96,7 +98,7 @@ struct SceneView {
     const float* vertices;         // (V, 3)
     const int32_t* faces;          // (F, 3)
     const int32_t* face_material;  // (F)
-    const int32_t* face_moving;    // (F) 1: its vertices are requested
+    const int32_t* face_moving;    // (F) kVerticesMove, kFieldMoves, or 0
     // (F) 1: its light has a fixed direction (shading/lights/fixed_direction_light.h), or null.
     const int32_t* face_fixed_direction;
     const int32_t* material_fixed_direction;  // (M) 1: receives such light

@@ -14,8 +14,12 @@ struct FieldView {
     int32_t size[3];        // numbers of coefficients
     double to_world[3][4];  // rows, from grid coordinates
     double to_grid[3][4];
+    int32_t number = 0;       // among the fields of the scene
+    int64_t first_value = 0;  // of all coefficients of the scene's fields, one field after the other
 
     int32_t cells(int axis) const { return size[axis] - 3; }
+    int64_t value_count() const { return static_cast<int64_t>(size[0]) * size[1] * size[2]; }
+    int64_t first_place() const { return 12 * static_cast<int64_t>(number); }
 };
 
 // Makes a view; `to_world` are the rows of a map that can be inverted.

@@ -57,26 +57,30 @@ EG_INLINE FieldPoint spline(const FieldView& f, const int32_t (&cell)[3], const 
     return {sum_taps(value * wz), {sum_taps(along_x * wz), sum_taps(along_y * wz), sum_taps(value * dz)}};
 }
 
-// Second derivatives: xx, yy, zz, yz, xz, xy.
-EG_INLINE void spline_curvature(const FieldView& f, const int32_t (&cell)[3], const float (&at)[3],
-                                float (&h)[6]) {
-    Taps basis[3][3];  // by axis and order
-    for (int a = 0; a < 3; ++a) {
-        basis[a][0] = spline_weights(at[a]);
-        basis[a][1] = spline_slopes(at[a]);
-        basis[a][2] = spline_bends(at[a]);
-    }
-    constexpr int order[6][3] = {{2, 0, 0}, {0, 2, 0}, {0, 0, 2}, {0, 1, 1}, {1, 0, 1}, {1, 1, 0}};
+// The gradient, and the second derivatives xx, yy, zz, yz, xz, xy.
+EG_INLINE void spline_derivatives(const FieldView& f, const int32_t (&cell)[3], const float (&at)[3],
+                                  float (&g)[3], float (&h)[6]) {
+    Taps w[3], d[3], b[3];
+    for (int a = 0; a < 3; ++a)
+        w[a] = spline_weights(at[a]), d[a] = spline_slopes(at[a]), b[a] = spline_bends(at[a]);
     const int64_t step = f.size[2], slab = step * f.size[1];
-    for (int n = 0; n < 6; ++n) {
-        const float* first = f.values + cell[0] * slab + cell[1] * step + cell[2];
-        Taps sum{};
-        for (int i = 0; i < 4; ++i)
-            for (int j = 0; j < 4; ++j)
-                sum += load_taps(first + i * slab + j * step) *
-                       (basis[0][order[n][0]][i] * basis[1][order[n][1]][j]);
-        h[n] = sum_taps(sum * basis[2][order[n][2]]);
+    const float* first = f.values + cell[0] * slab + cell[1] * step + cell[2];
+    Taps value{}, x{}, y{}, xx{}, yy{}, xy{};
+    for (int i = 0; i < 4; ++i, first += slab) {
+        Taps row{}, turned{}, bent{};
+        for (int j = 0; j < 4; ++j) {
+            const Taps taps = load_taps(first + j * step);
+            row += taps * w[1][j];
+            turned += taps * d[1][j];
+            bent += taps * b[1][j];
+        }
+        value += row * w[0][i], x += row * d[0][i], xx += row * b[0][i];
+        y += turned * w[0][i], xy += turned * d[0][i];
+        yy += bent * w[0][i];
     }
+    g[0] = sum_taps(x * w[2]), g[1] = sum_taps(y * w[2]), g[2] = sum_taps(value * d[2]);
+    h[0] = sum_taps(xx * w[2]), h[1] = sum_taps(yy * w[2]), h[2] = sum_taps(value * b[2]);
+    h[3] = sum_taps(y * d[2]), h[4] = sum_taps(x * d[2]), h[5] = sum_taps(xy * w[2]);
 }
 
 // The cell of a grid point within the field's box, and the fraction within it.

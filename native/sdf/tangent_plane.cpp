@@ -77,35 +77,4 @@ void tangent_triangle(const FieldView& field, const uint32_t (&code)[2], float (
     }
 }
 
-void normal_change(const FieldView& field, const float (&position)[3], float (&rows)[3][3]) {
-    double grid[3];
-    for (int a = 0; a < 3; ++a) {
-        const auto& m = field.to_grid[a];
-        grid[a] = m[0] * position[0] + m[1] * position[1] + m[2] * position[2] + m[3];
-    }
-    int32_t cell[3];
-    float at[3], h[6];
-    find_cell(field, grid, cell, at);
-    const FieldPoint p = spline(field, cell, at);
-    spline_curvature(field, cell, at, h);
-    double g[3];
-    to_world_gradient(field, p.gradient, g);
-    const double length = length_of(g), inverse = length > 0.0 ? 1.0 / length : 0.0;
-    const double hessian[3][3] = {{h[0], h[5], h[4]}, {h[5], h[1], h[3]}, {h[4], h[3], h[2]}};
-    double world[3][3];  // to_grid^T hessian to_grid
-    for (int c = 0; c < 3; ++c)
-        for (int d = 0; d < 3; ++d) {
-            world[c][d] = 0.0;
-            for (int a = 0; a < 3; ++a)
-                for (int b = 0; b < 3; ++b)
-                    world[c][d] += field.to_grid[a][c] * hessian[a][b] * field.to_grid[b][d];
-        }
-    for (int d = 0; d < 3; ++d) {
-        double along = 0.0;
-        for (int c = 0; c < 3; ++c) along += g[c] * inverse * world[c][d];
-        for (int c = 0; c < 3; ++c)
-            rows[c][d] = static_cast<float>((world[c][d] - g[c] * inverse * along) * inverse);
-    }
-}
-
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -11,7 +11,4 @@ namespace edgegrad::EDGEGRAD_ISA {
 // rays which leave it (scene/geometry.h, ray_offset) clear the rounding of the field.
 void tangent_triangle(const FieldView& field, const uint32_t (&code)[2], float (&corners)[3][3]);
 
-// How the unit normal turns as a point of the surface moves: rows of dn/dx at a point in the world.
-void normal_change(const FieldView& field, const float (&position)[3], float (&rows)[3][3]);
-
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -52,6 +52,7 @@ enum class Part : int32_t {
     kSteppedShadows,     // shadows of borders that an image draws in a surface's transmittance
     kRimLines,           // rims on rough glass, for lights without size
     kFieldOutlines,      // outlines of distance fields, and their shadows
+    kFieldReceivers,     // edges of meshes and their shadows, where they fall on distance fields that move
     kFieldLines,         // lines where surfaces pass through distance fields
     kFieldMirrors,       // edges seen by mirrors and glass by way of distance fields
     kMirroredOutlines,   // outlines of lights, in mirrors and behind glass
@@ -108,6 +109,7 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kSteppedShadows, "stepped shadows", kShadowTerm},
     {Part::kRimLines, "rim lines", kInteriorTerm},
     {Part::kFieldOutlines, "field outlines", kPrimaryTerm},
+    {Part::kFieldReceivers, "field receivers", kShadowTerm},
     {Part::kFieldLines, "field lines", kPrimaryTerm},
     {Part::kFieldMirrors, "field mirrors", kPrimaryTerm},
     {Part::kMirroredOutlines, "mirrored outlines", kPrimaryTerm},

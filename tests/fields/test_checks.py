@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 
@@ -73,16 +71,23 @@ def test_a_field_and_a_mesh_need_different_names() -> None:
         scene(meshes={"ball": rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0), "clay")}).validate()
 
 
-@pytest.mark.parametrize("path", ["fields.ball.values", "fields.ball.transform", "fields.ball.lower"])
-@pytest.mark.parametrize("call", [
-    lambda s, p: edgegrad.render_backward(s, np.ones((*s.camera.size, 3)), [p], spp=1),
-    lambda s, p: edgegrad.render_forward(s, {p: np.zeros(np.shape(parameters.get(s, p)))}, spp=1),
-    lambda s, p: edgegrad.plan(s, [p]),
+@pytest.mark.parametrize(("path", "value", "message"), [
+    ("fields.ball.values", np.zeros((2, 2, 2)), "tangent of 'fields.ball.values'"),
+    ("fields.ball.values", np.full((16, 16, 16), np.nan), "tangent of 'fields.ball.values'"),
+    ("fields.bal.values", 0.0, "there is no 'bal' in fields .known: 'ball'"),
+    ("fields.ball.value", 0.0, "'value' is not one of the fields"),
 ])
-def test_derivatives_by_fields_are_refused(call: Callable[[Scene, str], object], path: str) -> None:
+def test_wrong_tangents_are_refused(path: str, value: object, message: str) -> None:
     need("native")
-    with pytest.raises(ValueError, match=f"'{path}' has no derivative in this version: the motion of a field"):
-        call(scene(), path)
+    with pytest.raises(ValueError, match=message):
+        edgegrad.render_forward(scene(), {path: value}, spp=1)
+
+
+@pytest.mark.parametrize("path", ["fields.ball.values", "fields.ball.transform", "fields.ball.lower"])
+def test_the_plan_names_what_derivatives_by_fields_lack(path: str) -> None:
+    need("native")
+    missing = edgegrad.plan(scene(), [path]).missing
+    assert any("outlines of the distance fields ball" in sentence for sentence in missing)
 
 
 def test_paths_of_fields_are_listed_and_can_be_put() -> None:

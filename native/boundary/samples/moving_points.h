@@ -31,7 +31,7 @@ EG_INLINE Int edge_face(const SceneView& scene, Int edge) {
 
 // Whether vertices of the edge's mesh are requested.
 EG_INLINE Mask edge_moving(const SceneView& scene, Int edge) {
-    return gather(scene.face_moving, edge_face(scene, edge)) != 0;
+    return gather(scene.face_moving, edge_face(scene, edge)) == kVerticesMove;
 }
 
 // Whether a point of an edge or of a face may move.
@@ -43,7 +43,7 @@ EG_INLINE Mask edge_point_moves(const SceneView& scene, const DerivativeView& mo
 }
 EG_INLINE Mask face_point_moves(const SceneView& scene, const DerivativeView& motion, Mask active, Int face,
                                 Int instance) {
-    Mask moves = active & (gather(scene.face_moving, select(active, face, splat(0))) != 0);
+    Mask moves = active & (gather(scene.face_moving, select(active, face, splat(0))) == kVerticesMove);
     if (motion.instances_requested) moves |= active & (instance >= 0);
     return moves;
 }
@@ -82,7 +82,7 @@ EG_INLINE void face_point_blocks(Mode& mode, const SceneView& scene, const Deriv
     const Mask placed = active & (instance >= 0);
     if (motion.instances_requested && any(placed))
         mode.placed(placed, instance, interpolate(gather_triangle(scene, known), b1, b2), g, color);
-    const Mask moves = active & (gather(scene.face_moving, known) != 0);
+    const Mask moves = active & (gather(scene.face_moving, known) == kVerticesMove);
     if (!any(moves)) return;
     const Vec3 local = into_instance(scene, select(moves, instance, splat(-1)), g);
     mode.corner(moves, known, 0, local * (1.0f - b1 - b2), color);

@@ -101,12 +101,14 @@ bool has_program(const SceneView& scene, size_t closure) {
                        [closure](const int32_t* program) { return program && program[closure] >= 0; });
 }
 
-// By mesh, whether its vertices or some of its instances are requested.
+// By mesh, whether its vertices, some of its instances or its field are requested.
 std::vector<uint8_t> requested_meshes(const SceneTables& tables, const Requested& requested) {
     std::vector<uint8_t> out = requested.moving();
     for (size_t k = 0; requested.any("instance_to_world") && k < tables.instance_mesh.size(); ++k)
         out[static_cast<size_t>(tables.instance_mesh[k])] |=
             requested.any("instance_to_world", 12 * k, 12 * k + 12);
+    for (size_t k = 0; k < requested.moving_fields().size(); ++k)
+        out[static_cast<size_t>(tables.first_field()) + k] |= requested.moving_fields()[k];
     return out;
 }
 
@@ -117,7 +119,8 @@ std::vector<uint8_t> requested_meshes(const SceneTables& tables, const Requested
 // change the picture.
 Reason constant_by_motion(const SceneView& scene, const SceneTables& tables, const Requested& requested,
                           int max_depth) {
-    if (!requested.any("vertices") && !requested.any("instance_to_world")) return Reason::kUnread;
+    if (!requested.any("vertices") && !requested.any("instance_to_world") && !requested.moves_fields())
+        return Reason::kUnread;
     std::vector<uint8_t> black(tables.material_first_closure.size() - 1);
     for (size_t m = 0; m < black.size(); ++m) black[m] = is_black(scene, static_cast<int32_t>(m));
     const bool lit = max_depth >= 2 && std::find(black.begin(), black.end(), 0) != black.end();
@@ -181,9 +184,9 @@ Reason constant_by_lights(const SceneView& scene, const SceneTables& tables, con
 // Where nothing else is requested.
 Reason constant_by_kind(const SceneView& scene, const SceneTables& tables, const Requested& requested,
                         int max_depth) {
-    if (!requests_only(requested,
-                       {"vertices", "normals", "instance_to_world", "closure_params", "texture_pixels",
-                        "texture_attributes", "texture_lookups", "texture_constants", "light_params"}) ||
+    if (!requests_only(requested, {"vertices", "normals", "instance_to_world", "field_values",
+                                   "field_to_world", "closure_params", "texture_pixels", "texture_attributes",
+                                   "texture_lookups", "texture_constants", "light_params"}) ||
         requested.any("normals", 0, tables.normals.size()))
         return Reason::kNeeded;
     Reason why = Reason::kUnread;
@@ -258,10 +261,11 @@ RequestedSurfaces requested_surfaces(const SceneView& scene, const SceneTables& 
     out.first_closure = static_cast<int32_t>(span.first / kMaterialParams);
     out.last_closure = static_cast<int32_t>(span.last / kMaterialParams);
     out.lobes = lobes_alone(requested);
-    out.moving = requested.any("vertices");
+    out.moving = requested.any("vertices") || requested.moves_fields();
     // Custom normals may belong to any mesh.
     out.everywhere = requested.spans().empty() ||
-                     !requests_only(requested, {"closure_params", "vertices", "normals"}) ||
+                     !requests_only(requested, {"closure_params", "vertices", "normals", "field_values",
+                                                "field_to_world"}) ||
                      requested.any("normals", 0, tables.normals.size()) || !passed.empty();
     for (int32_t closure = out.first_closure; closure < out.last_closure; ++closure)
         out.everywhere |= (scene.closure_flags[closure] & kHasEmission) != 0;

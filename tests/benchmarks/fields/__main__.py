@@ -2,7 +2,7 @@
 
 ``python -m tests.benchmarks.fields`` prints CPU seconds of pictures (256 x 256 pixels, 16 samples) of a torus, as a
 field of 128^3 coefficients and as a smooth mesh of 200,000 triangles, in turns: in an even environment, and over a
-floor in the light of a rectangle. Then it prints seconds of preparing a field, of an update of one corner and of all
+floor in the light of a rectangle, with the gradient by all coefficients beside the picture. Then it prints seconds of preparing a field, of an update of one corner and of all
 coefficients, and of a picture, for fields of 64^3 to 512^3 coefficients, and the memory that they take beside the
 coefficients.
 """
@@ -81,6 +81,21 @@ def compare(light: str, depth: int, size: int) -> None:
     print(f"{light:12} depth {depth}: field {field:.3f} s, mesh {mesh:.3f} s, ratio {field / mesh:.2f}", flush=True)
 
 
+def differentiate(light: str, depth: int, size: int) -> None:
+    """Print the seconds of the gradient by all coefficients, in turns with the picture, and their ratio."""
+    renderer = Renderer(scenes(light, size)["field"])
+    adjoint = np.ones((size, size, 3), np.float32)
+    path = "fields.torus.values"
+    calls: list[Callable[[], object]] = [
+        lambda: renderer.render(spp=SPP, max_depth=depth),
+        lambda: renderer.render_backward(adjoint, [path], spp=SPP, max_depth=depth),
+    ]
+    renderer.render_backward(adjoint, [path], spp=1, max_depth=depth)
+    picture, gradient = np.median([[cpu_seconds(call) for call in calls] for _ in range(TURNS)], axis=0)
+    print(f"{light:12} depth {depth}: gradient {gradient:.3f} s, picture {picture:.3f} s, ratio "
+          f"{gradient / picture:.2f}", flush=True)
+
+
 def grow(size: int) -> None:
     """Print how one field is prepared, updated and rendered."""
     scene = scenes("environment", 128)["field"]
@@ -107,6 +122,7 @@ def main() -> None:
     for light in ("environment", "rectangle"):
         for depth in (1, 2, 4):
             compare(light, depth, given.size)
+            differentiate(light, depth, given.size)
     size = 64
     while size <= given.largest:
         grow(size)

@@ -12,8 +12,10 @@ _ABOUT_MESHES = {
     "texel borders": "borders inside of the faces of {} that an image without interpolation draws: they are no edges",
     "partly seen shadows": "shadows of {}, which only some kinds of rays can hit: computed as for shadow rays, or as "
                            "for diffuse rays in an environment of one colour",
-    "field outlines": "the outlines of the distance fields {}, as the camera sees them and in their shadows: "
-                      "derivatives by what moves lack them",
+    "field outlines": "the outlines of the distance fields {}, as the camera sees them through a lens with depth of "
+                      "field",
+    "field shadows": "the shadows of the distance fields {}, and where they hide surfaces from each other: derivatives "
+                     "by what moves lack them",
     "field lines": "lines where meshes pass through the distance fields {}: they are no edges",
     "field mirrors": "edges, shadows and outlines of lights that mirrors and smooth glass show by way of the distance "
                      "fields {}",

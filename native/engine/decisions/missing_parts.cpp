@@ -88,17 +88,16 @@ class Search {
                   }));
     }
 
-    // Outlines of fields that the camera sees move with the camera, and their shadows with all that moves.
+    // Shadows of fields move with all that moves.
     void fields() {
-        const bool seen = motion_.camera, lit = any_moves_ && f_.options.max_depth >= 2;
-        std::vector<int32_t> outlines, all;
+        const bool lit = any_moves_ && f_.options.max_depth >= 2;
+        std::vector<int32_t> shadows, all;
         for (int32_t mesh = tables_.first_field(); mesh < tables_.visible_meshes; ++mesh) {
             const int32_t mask = tables_.mesh_mask[static_cast<size_t>(mesh)];
             all.push_back(mesh);
-            if ((seen && (mask & 1 << kCameraRay)) || (lit && (mask & ~(1 << kCameraRay))))
-                outlines.push_back(mesh);
+            if (lit && (mask & ~(1 << kCameraRay))) shadows.push_back(mesh);
         }
-        meshes(Part::kFieldOutlines, std::move(outlines));
+        meshes(Part::kFieldShadows, std::move(shadows));
         if (motion_.camera || motion_.any_mesh_moves()) meshes(Part::kFieldLines, all);
         const std::vector<int32_t> smooth = used_materials(
             tables_, [&](size_t k) { return may_be_specular(tables_, k, f_.scene.followed_alpha); });

@@ -158,14 +158,14 @@ FieldCarrier field_carrier(const FieldView& field, int threads) {
         for (size_t n = first; n < last; ++n) {
             double x[3];
             std::copy_n(&out.point[3 * n], 3, x);
-            const FieldJet jet = field_jet(field, x);
+            const SplineJet jet = spline_jet(field, x);
             double square = 0.0;
             for (const double g : jet.gradient) square += g * g;
             const double step = square > 0.0 ? jet.value / square : 0.0;
             if (step * step * square < kMostPull * kMostPull)
                 for (size_t k = 0; k < 3; ++k) x[k] -= step * jet.gradient[k];
             std::copy_n(x, 3, &out.point[3 * n]);
-            std::copy_n(field_jet(field, x).gradient, 3, &out.gradient[3 * n]);
+            std::copy_n(spline_jet(field, x).gradient, 3, &out.gradient[3 * n]);
         }
     });
     return out;

@@ -49,11 +49,11 @@ bool near(const Triple& x, const Triple& start) {
 
 // The two equations of the outline at a point, and the ray's direction.
 struct OutlineEquations {
-    FieldJet at;
+    SplineJet at;
     Triple v, bent, gradient;  // v, H v, grad G
     double grazing;            // G
 
-    OutlineEquations(const FieldView& f, const FieldViewer& viewer, const Triple& x) : at(field_jet(f, x)) {
+    OutlineEquations(const FieldView& f, const FieldViewer& viewer, const Triple& x) : at(spline_jet(f, x)) {
         viewer.direction(x, v);
         times(at.hessian, v, bent);
         for (int a = 0; a < 3; ++a) gradient[a] = bent[a] + viewer.weight * at.gradient[a];
@@ -83,7 +83,7 @@ FieldViewer viewer_along(const FieldView& f, const double (&direction)[3]) {
     return out;
 }
 
-FieldJet field_jet(const FieldView& f, const double (&grid)[3]) {
+SplineJet spline_jet(const FieldView& f, const double (&grid)[3]) {
     double w[3][3][4];  // by axis, order and tap
     int64_t cell[3];
     for (int a = 0; a < 3; ++a) {
@@ -101,7 +101,7 @@ FieldJet field_jet(const FieldView& f, const double (&grid)[3]) {
     }
     const int64_t step = f.size[2], slab = step * f.size[1];
     const float* first = f.values + cell[0] * slab + cell[1] * step + cell[2];
-    FieldJet out{};
+    SplineJet out{};
     for (int i = 0; i < 4; ++i) {
         double plane[3][3] = {};  // by the orders along y and z, whose sum is at most 2
         for (int j = 0; j < 4; ++j) {
@@ -186,7 +186,7 @@ bool outline_point(const FieldView& f, const FieldViewer& viewer, const float (&
     for (const double side : {-1.0, 1.0}) {
         Triple x;
         for (int k = 0; k < 3; ++k) x[k] = out.grid[k] + side * kContactCells / ray * e.v[k];
-        if (within(f, x) && field_jet(f, x).value < 0.0) return false;
+        if (within(f, x) && spline_jet(f, x).value < 0.0) return false;
     }
     Triple tangent, world, normal, view;
     cross(e.at.gradient, e.gradient, tangent);

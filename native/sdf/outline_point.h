@@ -22,10 +22,10 @@ FieldViewer viewer_at(const FieldView& f, const double (&point)[3]);
 FieldViewer viewer_along(const FieldView& f, const double (&direction)[3]);
 
 // The spline at a point in grid coordinates, in double precision. The Hessian is xx, yy, zz, yz, xz, xy.
-struct FieldJet {
+struct SplineJet {
     double value, gradient[3], hessian[6];
 };
-FieldJet field_jet(const FieldView& f, const double (&grid)[3]);
+SplineJet spline_jet(const FieldView& f, const double (&grid)[3]);
 
 // Moves a point onto the outline along g and grad G, by Newton's method. Returns whether that has converged
 // near the point, within the field's box. `clear` tells whether the rays around stay outside of the surface

@@ -67,7 +67,7 @@ def test_the_camera_moves(shape: str) -> None:
 def test_two_fields() -> None:
     """One field hides a part of the outline of the other."""
     fields = {"ball": replace(exact_sphere(0.5, 20), transform=np.array(
-        [[1.0, 0, 0, 0.45], [0, 1.0, 0, 0.2], [0, 0, 1.0, 0.9], [0, 0, 0, 1.0]])), "ring": doughnut(material="red")}
+        [[1.0, 0, 0, 0.2], [0, 1.0, 0, -0.5], [0, 0, 1.0, 0.9], [0, 0, 0, 1.0]])), "ring": doughnut(material="red")}
     scene = over_a_sheet(fields)
     scene.materials["red"] = matte(0.9, 0.1, 0.1)
     check_agreement(lambda theta: shifted(scene, theta), max_depth=1, eps=0.02, seeds=8)

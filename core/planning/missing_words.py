@@ -16,7 +16,8 @@ _ABOUT_MESHES = {
                       "field",
     "field shadows": "the shadows of the distance fields {}, and where they hide surfaces from each other: derivatives "
                      "by what moves lack them",
-    "field lines": "lines where meshes pass through the distance fields {}: they are no edges",
+    "field lines": "lines where meshes pass through the distance fields {} or where these end at their boxes: they are "
+                   "no edges",
     "field mirrors": "edges, shadows and outlines of lights that mirrors and smooth glass show by way of the distance "
                      "fields {}",
     "edges between surfaces": "indirect boundary: edges between two surfaces that light each other are left out, since "

@@ -137,7 +137,8 @@ def test_the_camera_over_waves(kind: str) -> None:
 
 @pytest.mark.parametrize(
     ("path", "depth", "said"),
-    [("meshes.sheet.vertices", 1, False), ("meshes.sheet.vertices", 2, True), ("camera.to_world", 1, False), ("camera.to_world", 2, True),
+    [("meshes.sheet.vertices", 1, False), ("meshes.sheet.vertices", 2, True), ("camera.to_world", 1, False),
+     ("camera.to_world", 2, True),
      ("lights.lamp.position", 2, True), ("world.rotation", 2, True), ("lights.lamp.power", 3, False)])
 def test_the_plan_names_shadows_of_fields(path: str, depth: int, said: bool) -> None:
     scene = over_a_field(0.0, lights={"lamp": PointLight(np.array([1.0, 1.0, 2.0]))})

@@ -88,9 +88,10 @@ def test_cameras(kind: str) -> None:
 
 @pytest.mark.parametrize("shape", ["sphere", "torus"])
 def test_shading_at_the_outline(shape: str) -> None:
-    """A light moves with the camera, which therefore sees no shadow."""
-    scene = over_a_sheet(FIELDS[shape]())
+    """A light moves with the camera, which therefore sees no shadow. Nothing else lights the field."""
+    scene = over_a_sheet(FIELDS[shape](), world=World(np.zeros(3)))
     del scene.meshes["before"]
+    scene.meshes["behind"].visible_to = frozenset(["camera"])
 
     def at(theta: float) -> tuple[Scene, Mapping[str, Floats]]:
         moved, tangent = shifted(scene, theta)

@@ -43,6 +43,9 @@ def primary(words: SceneWords) -> Term:
     outlines = words.computed("light outlines")
     if outlines is not None:
         seen.append(f"besides edges: the outlines of {words.light_names(outlines)}")
+    fields = words.computed("field outlines")
+    if fields is not None:
+        seen.append(f"besides edges: the outlines of the distance fields {words.mesh_names(fields)}")
     seen += words.pierced("intersection outlines",
                           "besides edges: the lines where {meshes} pass through the light '{light}'")
     if mirrors:

@@ -14,9 +14,12 @@ _ABOUT_MESHES = {
                            "for diffuse rays in an environment of one colour",
     "lit from below": "the edges of shadows on {}, where a light lies below the plane of a face that its smooth "
                       "normals let it reach (terminator_offset): they are not sampled",
-    "field outlines": "the outlines of the distance fields {}, as the camera sees them and in their shadows, and the "
-                      "borders where they leave their boxes: derivatives by what moves lack them",
-    "field lines": "lines where meshes pass through the distance fields {}: they are no edges",
+    "field outlines": "the outlines of the distance fields {}, as the camera sees them through a lens with depth of "
+                      "field",
+    "field shadows": "the shadows of the distance fields {}, and where they hide surfaces from each other: derivatives "
+                     "by what moves lack them",
+    "field lines": "lines where meshes pass through the distance fields {} or where these end at their boxes: they are "
+                   "no edges",
     "field receivers": "edges of meshes, and their shadows, as the moving surfaces of the distance fields {} see them",
     "field mirrors": "edges, shadows and outlines of lights that mirrors and smooth glass show by way of the distance "
                      "fields {}",

@@ -72,8 +72,8 @@ struct Engine::DerivativeCall {
     // The tangents or gradients of boundary terms; null where they are not requested.
     DerivativeView boundary_view(const GradientGroups::View& v) const {
         const auto first = static_cast<int32_t>(requested.span("vertices").first / 3);
-        return {v.vertices, first,         v.camera,         v.instances,   v.lights,
-                v.rotation, motion.camera, motion.instances, motion.lights, motion.rotation};
+        return {v.vertices,      first,         v.camera,         v.instances,   v.lights,       v.rotation,
+                v.tables.fields, motion.camera, motion.instances, motion.lights, motion.rotation};
     }
 
     const Engine& engine;

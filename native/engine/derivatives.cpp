@@ -27,7 +27,7 @@ void Engine::forward(const RenderOptions& options, const Requested& requested, T
     };
     double* vertices = values("vertices");
     if (vertices) vertices += requested.span("vertices").first;
-    const DerivativeView d = call.boundary_view({{},
+    const DerivativeView d = call.boundary_view({tables,
                                                  vertices,
                                                  values("camera"),
                                                  values("instance_to_world"),

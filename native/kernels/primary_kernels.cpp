@@ -1,5 +1,6 @@
 // The primary boundary's kernels of one instruction set.
 #include "boundary/curves/edge_weights.h"
+#include "boundary/terms/field_outline.h"
 #include "boundary/terms/primary.h"
 #include "kernels/parts.h"
 #include "tasks/boundary_kind.h"
@@ -8,7 +9,10 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 void add_primary_kernels(KernelTable& table) {
-    table.boundary[kPrimaryBoundary] = {primary_forward_kernel, primary_backward_kernel};
+    table.boundary[kPrimaryBoundary] = {primary_forward_kernel<MeshCurves>,
+                                        primary_backward_kernel<MeshCurves>};
+    table.boundary[kFieldOutline] = {primary_forward_kernel<FieldCurves>,
+                                     primary_backward_kernel<FieldCurves>};
     table.edge_weights = edge_weights_kernel;
     table.add_splats = add_splats_kernel;
 }

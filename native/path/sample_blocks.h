@@ -2,13 +2,14 @@
 //
 // Every geometric derivative of a sample is a sum of dot products g . velocity over a few blocks: a point at
 // fixed barycentrics of a triangle (M), the point where a fixed pixel's ray meets its moving triangle (S), a
-// triangle's normal (N), a point of an edge (E). The estimators compute the vectors g once. `Forward`
+// triangle's normal (N), a point of an edge (E), the value of a distance field (F). The estimators compute the vectors g once. `Forward`
 // multiplies them by the vertices' velocities; `Backward` adds them to the vertices' gradients. Both modes
 // thus use the same samples and are transposes of each other.
 #pragma once
 
 #include "scene/camera_row.h"
 #include "scene/geometry.h"
+#include "sdf/field_block.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -24,6 +25,18 @@ EG_INLINE Vec3 gather_velocity(const SceneView& scene, const DerivativeView& tan
         v.z[i] = static_cast<float>(p[2]);
     }
     return v;
+}
+
+// Calls back with the fields of lanes that have derivatives, and the points' derivatives there.
+template <typename Block>
+EG_INLINE void for_each_field_point(const SceneView& scene, const FieldDerivatives& fields, Mask lanes,
+                                    Int face, Vec3 at, const Block& block) {
+    for (int i = 0; i < W; ++i) {
+        if (!lanes[i]) continue;
+        const FieldView& field = scene.fields[face[i] - scene.first_field_face];
+        if (!fields.moves(field)) continue;
+        block(i, field, field_jet(field, {at.x[i], at.y[i], at.z[i]}));
+    }
 }
 
 // Sums weight * (g . velocity), with one weight for each colour channel.
@@ -81,6 +94,17 @@ struct Forward {
         }
         value = value + color * d;
     }
+    // alpha times the change of a field at a fixed point of the world.
+    EG_INLINE void field(Mask m, Int face, Vec3 at, Float alpha, Vec3 color) {
+        Float d = splat(0.0f);
+        for_each_field_point(scene, tangent.fields, m, face, at,
+                             [&](int i, const FieldView& field, const FieldJet& x) {
+                                 float change, slope[3];
+                                 field_forward(field, tangent.fields, x, change, slope);
+                                 d[i] = alpha[i] * change;
+                             });
+        value = value + color * d;
+    }
 };
 
 struct Backward {
@@ -135,6 +159,13 @@ struct Backward {
             const float q[4] = {local.x[i], local.y[i], local.z[i], 1.0f}, out[3] = {g.x[i], g.y[i], g.z[i]};
             for (int k = 0; k < 12; ++k) p[k] += static_cast<double>(a[i] * out[k / 4] * q[k % 4]);
         }
+    }
+    EG_INLINE void field(Mask m, Int face, Vec3 at, Float alpha, Vec3 color) {
+        const Float a = dot(adjoint, color) * alpha;
+        for_each_field_point(scene, gradient.fields, m, face, at,
+                             [&](int i, const FieldView& field, const FieldJet& x) {
+                                 field_backward(field, gradient.fields, x, a[i], {0.0f, 0.0f, 0.0f});
+                             });
     }
 };
 

@@ -17,6 +17,7 @@
 #include "kernels/dispatch.h"
 #include "python/bsdfs.h"
 #include "python/call.h"
+#include "python/field_outlines.h"
 #include "python/held_objects.h"
 #include "python/light_sampling.h"
 #include "python/numpy_arrays.h"
@@ -422,6 +423,8 @@ NB_MODULE(_native, m) {
     edgegrad::bind_process(m);
     edgegrad::bind_held_objects(m);
     edgegrad::bind_zeros(m);
+    m.def("field_outline_points", &edgegrad::field_outline_points, "values"_a, "to_world"_a, "viewer"_a,
+          "u"_a, "threads"_a, "The outline of a distance field (native/python/field_outlines.h).");
     m.def(
         "instruction_sets",
         [] {

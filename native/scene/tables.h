@@ -86,8 +86,8 @@ struct RequestedMotion {
     bool any_field_moves() const {
         return std::any_of(fields.begin(), fields.end(), [](uint8_t m) { return m != 0; });
     }
-    // Returns whether anything moves whose boundary terms exist. Those of fields do not.
-    bool any() const { return any_mesh_moves() || camera || lights || rotation; }
+    // Returns whether anything moves.
+    bool any() const { return any_mesh_moves() || any_field_moves() || camera || lights || rotation; }
     bool operator==(const RequestedMotion&) const = default;
 };
 

@@ -12,6 +12,7 @@
 #include "scene/material_params.h"
 #include "scene/rays/brute_triangle.h"
 #include "scene/textures/texture_view.h"
+#include "sdf/field_derivatives.h"
 #include "sdf/field_view.h"
 
 namespace edgegrad {
@@ -182,6 +183,7 @@ struct DerivativeView {
     double* instance_to_world;     // (I, 12)
     double* light_params;          // (L, kLightParams)
     double* environment_rotation;  // (9)
+    FieldDerivatives fields;
     // Whether these derivatives are requested.
     bool camera_requested;
     bool instances_requested;

@@ -21,6 +21,7 @@ enum BoundaryKind : int32_t {
     kEmitterOutline,         // boundary/terms/emitter_outline.h
     kIntersectionOutline,    // boundary/terms/intersection_outline.h
     kDiskIntersection,       // boundary/terms/disk_intersection.h
+    kFieldOutline,           // boundary/terms/field_outline.h
     kBoundaryKinds
 };
 
@@ -64,6 +65,7 @@ constexpr BoundaryKindRow kBoundaryTable[kBoundaryKinds] = {
     {kEmitterOutline, Part::kEmitterOutlines, kWholePicture, 1.0, 0.0625, 2, kEmitterOutline},
     {kIntersectionOutline, Part::kIntersectionOutlines, kPictureLines, 0.1, 0.0625, 1, kIntersectionOutline},
     {kDiskIntersection, Part::kDiskIntersections, kLineDirections, 0.5, 0.0625, 2, kDiskIntersection},
+    {kFieldOutline, Part::kFieldOutlines, kPictureLines, 0.1, 0.18, 1, kFieldOutline},
 };
 constexpr bool kinds_are_in_order() {
     for (int32_t kind = 0; kind < kBoundaryKinds; ++kind)

@@ -23,6 +23,7 @@ enum class Part : int32_t {
     kSeenIntersections,      // lines where surfaces that the camera sees pass through each other
     kLightOutlines,          // outlines of lights that the camera sees
     kIntersectionOutlines,   // lights that surfaces pass through, as the camera sees them
+    kFieldOutlines,          // outlines of distance fields that the camera sees
     kFollowedLobes,          // lobes that count as mirrors in the next part
     kMirroredEdges,          // edges that the camera sees by mirrors and glass
     kLightShadows,           // edges between a surface and a light
@@ -51,8 +52,8 @@ enum class Part : int32_t {
     kLitFromBelow,       // shadows where lights below the planes of faces light smooth meshes
     kSteppedShadows,     // shadows of borders that an image draws in a surface's transmittance
     kRimLines,           // rims on rough glass, for lights without size
-    kFieldOutlines,      // outlines of distance fields, and their shadows
     kFieldReceivers,     // edges of meshes and their shadows, where they fall on distance fields that move
+    kFieldShadows,       // shadows of distance fields
     kFieldLines,         // lines where surfaces pass through distance fields
     kFieldMirrors,       // edges seen by mirrors and glass by way of distance fields
     kMirroredOutlines,   // outlines of lights, in mirrors and behind glass
@@ -81,6 +82,7 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kSeenIntersections, "seen intersections", kPrimaryTerm},
     {Part::kLightOutlines, "light outlines", kPrimaryTerm},
     {Part::kIntersectionOutlines, "intersection outlines", kPrimaryTerm},
+    {Part::kFieldOutlines, "field outlines", kPrimaryTerm},
     {Part::kFollowedLobes, "followed lobes", kPrimaryTerm},
     {Part::kMirroredEdges, "mirrored edges", kPrimaryTerm},
     {Part::kLightShadows, "light shadows", kShadowTerm},
@@ -108,8 +110,8 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kLitFromBelow, "lit from below", kShadowTerm},
     {Part::kSteppedShadows, "stepped shadows", kShadowTerm},
     {Part::kRimLines, "rim lines", kInteriorTerm},
-    {Part::kFieldOutlines, "field outlines", kPrimaryTerm},
     {Part::kFieldReceivers, "field receivers", kShadowTerm},
+    {Part::kFieldShadows, "field shadows", kShadowTerm},
     {Part::kFieldLines, "field lines", kPrimaryTerm},
     {Part::kFieldMirrors, "field mirrors", kPrimaryTerm},
     {Part::kMirroredOutlines, "mirrored outlines", kPrimaryTerm},

@@ -16,7 +16,7 @@ from tests.support.fields.splines import Floats, exact_sphere, sampled
 from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose, need_every_table
 from tests.support.small_scenes import camera, matte, rectangle
 
-MISSING = "the outlines of the distance fields"
+MISSING = "the shadows of the distance fields"
 
 
 @pytest.fixture(autouse=True)
@@ -137,9 +137,10 @@ def test_the_camera_over_waves(kind: str) -> None:
 
 @pytest.mark.parametrize(
     ("path", "depth", "said"),
-    [("meshes.sheet.vertices", 1, False), ("meshes.sheet.vertices", 2, True), ("camera.to_world", 1, True),
+    [("meshes.sheet.vertices", 1, False), ("meshes.sheet.vertices", 2, True), ("camera.to_world", 1, False),
+     ("camera.to_world", 2, True),
      ("lights.lamp.position", 2, True), ("world.rotation", 2, True), ("lights.lamp.power", 3, False)])
-def test_the_plan_names_outlines_of_fields(path: str, depth: int, said: bool) -> None:
+def test_the_plan_names_shadows_of_fields(path: str, depth: int, said: bool) -> None:
     scene = over_a_field(0.0, lights={"lamp": PointLight(np.array([1.0, 1.0, 2.0]))})
     sentences = [s for s in plan(scene, [path], max_depth=depth).missing if MISSING in s]
     assert bool(sentences) == said

@@ -18,6 +18,7 @@ namespace edgegrad {
 struct CandidateParts;
 struct Candidates;
 struct CoplanarPolygons;
+struct FieldCarrier;
 struct Intersections;
 struct MeshBoxes;
 class EdgeTree;
@@ -78,6 +79,7 @@ struct EdgeCache {
     Kept<bool, std::vector<int32_t>> contact_materials;  // scene/contact_meshes.h
     Kept<bool, bool> cross;  // whether any surface intersects another surface or a light
     Kept<bool, MeshBoxes> boxes;
+    Kept<bool, std::vector<FieldCarrier>> carriers;  // by field (sdf/outline.h)
     // Of some closed meshes, those that are not certainly star-shaped (boundary/meshes/star_shaped.h).
     Kept<std::vector<int32_t>, std::vector<int32_t>> not_star_shaped;
     // Reusable memory for the candidates of the primary term.
@@ -86,7 +88,7 @@ struct EdgeCache {
 
     // Call after vertices have changed.
     void clear() {
-        intersections.clear(), boxes.clear(), not_star_shaped.clear();
+        intersections.clear(), boxes.clear(), not_star_shaped.clear(), carriers.clear();
         clear_values();
     }
     // Call after other values have changed. What depends on vertices alone stays valid.

@@ -25,9 +25,11 @@ struct EdgeSample {
     Int mask;  // mask of the rays towards the point
 };
 
-// Samples [task.first + at, ...) of the segments, each seen through its own point of the lens.
-EG_INLINE EdgeSample sample_edge(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                 SegmentCursor& cursor) {
+// Samples [task.first + at, ...) of the segments, each seen through its own point of the lens. bend(s) may
+// move s.point from the segment to a curve near it, whose derivative by u is then s.tangent.
+template <typename Bend>
+EG_INLINE EdgeSample sample_curve(const SceneView& scene, const BoundaryTask& task, int64_t at,
+                                  SegmentCursor& cursor, const Bend& bend) {
     const SegmentSample place = sample_edge_segment(scene, task, at, cursor);
     const CameraView& c = scene.camera;
     EdgeSample s;
@@ -60,13 +62,18 @@ EG_INLINE EdgeSample sample_edge(const SceneView& scene, const BoundaryTask& tas
     s.tangent = place.t;
     s.end = place.a;
     s.point = place.a + place.t * s.u;
+    bend(s);
     const LensPoint lens = lens_of(c, place.random);
     s.view = project(c, s.point, lens);
     s.active &= s.view.active & in_reach(c, s.view.sx, s.view.sy) & (s.view.distance > s.view.near) &
                 (s.view.distance < s.view.far);
-    s.normal = cross(s.view.across_of, place.t);
+    s.normal = cross(s.view.across_of, s.tangent);
     s.weight = du * s.view.area * task.scale / place.density;
     return s;
+}
+EG_INLINE EdgeSample sample_edge(const SceneView& scene, const BoundaryTask& task, int64_t at,
+                                 SegmentCursor& cursor) {
+    return sample_curve(scene, task, at, cursor, [](EdgeSample&) EG_INLINE_LAMBDA {});
 }
 
 // The visible face on one side of an edge: the nearest of the faces on that side, as the camera sees them.
@@ -189,11 +196,25 @@ EG_OUTLINE Mask passes(const SceneView& scene, Mask blocked, const EdgeSample& s
     return pass;
 }
 
+// The surfaces that rays through a point of an edge ignore: the edge's faces.
+struct EdgeFaces {
+    static constexpr bool kField = false;
+    EG_INLINE Ignored ignored(const EdgeSample& s) const { return {s.edge, s.instance}; }
+};
+// The same at the outline of a distance field: its surface, which the ray grazes, nearer than `contact`.
+struct GrazedField {
+    static constexpr bool kField = true;
+    Int face;
+    Float contact;
+    EG_INLINE Ignored ignored(const EdgeSample&) const { return ignore_nothing(); }
+};
+
 // Traces rays from the camera through e that ignore the edge's faces. Lanes where e is occluded become
 // inactive. The rays start at the camera, so that a surface that touches the edge is not missed. If the edge
 // has a visible face on both sides, nothing farther away matters, and the rays end there.
-EG_INLINE Behind look_behind(const SceneView& scene, EdgeSample& s, const Sides& sides,
-                             int most_transparent) {
+template <typename Own>
+EG_INLINE Behind look_behind(const SceneView& scene, EdgeSample& s, const Sides& sides, int most_transparent,
+                             const Own& own) {
     constexpr float kContact = 1e-5f, kAlong = 1e-3f, kHere = 1e-3f, kBefore = 1e-5f;
     const Float scale = max(largest_component(s.point), s.view.distance);
     Behind behind;
@@ -209,9 +230,16 @@ EG_INLINE Behind look_behind(const SceneView& scene, EdgeSample& s, const Sides&
     while (any(looking)) {
         // Find the next surface along the ray
         const Closest hit = intersect(scene, looking, s.view.origin, s.view.direction, near, far,
-                                      {s.edge, s.instance}, embree::kCoherent, s.mask);
+                                      own.ignored(s), embree::kCoherent, s.mask);
+        Mask grazed = splat(0);
+        if constexpr (Own::kField) {
+            grazed = looking & hit.hit & (hit.face == own.face) &
+                     (abs(hit.distance - s.view.distance) < own.contact);
+            near = select(grazed, s.view.distance + own.contact, near);
+        }
         // Contact: the hit is close to e and the edge lies in the plane of the face.
-        Mask touched = hit.hit & (abs(hit.distance - s.view.distance) < scale * kHere);
+        Mask touched = splat(0);
+        if constexpr (!Own::kField) touched = hit.hit & (abs(hit.distance - s.view.distance) < scale * kHere);
         if (any(touched)) {
             const Triangle t = placed_triangle(scene, hit.face, hit.instance).triangle;
             const Vec3 m = area_normal(t);
@@ -221,8 +249,8 @@ EG_INLINE Behind look_behind(const SceneView& scene, EdgeSample& s, const Sides&
         }
         // Keep the hits at or behind the edge
         const Mask blocked =
-            looking & hit.hit & ~touched & (hit.distance < s.view.distance - scale * kBefore);
-        const Mask seen = looking & ~blocked;
+            looking & hit.hit & ~touched & ~grazed & (hit.distance < s.view.distance - scale * kBefore);
+        const Mask seen = looking & ~blocked & ~grazed;
         behind.hit.hit |= seen & hit.hit;
         behind.hit.face = select(seen, hit.face, behind.hit.face);
         behind.hit.mesh = select(seen, hit.mesh, behind.hit.mesh);
@@ -239,6 +267,7 @@ EG_INLINE Behind look_behind(const SceneView& scene, EdgeSample& s, const Sides&
             looking = passes(scene, looking, s, hit, behind, offset);
             near = select(looking, hit.distance + 2.0f * offset, near);
         }
+        looking |= grazed;
         s.active &= seen | looking | ~(seen | blocked);
     }
     return behind;

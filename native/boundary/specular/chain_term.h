@@ -247,7 +247,7 @@ static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task,
         Sides sides = visible_faces(scene, s);
         s.active &= (sides.plus.face >= 0) | (sides.minus.face >= 0);
         Behind behind;
-        if (any(s.active)) behind = look_behind(scene, s, sides, task.limits.transparent);
+        if (any(s.active)) behind = look_behind(scene, s, sides, task.limits.transparent, EdgeFaces{});
         Mask seen = s.active | parted;
         // -dg/dp = t x D and -dg/dD = -N, with D the direction of the recorded ray.
         store3(c.by_point, at, select(seen, cross(s.tangent, ray.direction), zero3()));
@@ -327,7 +327,7 @@ static void chain_forward_kernel(const SceneView& scene, const ChainCrossings& c
         const Vec3 unit = {splat(1.0f), splat(0.0f), splat(0.0f)};
         chain_horizon_blocks(mode, scene, tangent, c, at, horizon, unit);
         light_blocks(mode, scene, tangent, c, at, s, from, unit);
-        const Float g = load(work.radiance[0] + at) + sweep(scene, tangent, s) + mode.value.x;
+        const Float g = load(work.radiance[0] + at) + sweep<MeshCurves>(scene, tangent, s) + mode.value.x;
         const Vec3 value = jump * g;
         for (int i = 0; i < W; ++i) {
             if (!s.active[i] && !horizon[i]) continue;

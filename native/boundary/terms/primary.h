@@ -123,7 +123,7 @@ EG_OUTLINE TracedSample* trace_sides(const SceneView& scene, const BoundaryTask&
             s.active &= (sides.plus.face >= 0) | (sides.minus.face >= 0);
         }
         Behind behind;
-        if (any(s.active)) behind = look_behind(scene, s, sides, task.limits.transparent);
+        if (any(s.active)) behind = look_behind(scene, s, sides, task.limits.transparent, EdgeFaces{});
         if (!any(s.active)) continue;
         // Start a path on each side
         const Float slope = any(behind.touched) ? touched_slope(scene, s, behind.hit) : splat(0.0f);
@@ -193,26 +193,48 @@ EG_INLINE void intersection_blocks(Mode& mode, const SceneView& scene, const Der
                        other.normal * mu_other, color);
 }
 
+// Adds weight N . (-c), times `color`, for the requested parameters of the camera.
+template <typename Mode>
+EG_INLINE void view_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
+                           const EdgeSample& s, Vec3 color) {
+    if (!motion.camera_requested) return;
+    Float row[kCameraFloats];
+    ray_velocity_row(scene.camera, s.view, s.normal * s.weight, row);
+    mode.camera(s.active, row, -color);
+}
+
 // Adds weight N . (de - c), times `color`, for the requested parameters.
 template <typename Mode>
 EG_INLINE void edge_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                            const EdgeSample& s, Vec3 color) {
     const Vec3 g = s.normal * s.weight;
-    if (motion.camera_requested) {
-        Float row[kCameraFloats];
-        ray_velocity_row(scene.camera, s.view, g, row);
-        mode.camera(s.active, row, -color);
-    }
+    view_blocks(mode, scene, motion, s, color);
     const Mask intersection = s.active & s.intersection;
     if (any(intersection)) intersection_blocks(mode, scene, motion, s, intersection, g, color);
     const Mask on_edge = s.active & ~s.intersection;
     if (any(on_edge)) edge_point_blocks(mode, scene, motion, on_edge, s.edge, s.instance, s.u, g, color);
 }
 
+// What the kernels below need of the edges and intersection lines of meshes. Other curves have their own
+// (boundary/terms/field_outline.h).
+struct MeshCurves {
+    template <typename Factor>
+    static TracedSample* trace(const SceneView& scene, const BoundaryTask& task, Workspace& work,
+                               const Factor& factor) {
+        return trace_sides(scene, task, work, factor);
+    }
+    template <typename Mode>
+    EG_INLINE static void blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
+                                 const EdgeSample& s, Vec3 color) {
+        edge_blocks(mode, scene, motion, s, color);
+    }
+};
+
 // The area of the picture that the edge sweeps per unit of the tangent.
+template <typename Curves>
 EG_INLINE Float sweep(const SceneView& scene, const DerivativeView& tangent, const EdgeSample& s) {
     Forward mode{scene, tangent};
-    edge_blocks(mode, scene, tangent, s, {splat(1.0f), splat(0.0f), splat(0.0f)});
+    Curves::blocks(mode, scene, tangent, s, {splat(1.0f), splat(0.0f), splat(0.0f)});
     return mode.value.x;
 }
 
@@ -220,18 +242,19 @@ EG_INLINE Float sweep(const SceneView& scene, const DerivativeView& tangent, con
 // the jump times the area that a unit motion across the edge sweeps. A size contains neither tangent nor
 // adjoint, so that both modes use the same samples and are exact transposes of each other.
 EG_INLINE void weigh(const BoundaryTask& task, int at, EdgeSample& s, Vec3 jump) {
-    const Float size = size_of(jump) * s.weight * sqrt(dot(s.normal, s.normal));
+    const Float size = size_of(jump) * abs(s.weight) * sqrt(dot(s.normal, s.normal));
     s.active = keep_finite(task, at, s.active, s.edge, s.instance, size);
     if (!task.score) return;
     for (int i = 0; i < W && at + i < task.count; ++i)
         task.score[task.first + at + i] = s.active[i] ? size[i] : 0.0f;
 }
 
+template <typename Curves>
 static void primary_forward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                    const DerivativeView& tangent, Splats& splats) {
     // Trace only samples that move.
-    TracedSample* traced =
-        trace_sides(scene, task, work, [&](const EdgeSample& s) { return gray(sweep(scene, tangent, s)); });
+    TracedSample* traced = Curves::trace(
+        scene, task, work, [&](const EdgeSample& s) { return gray(sweep<Curves>(scene, tangent, s)); });
     for (int at = 0; at < static_cast<int>(task.count); at += W, ++traced) {
         EdgeSample& s = traced->sample;
         Vec3 value = zero3();
@@ -244,10 +267,11 @@ static void primary_forward_kernel(const SceneView& scene, const BoundaryTask& t
     }
 }
 
+template <typename Curves>
 static void primary_backward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                     const float* adjoint, DerivativeView& gradient) {
     // Trace only samples whose pixel has an adjoint.
-    TracedSample* traced = trace_sides(scene, task, work, [&](const EdgeSample& s) {
+    TracedSample* traced = Curves::trace(scene, task, work, [&](const EdgeSample& s) {
         return adjoint_at(scene.camera, s.active, s.view.sx, s.view.sy, adjoint);
     });
     for (int at = 0; at < static_cast<int>(task.count); at += W, ++traced) {
@@ -257,9 +281,9 @@ static void primary_backward_kernel(const SceneView& scene, const BoundaryTask& 
         weigh(task, at, s, jump);
         s.active &= largest_component(a) > 0.0f;
         if (!any(s.active)) continue;
-        record_contribution(task, at, s.active, jump, a, s.weight * sqrt(dot(s.normal, s.normal)));
+        record_contribution(task, at, s.active, jump, a, abs(s.weight) * sqrt(dot(s.normal, s.normal)));
         Backward mode{scene, gradient, a};
-        edge_blocks(mode, scene, gradient, s, jump);
+        Curves::blocks(mode, scene, gradient, s, jump);
     }
 }
 

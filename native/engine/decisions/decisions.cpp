@@ -4,6 +4,7 @@
 #include <chrono>
 #include <set>
 
+#include "boundary/samples/field_viewer.h"
 #include "engine/decisions/interior_rules.h"
 #include "scene/camera_row.h"
 #include "scene/lights/light_params.h"
@@ -108,6 +109,22 @@ void decide_primary(const BoundaryFacts& f, Decisions& decided) {
                    f.scene.lights.sized_count == 0
                        ? Reason::kNoLight
                        : unless(m.camera || m.lights || m.any_mesh_moves(), Reason::kStill));
+}
+
+// Outlines of fields that the camera sees. A lens sees a different outline from each of its points.
+void decide_field_outlines(const BoundaryFacts& f, Decisions& decided) {
+    std::vector<int32_t> seen;
+    bool moves = f.motion.camera;
+    for (size_t k = 0; k < f.tables.fields.size(); ++k) {
+        const int32_t mesh = f.tables.first_field() + static_cast<int32_t>(k);
+        if (!(f.tables.mesh_mask[static_cast<size_t>(mesh)] & (1 << kCameraRay))) continue;
+        seen.push_back(mesh);
+        moves |= f.motion.fields[k] != 0;
+    }
+    decided.decide(Part::kFieldOutlines,
+                   first_of({unless(!seen.empty(), Reason::kNone), unless(moves, Reason::kStill),
+                             unless(sees_one_outline(f.scene.camera), Reason::kNotEstimated)}));
+    decided[Part::kFieldOutlines].meshes = std::move(seen);
 }
 
 void decide_shadows(const BoundaryFacts& f, Reason black, Decisions& decided) {
@@ -218,6 +235,7 @@ void decide_boundaries(const BoundaryFacts& f, Decisions& decided) {
     const bool lit = options.max_depth >= 2 && (options.terms[kShadowTerm] || options.terms[kIndirectTerm]);
     const Reason black = unless(!lit || !all_black(f.scene, f.tables), Reason::kBlack);
     if (options.terms[kPrimaryTerm]) decide_primary(f, decided);
+    if (options.terms[kPrimaryTerm]) decide_field_outlines(f, decided);
     if (options.terms[kShadowTerm]) decide_shadows(f, black, decided);
     decide_horizons(f, decided);
     // The estimators of light between surfaces need all kinds of scattered rays to hit the same meshes.

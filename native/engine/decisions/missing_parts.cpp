@@ -89,24 +89,20 @@ class Search {
                   }));
     }
 
-    // Outlines of fields that the camera sees move with the camera and with the field, and their shadows with
-    // all that moves.
+    // Shadows of fields move with all that moves.
     void fields() {
         const bool lit = any_moves_ && f_.options.max_depth >= 2, bends = motion_.any_field_moves();
-        std::vector<int32_t> outlines, all, receivers;
+        std::vector<int32_t> shadows, all, receivers;
         for (int32_t mesh = tables_.first_field(); mesh < tables_.visible_meshes; ++mesh) {
             const int32_t mask = tables_.mesh_mask[static_cast<size_t>(mesh)];
             const bool moves = motion_.fields[static_cast<size_t>(mesh - tables_.first_field())] != 0;
-            const bool seen = motion_.camera || moves;
             all.push_back(mesh);
             if (moves && lit && tables_.first_field() > 0) receivers.push_back(mesh);
-            if ((seen && (mask & 1 << kCameraRay)) || (lit && (mask & ~(1 << kCameraRay))))
-                outlines.push_back(mesh);
+            if (lit && (mask & ~(1 << kCameraRay))) shadows.push_back(mesh);
         }
-        meshes(Part::kFieldOutlines, std::move(outlines));
+        meshes(Part::kFieldShadows, std::move(shadows));
         meshes(Part::kFieldReceivers, std::move(receivers));
-        const bool others = tables_.visible_meshes > 1;
-        if (motion_.camera || motion_.any_mesh_moves() || (bends && others)) meshes(Part::kFieldLines, all);
+        if (motion_.camera || motion_.any_mesh_moves() || bends) meshes(Part::kFieldLines, all);
         const std::vector<int32_t> smooth = used_materials(
             tables_, [&](size_t k) { return may_be_specular(tables_, k, f_.scene.followed_alpha); });
         if ((f_.chains || bends) && f_.options.max_depth >= 2 && !smooth.empty())

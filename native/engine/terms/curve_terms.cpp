@@ -1,6 +1,9 @@
 #include "engine/terms/curve_terms.h"
 
+#include "boundary/curves/edge_cache.h"
 #include "boundary/curves/light_intersections.h"
+#include "boundary/samples/field_viewer.h"
+#include "sdf/outline.h"
 #include "tasks/boundary_kind.h"
 #include "tasks/boundary_task.h"
 
@@ -120,6 +123,35 @@ void add_intersection_outlines(const SceneView& scene, const EdgeList& edges, co
     out.push_back({kIntersectionOutline, std::move(candidates), std::move(lines)});
 }
 
+// Outlines of the fields that the part lists, as the camera sees them.
+void add_field_outlines(const SceneView& scene, const EdgeList& edges, Decisions& decided,
+                        std::vector<CurveTerm>& out) {
+    if (!decided.computes(Part::kFieldOutlines) || decided.alone()) return;
+    const SceneTables& t = edges.tables;
+    const auto carriers = edges.kept.carriers.get(true, [&] {
+        std::vector<FieldCarrier> all;
+        for (const FieldTable& field : t.fields) all.push_back(field_carrier(field.view(), edges.threads));
+        return all;
+    });
+    Intersections found;
+    for (const int32_t mesh : decided[Part::kFieldOutlines].meshes) {
+        const auto k = static_cast<size_t>(mesh - t.first_field());
+        const FieldView field = t.fields[k].view();
+        const std::vector<float> ends =
+            field_outline(field, (*carriers)[k], camera_viewer(field, scene.camera), edges.threads);
+        found.ends.insert(found.ends.end(), ends.begin(), ends.end());
+        const size_t surfaces = ends.size() / 3;  // a segment counts the field as both of its surfaces
+        found.faces.insert(found.faces.end(), surfaces,
+                           static_cast<uint32_t>(t.mesh_first_face[static_cast<size_t>(mesh)]));
+        found.instances.insert(found.instances.end(), surfaces, -1);
+    }
+    auto lines = std::make_shared<EdgesAndIntersections>(t, std::move(found));
+    Candidates candidates;
+    lines->add_candidates(scene.camera, candidates);
+    if (candidates.size() == 0) return decided.none(Part::kFieldOutlines, Reason::kOutOfView);
+    out.push_back({kFieldOutline, std::move(candidates), std::move(lines)});
+}
+
 }  // namespace
 
 std::vector<CurveTerm> curve_terms(const SceneView& scene, const EdgeList& edges,
@@ -128,6 +160,7 @@ std::vector<CurveTerm> curve_terms(const SceneView& scene, const EdgeList& edges
     std::vector<CurveTerm> out;
     add_outlines(scene, edges, decided, out);
     add_intersection_outlines(scene, edges, motion, decided, out);
+    add_field_outlines(scene, edges, decided, out);
     add_intersections(scene, edges, options, motion, seen, decided, out);
     add_disk_intersections(scene, edges, options, decided, out);
     add_cones(scene, edges, options, decided, out);

@@ -1,0 +1,148 @@
+// Primary boundary term of distance fields: the outline of a field sweeps over the picture.
+//
+// The outline is where the camera's rays are tangent to the surface (sdf/outline_point.h). Along a segment of
+// it, x(u) is solved for, and the rest is as for edges (boundary/terms/primary.h):
+//   dI = int du (L- - L+) kappa N . (de - c),    N = D x dx/du.
+// N is parallel to the surface's normal. So only the normal velocity of the surface counts,
+// -dphi / |grad phi| for a change dphi of the field: N . de = -(N . grad phi) dphi / |grad phi|^2. On the side of the surface the radiance is that of the point itself, seen along its
+// tangent plane; on the other side it is that of what the ray meets behind it.
+#pragma once
+
+#include "boundary/samples/field_viewer.h"
+#include "boundary/terms/primary.h"
+#include "sdf/place_code.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// The point of the outline of each sample.
+struct OutlineSample {
+    Closest hit;  // of the field, at the point
+    Vec3 normal;  // out of the surface
+    Float contact;
+    Mask reversed;
+};
+
+// Moves the sample from its segment to the outline.
+EG_OUTLINE void bend_to_outline(const SceneView& scene, EdgeSample& s, OutlineSample& out) {
+    out.hit.hit = s.active;
+    out.hit.face = out.hit.mesh = out.reversed = splat(0);
+    out.hit.instance = splat(-1);
+    out.hit.b1 = out.hit.b2 = out.hit.distance = out.contact = splat(0.0f);
+    out.normal = {splat(0.0f), splat(0.0f), splat(1.0f)};
+    for (int i = 0; i < W; ++i) {
+        if (!s.active[i]) continue;
+        const int32_t face = scene.surface_of_line(s.edge[i], 0).face();
+        const FieldView& field = scene.fields[face - scene.first_field_face];
+        float a[3], b[3];
+        edge_end(scene, s.edge[i], -1, 0, a);
+        edge_end(scene, s.edge[i], -1, 1, b);
+        OutlinePoint p;
+        if (!outline_point(field, camera_viewer(field, scene.camera), a, b, s.u[i], p)) {
+            s.active[i] = 0;
+            continue;
+        }
+        Vec3* const vectors[3] = {&s.point, &s.tangent, &out.normal};
+        const float* const from[3] = {p.position, p.tangent, p.normal};
+        for (int k = 0; k < 3; ++k)
+            vectors[k]->x[i] = from[k][0], vectors[k]->y[i] = from[k][1], vectors[k]->z[i] = from[k][2];
+        uint32_t code[2];
+        encode_place(field, p.grid, code);
+        float place[2];
+        __builtin_memcpy(place, code, sizeof place);
+        out.hit.face[i] = face;
+        out.hit.b1[i] = place[0], out.hit.b2[i] = place[1];
+        out.reversed[i] = p.reversed ? -1 : 0;
+        out.contact[i] = p.contact;
+    }
+}
+
+// Estimates the radiance of both sides, as trace_sides does for edges.
+template <typename Factor>
+EG_OUTLINE TracedSample* trace_outline_sides(const SceneView& scene, const BoundaryTask& task,
+                                             Workspace& work, const Factor& factor) {
+    const int count = static_cast<int>(task.count);
+    const auto packets = static_cast<size_t>((count + W - 1) / W);
+    auto* const traced = static_cast<TracedSample*>(work.segments->grow(packets * sizeof(TracedSample), 0));
+    SegmentCursor cursor = first_segment(task);
+    const SideFace none = {splat(-1), splat(-1), splat(0), splat(0.0f)};
+    int queued = 0;
+    for (int at = 0; at < count; at += W) {
+        TracedSample& kept = traced[at / W];
+        EdgeSample& s = kept.sample;
+        // Sample a point of the outline
+        OutlineSample outline;
+        s = sample_curve(scene, task, at, cursor,
+                         [&](EdgeSample& sample) { bend_to_outline(scene, sample, outline); });
+        s.weight = select(outline.reversed, -s.weight, s.weight);
+        if (any(s.active)) {
+            kept.factor = factor(s);
+            if (!task.score) s.active &= ~(largest_component(kept.factor) == 0.0f);
+        }
+        // Find the surface behind
+        Behind behind;
+        if (any(s.active))
+            behind = look_behind(scene, s, {none, none, splat(0)}, task.limits.transparent,
+                                 GrazedField{outline.hit.face, outline.contact});
+        if (!any(s.active)) continue;
+        // Start a path on each side. The ray to the surface is turned a little, so that rounding does not
+        // decide whether it meets the front.
+        constexpr float kTurn = 1e-4f;
+        Closest hit = outline.hit;
+        hit.hit = s.active;
+        hit.mesh = mesh_of(scene, select(s.active, hit.face, splat(0)));
+        hit.distance = s.view.distance;
+        const Vec3 turned = s.view.direction - outline.normal * splat(kTurn);
+        const Vec3 direction = turned * (1.0f / sqrt(dot(turned, turned)));
+        // The surface is on the side against its normal
+        const Mask minus = dot(s.normal, outline.normal) > 0.0f;
+        const Int plus_path = lane_index() + at, minus_path = plus_path + count;
+        Closest other = hit;
+        other.hit = splat(0);
+        const auto start = [&](Int number, Vec3 along, const Closest& first) EG_INLINE_LAMBDA {
+            queued = append_start(work, queued, s.active, number, s.view.origin, along, first, zero3(), other,
+                                  behind.through, behind.passed, task.max_depth);
+        };
+        start(select(minus, minus_path, plus_path), direction, hit);
+        start(select(minus, plus_path, minus_path), s.view.direction, behind.hit);
+    }
+    // Trace all paths
+    run_appended(scene, side_paths(task), work, queued, 2 * task.count);
+    return traced;
+}
+
+// The face that stands for the field of each sample.
+EG_INLINE Int field_of_outline(const SceneView& scene, const EdgeSample& s) {
+    Int face = splat(0);
+    for (int i = 0; i < W; ++i)
+        if (s.active[i]) face[i] = scene.surface_of_line(s.edge[i], 0).face();
+    return face;
+}
+
+struct FieldCurves {
+    template <typename Factor>
+    static TracedSample* trace(const SceneView& scene, const BoundaryTask& task, Workspace& work,
+                               const Factor& factor) {
+        return trace_outline_sides(scene, task, work, factor);
+    }
+    template <typename Mode>
+    EG_INLINE static void blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
+                                 const EdgeSample& s, Vec3 color) {
+        view_blocks(mode, scene, motion, s, color);
+        if (!motion.fields.any()) return;
+        // The surface moves by -dphi / |grad phi| along its normal
+        const Int face = field_of_outline(scene, s);
+        const Vec3 g = s.normal * s.weight;
+        Float alpha = splat(0.0f);
+        for (int i = 0; i < W; ++i) {
+            if (!s.active[i]) continue;
+            const FieldView& field = scene.fields[face[i] - scene.first_field_face];
+            const FieldJet x = field_jet(field, {s.point.x[i], s.point.y[i], s.point.z[i]});
+            const auto& n = x.gradient;
+            const float square = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
+            alpha[i] = -(g.x[i] * n[0] + g.y[i] * n[1] + g.z[i] * n[2]) / (square > 1e-30f ? square : 1e-30f);
+        }
+        mode.field(s.active, face, s.point, alpha, color);
+    }
+};
+
+}  // namespace edgegrad::EDGEGRAD_ISA

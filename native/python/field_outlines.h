@@ -1,0 +1,14 @@
+// Binding of outlines of distance fields, for tests.
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+namespace edgegrad {
+
+// The outline of a field, seen from a point, as arrays: `ends` (n, 2, 3) of the segments, and for each of the
+// fractions `u` (m) of each segment `position` (n, m, 3), `tangent` (n, m, 3), and `sign` (n, m): 0 where
+// there is no point, -1 where the outline runs back.
+nanobind::dict field_outline_points(nanobind::handle values, nanobind::handle to_world,
+                                    nanobind::handle viewer, nanobind::handle u, int threads);
+
+}  // namespace edgegrad

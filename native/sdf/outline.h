@@ -1,0 +1,26 @@
+// The outline of a distance field as a list of segments, which boundary terms sample.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "sdf/outline_point.h"
+
+namespace edgegrad {
+
+// A surface of triangles near that of a field, with about as many as the surface has cells: by marching
+// tetrahedra, which leave no cracks. It guides the search for outlines. Outlines and parts of the surface
+// that are smaller than a cell may be missed.
+struct FieldCarrier {
+    std::vector<double> point, gradient;  // (vertices, 3), in grid coordinates
+    std::vector<uint32_t> triangle;       // (triangles, 3) vertices, counterclockwise as seen from outside
+};
+FieldCarrier field_carrier(const FieldView& field, int threads);
+
+// The outline of a field as segments (n, 2, 3) in the world. Their ends lie on the outline, are ordered as
+// its tangent, and are shared by neighbours. Left out are parts where the viewer's rays come out of the
+// surface.
+std::vector<float> field_outline(const FieldView& field, const FieldCarrier& carrier,
+                                 const FieldViewer& viewer, int threads);
+
+}  // namespace edgegrad

@@ -1,0 +1,215 @@
+#include "sdf/outline_point.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace edgegrad {
+namespace {
+
+using Triple = double[3];
+
+// Newton's method stops at steps of so many cells, and fails after so many steps or so far from its start.
+constexpr double kResolved = 1e-9, kFar = 1.5;
+constexpr int kMostSteps = 20;
+// Rays through points of an outline touch the surface over so many cells.
+constexpr double kContactCells = 0.125;
+
+double dot(const Triple& a, const Triple& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+void cross(const Triple& a, const Triple& b, Triple& out) {
+    for (int i = 0; i < 3; ++i) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        out[i] = a[j] * b[k] - a[k] * b[j];
+    }
+}
+void times(const double (&h)[6], const Triple& v, Triple& out) {
+    out[0] = h[0] * v[0] + h[5] * v[1] + h[4] * v[2];
+    out[1] = h[5] * v[0] + h[1] * v[1] + h[3] * v[2];
+    out[2] = h[4] * v[0] + h[3] * v[1] + h[2] * v[2];
+}
+void to_grid(const FieldView& f, const float (&p)[3], Triple& out) {
+    for (int a = 0; a < 3; ++a) {
+        const auto& m = f.to_grid[a];
+        out[a] = m[0] * static_cast<double>(p[0]) + m[1] * static_cast<double>(p[1]) +
+                 m[2] * static_cast<double>(p[2]) + m[3];
+    }
+}
+void vector_to_world(const FieldView& f, const Triple& v, Triple& out) {
+    for (int c = 0; c < 3; ++c)
+        out[c] = f.to_world[c][0] * v[0] + f.to_world[c][1] * v[1] + f.to_world[c][2] * v[2];
+}
+bool within(const FieldView& f, const Triple& x) {
+    for (int a = 0; a < 3; ++a)
+        if (!(x[a] >= 0.0 && x[a] <= f.cells(a))) return false;
+    return true;
+}
+bool near(const Triple& x, const Triple& start) {
+    const Triple d = {x[0] - start[0], x[1] - start[1], x[2] - start[2]};
+    return dot(d, d) < kFar * kFar;
+}
+
+// The two equations of the outline at a point, and the ray's direction.
+struct OutlineEquations {
+    SplineJet at;
+    Triple v, bent, gradient;  // v, H v, grad G
+    double grazing;            // G
+
+    OutlineEquations(const FieldView& f, const FieldViewer& viewer, const Triple& x) : at(spline_jet(f, x)) {
+        viewer.direction(x, v);
+        times(at.hessian, v, bent);
+        for (int a = 0; a < 3; ++a) gradient[a] = bent[a] + viewer.weight * at.gradient[a];
+        grazing = dot(at.gradient, v);
+    }
+    double curvature() const { return dot(v, bent); }
+};
+
+}  // namespace
+
+FieldViewer viewer_at(const FieldView& f, const double (&point)[3]) {
+    FieldViewer out{};
+    for (int a = 0; a < 3; ++a) {
+        const auto& m = f.to_grid[a];
+        out.from[a] = m[0] * point[0] + m[1] * point[1] + m[2] * point[2] + m[3];
+    }
+    out.weight = 1.0;
+    return out;
+}
+
+FieldViewer viewer_along(const FieldView& f, const double (&direction)[3]) {
+    FieldViewer out{};
+    for (int a = 0; a < 3; ++a) {
+        const auto& m = f.to_grid[a];
+        out.from[a] = -(m[0] * direction[0] + m[1] * direction[1] + m[2] * direction[2]);
+    }
+    return out;
+}
+
+SplineJet spline_jet(const FieldView& f, const double (&grid)[3]) {
+    double w[3][3][4];  // by axis, order and tap
+    int64_t cell[3];
+    for (int a = 0; a < 3; ++a) {
+        const int32_t last = f.cells(a) - 1;
+        cell[a] = grid[a] > 0.0 ? static_cast<int64_t>(grid[a] < last ? grid[a] : last) : 0;
+        const double u = grid[a] - static_cast<double>(cell[a]), v = 1.0 - u;
+        const double value[4] = {v * v * v / 6.0, (4.0 - 3.0 * u * u * (1.0 + v)) / 6.0,
+                                 (4.0 - 3.0 * v * v * (1.0 + u)) / 6.0, u * u * u / 6.0};
+        const double slope[4] = {-0.5 * v * v, 0.5 * u * (3.0 * u - 4.0), 0.5 * v * (4.0 - 3.0 * v),
+                                 0.5 * u * u};
+        const double bend[4] = {v, 3.0 * u - 2.0, 1.0 - 3.0 * u, u};
+        std::copy(value, value + 4, w[a][0]);
+        std::copy(slope, slope + 4, w[a][1]);
+        std::copy(bend, bend + 4, w[a][2]);
+    }
+    const int64_t step = f.size[2], slab = step * f.size[1];
+    const float* first = f.values + cell[0] * slab + cell[1] * step + cell[2];
+    SplineJet out{};
+    for (int i = 0; i < 4; ++i) {
+        double plane[3][3] = {};  // by the orders along y and z, whose sum is at most 2
+        for (int j = 0; j < 4; ++j) {
+            const float* row = first + i * slab + j * step;
+            double along[3] = {};
+            for (int k = 0; k < 4; ++k)
+                for (int order = 0; order < 3; ++order)
+                    along[order] += static_cast<double>(row[k]) * w[2][order][k];
+            for (int y = 0; y < 3; ++y)
+                for (int z = 0; y + z < 3; ++z) plane[y][z] += w[1][y][j] * along[z];
+        }
+        const double x0 = w[0][0][i], x1 = w[0][1][i], x2 = w[0][2][i];
+        out.value += x0 * plane[0][0];
+        out.gradient[0] += x1 * plane[0][0];
+        out.gradient[1] += x0 * plane[1][0];
+        out.gradient[2] += x0 * plane[0][1];
+        out.hessian[0] += x2 * plane[0][0];
+        out.hessian[1] += x0 * plane[2][0];
+        out.hessian[2] += x0 * plane[0][2];
+        out.hessian[3] += x0 * plane[1][1];
+        out.hessian[4] += x1 * plane[0][1];
+        out.hessian[5] += x1 * plane[1][0];
+    }
+    return out;
+}
+
+bool pull_to_outline(const FieldView& f, const FieldViewer& viewer, double (&grid)[3], bool& clear) {
+    const Triple start = {grid[0], grid[1], grid[2]};
+    for (int step = 0; step < kMostSteps; ++step) {
+        const OutlineEquations e(f, viewer, grid);
+        clear = e.curvature() > 0.0;
+        const double gg = dot(e.at.gradient, e.at.gradient), gh = dot(e.at.gradient, e.gradient),
+                     hh = dot(e.gradient, e.gradient), det = gg * hh - gh * gh;
+        if (!(det > 0.0)) return false;
+        const double a = (-e.at.value * hh + e.grazing * gh) / det,
+                     b = (-e.grazing * gg + e.at.value * gh) / det;
+        double square = 0.0;
+        for (int k = 0; k < 3; ++k) {
+            const double d = a * e.at.gradient[k] + b * e.gradient[k];
+            grid[k] += d, square += d * d;
+        }
+        if (!near(grid, start)) return false;
+        if (square < kResolved * kResolved) return within(f, grid);
+    }
+    return false;
+}
+
+bool outline_point(const FieldView& f, const FieldViewer& viewer, const float (&a)[3], const float (&b)[3],
+                   float u, OutlinePoint& out) {
+    Triple from, way, start;
+    to_grid(f, a, from);
+    to_grid(f, b, way);
+    for (int k = 0; k < 3; ++k) {
+        way[k] -= from[k];
+        start[k] = from[k] + static_cast<double>(u) * way[k];
+        out.grid[k] = start[k];
+    }
+    // Solve phi = 0, G = 0 and the plane's equation by Cramer's rule
+    for (int step = 0;; ++step) {
+        if (step == kMostSteps) return false;
+        const OutlineEquations e(f, viewer, out.grid);
+        const Triple off = {out.grid[0] - start[0], out.grid[1] - start[1], out.grid[2] - start[2]};
+        Triple tangent, second, third;
+        cross(e.at.gradient, e.gradient, tangent);
+        cross(e.gradient, way, second);
+        cross(way, e.at.gradient, third);
+        const double det = dot(tangent, way);
+        if (!(std::abs(det) > 0.0)) return false;
+        double square = 0.0;
+        for (int k = 0; k < 3; ++k) {
+            const double d =
+                -(e.at.value * second[k] + e.grazing * third[k] + dot(way, off) * tangent[k]) / det;
+            out.grid[k] += d, square += d * d;
+        }
+        if (!near(out.grid, start)) return false;
+        if (square < kResolved * kResolved) break;
+    }
+    const OutlineEquations e(f, viewer, out.grid);
+    if (!within(f, out.grid) || !(e.curvature() > 0.0)) return false;
+    // The ray must be outside of the surface before and behind the contact
+    const double ray = std::sqrt(dot(e.v, e.v));
+    for (const double side : {-1.0, 1.0}) {
+        Triple x;
+        for (int k = 0; k < 3; ++k) x[k] = out.grid[k] + side * kContactCells / ray * e.v[k];
+        if (within(f, x) && spline_jet(f, x).value < 0.0) return false;
+    }
+    Triple tangent, world, normal, view;
+    cross(e.at.gradient, e.gradient, tangent);
+    const double det = dot(tangent, way), scale = dot(way, way) / det;
+    for (double& t : tangent) t *= scale;
+    vector_to_world(f, tangent, world);
+    vector_to_world(f, e.v, view);
+    for (int c = 0; c < 3; ++c)
+        normal[c] = f.to_grid[0][c] * e.at.gradient[0] + f.to_grid[1][c] * e.at.gradient[1] +
+                    f.to_grid[2][c] * e.at.gradient[2];
+    const double slope = std::sqrt(dot(normal, normal));
+    if (!(slope > 0.0)) return false;
+    for (int c = 0; c < 3; ++c) {
+        const auto& m = f.to_world[c];
+        out.position[c] =
+            static_cast<float>(m[0] * out.grid[0] + m[1] * out.grid[1] + m[2] * out.grid[2] + m[3]);
+        out.normal[c] = static_cast<float>(normal[c] / slope);
+        out.tangent[c] = static_cast<float>(world[c]);
+    }
+    out.slope = static_cast<float>(slope);
+    out.reversed = det < 0.0;
+    out.contact = static_cast<float>(kContactCells * std::sqrt(dot(view, view)) / ray);
+    return true;
+}
+
+}  // namespace edgegrad

@@ -1,0 +1,119 @@
+"""Outlines of distance fields by themselves: their points, their lengths, and their cover without gaps."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from edgegrad import Field, _native
+from tests.support.fields.splines import Floats, evaluate, exact_sphere, sampled, torus
+from tests.support.picture_differences import need_every_table
+
+# Gauss-Legendre places and weights within each segment.
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)
+U = (0.5 * (NODES + 1.0)).astype(np.float32)
+
+
+@pytest.fixture(autouse=True)
+def _native_engine() -> None:
+    need_every_table()
+
+
+def outline(field: Field, viewer: Floats, u: Floats = U, threads: int = 2) -> dict[str, Floats]:
+    found = _native.field_outline_points(
+        field.values, np.ascontiguousarray(field.grid_to_world()), np.asarray(viewer, float),
+        np.asarray(u, np.float32), threads)
+    return {name: value.astype(float) for name, value in found.items()}
+
+
+def length(found: dict[str, Floats]) -> float:
+    """The length of the outline, by the points that samples take."""
+    speed = found["sign"] * np.linalg.norm(found["tangent"], axis=-1)
+    return float(np.sum(speed * 0.5 * WEIGHTS))
+
+
+def unmatched(ends: Floats) -> int:
+    """How many ends of segments are not the start of another one, or the other way round."""
+    count: Counter[tuple[float, ...]] = Counter()
+    for start, end in ends:
+        count[tuple(start)] += 1
+        count[tuple(end)] -= 1
+    return sum(abs(n) for n in count.values())
+
+
+@pytest.mark.parametrize("distance", [0.9, 1.5, 20.0])
+@pytest.mark.parametrize("size", [9, 24])
+def test_sphere(distance: float, size: int) -> None:
+    """A circle, whatever the grid."""
+    radius, way = 0.7, np.array([0.3, -0.5, 0.8])
+    way /= np.linalg.norm(way)
+    found = outline(exact_sphere(radius, size), distance * way)
+    assert np.all(found["sign"] != 0.0)
+    ring = radius * np.sqrt(1.0 - (radius / distance) ** 2)
+    along = found["position"] @ way
+    assert np.allclose(along, radius**2 / distance, atol=2e-6)
+    across = np.linalg.norm(found["position"] - along[..., None] * way, axis=-1)
+    assert np.allclose(across, ring, atol=2e-6)
+    assert length(found) == pytest.approx(2 * np.pi * ring, rel=1e-5)
+    assert unmatched(found["ends"]) == 0
+
+
+def test_an_affine_map_keeps_the_outline() -> None:
+    """An ellipsoid that is turned and mirrored: its points are tangent to rays, and its segments are closed."""
+    transform = np.array([[-1.2, 0.3, 0.0, 0.2], [0.2, 0.6, 0.5, -0.1], [0.1, -0.4, 0.9, 0.3], [0, 0, 0, 1.0]])
+    field = exact_sphere(0.7, 20, transform=transform)
+    viewer = np.array([1.5, -2.0, 1.0])
+    found = outline(field, viewer)
+    value, gradient = evaluate(field, found["position"].reshape(-1, 3))
+    v = found["position"].reshape(-1, 3) - viewer
+    assert np.max(np.abs(value)) < 1e-5
+    assert np.max(np.abs(np.sum(gradient * v, axis=-1))) < 1e-4
+    assert unmatched(found["ends"]) == 0
+
+
+def test_torus_from_its_axis() -> None:
+    """Two circles: the outer one, and that of the hole."""
+    major, minor, height = 0.55, 0.25, 2.0
+    found = outline(sampled(torus, 67), np.array([0.0, 0.0, height]))
+    # Tangents from (0, height) to the circle about (major, 0) in the plane of (distance from the axis, z)
+    distance = np.hypot(major, height)
+    to_eye, turn = np.arctan2(height, -major), np.arccos(minor / distance)
+    rings = [major + minor * np.cos(to_eye + s * turn) for s in (-1, 1)]
+    assert length(found) == pytest.approx(2 * np.pi * sum(rings), rel=2e-3)
+    at = np.linalg.norm(found["position"][found["sign"] != 0][:, :2], axis=-1)
+    assert np.all(np.min(np.abs(at[:, None] - np.array(rings)), axis=1) < 2e-3)
+    assert unmatched(found["ends"]) == 0
+
+
+@pytest.mark.parametrize("size", [20, 43])
+def test_cover_of_a_torus(size: int) -> None:
+    """Seen at an angle: the outline has cusps. Other fractions of the segments give the same length."""
+    field, viewer = sampled(torus, size), np.array([0.6, -2.0, 1.1])
+    found = outline(field, viewer)
+    fine = outline(field, viewer, np.linspace(0.005, 0.995, 100))
+    speed = fine["sign"] * np.linalg.norm(fine["tangent"], axis=-1)
+    assert length(found) == pytest.approx(float(np.sum(speed) / 100), rel=0.01)
+    value, gradient = evaluate(field, fine["position"][fine["sign"] != 0])
+    v = fine["position"][fine["sign"] != 0] - viewer
+    assert np.max(np.abs(value)) < 1e-5
+    assert np.max(np.abs(np.sum(gradient * v, axis=-1))) < 1e-4
+    # Neighbouring segments meet in the same point: the ends' own points are the ends
+    ends = outline(field, viewer, np.array([0.0, 1.0]))
+    gap = np.linalg.norm(ends["position"] - ends["ends"], axis=-1)[ends["sign"] != 0]
+    assert np.max(gap) < 1e-5
+
+
+def test_memory_grows_with_the_surface() -> None:
+    segments = [len(outline(sampled(torus, n), np.array([0.6, -2.0, 1.1]))["ends"]) for n in (20, 37, 71)]
+    assert 1.5 < segments[1] / segments[0] < 2.7
+    assert 1.5 < segments[2] / segments[1] < 2.7
+
+
+def test_threads() -> None:
+    field, viewer = sampled(torus, 24), np.array([0.6, -2.0, 1.1])
+    one = outline(field, viewer, threads=1)
+    for threads in (2, 5):
+        other = outline(field, viewer, threads=threads)
+        assert all(np.array_equal(one[name], other[name]) for name in one)

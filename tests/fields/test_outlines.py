@@ -1,0 +1,118 @@
+"""The outlines of distance fields that the camera sees: derivatives of pictures by what moves them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import edgegrad
+from edgegrad import Field, Material, PointLight, Scene, World, plan
+from edgegrad.expression.nodes import Coordinates, VectorMath
+from tests.support.fields.splines import Floats, exact_sphere, sampled, torus
+from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose, need_every_table
+from tests.support.small_scenes import camera, matte, rectangle
+
+GLOW = Material(np.zeros(3), np.array([3.0, 2.0, 1.0]))
+SKY = World(np.array([0.2, 0.5, 1.0]))
+SHIFT = (1.0, 0.5, 0.4)
+
+
+@pytest.fixture(autouse=True)
+def _native() -> None:
+    need_every_table()
+
+
+def doughnut(size: int = 28, **others: object) -> Field:
+    """A torus, which hides a part of itself where it is seen at an angle."""
+    return sampled(torus, size, **others)
+
+
+def over_a_sheet(fields: Mapping[str, Field], **others: object) -> Scene:
+    """Fields in front of a textured sheet that glows, and behind the corner of another one."""
+    position = VectorMath("SCALE", Coordinates("POSITION"), scale=0.5)
+    pattern = Material(np.zeros(3), textures={"emission": VectorMath("ADD", position, (1.0, 1.0, 1.0))})
+    meshes = {"behind": rectangle((0.3, 0.0, -1.2), (1.2, 0.0, 0.2), (0.0, 1.4, 0.0), "pattern"),
+              "before": rectangle((0.7, 0.5, 1.2), (0.3, 0.1, 0.0), (0.0, 0.4, 0.1), "lamp")}
+    return Scene(**({"camera": camera((0.4, -0.5, 3.0), size=16), "meshes": meshes, "world": SKY, "fields": fields,
+                     "materials": {"pattern": pattern, "lamp": GLOW, "clay": matte(0.7, 0.6, 0.5)}} | others))
+
+
+def shifted(scene: Scene, theta: float) -> tuple[Scene, Mapping[str, Floats]]:
+    """The scene with its camera shifted, and the tangent of the shift."""
+    to_world, tangent = np.array(scene.camera.to_world, float), np.zeros((4, 4))
+    tangent[:3, 3] = SHIFT
+    return replace(scene, camera=replace(scene.camera, to_world=to_world + theta * tangent)), {
+        "camera.to_world": tangent}
+
+
+FIELDS = {
+    "sphere": lambda: {"ball": exact_sphere(0.7, 20)},
+    "torus": lambda: {"ring": doughnut()},
+    "placed": lambda: {"ring": replace(doughnut(), transform=np.array(
+        [[0.8, 0.1, 0.5, 0.1], [-0.3, 1.0, 0.2, 0.0], [-0.6, -0.2, 0.7, 0.1], [0.0, 0.0, 0.0, 1.0]]))},
+    "mirrored": lambda: {"ring": replace(doughnut(), transform=np.diag([-1.0, 1.2, 1.0, 1.0]))},
+}
+
+
+@pytest.mark.parametrize("shape", list(FIELDS))
+def test_the_camera_moves(shape: str) -> None:
+    """Emitters alone: the outline is nearly all that changes, before a sheet and behind the edges of another."""
+    scene = over_a_sheet(FIELDS[shape]())
+    check_agreement(lambda theta: shifted(scene, theta), max_depth=1, eps=0.02, seeds=8)
+
+
+def test_two_fields() -> None:
+    """One field hides a part of the outline of the other."""
+    fields = {"ball": replace(exact_sphere(0.5, 20), transform=np.array(
+        [[1.0, 0, 0, 0.2], [0, 1.0, 0, -0.5], [0, 0, 1.0, 0.9], [0, 0, 0, 1.0]])), "ring": doughnut(material="red")}
+    scene = over_a_sheet(fields)
+    scene.materials["red"] = matte(0.9, 0.1, 0.1)
+    check_agreement(lambda theta: shifted(scene, theta), max_depth=1, eps=0.02, seeds=8)
+
+
+@pytest.mark.parametrize("kind", ["ORTHOGRAPHIC", "EQUIRECTANGULAR"])
+def test_cameras(kind: str) -> None:
+    """Parallel rays, whose camera turns, and a panorama from nearby."""
+    seen_by = camera((0.4, -0.5, 3.0), size=16)
+    if kind == "ORTHOGRAPHIC":
+        seen_by = replace(seen_by, kind=kind, ortho_width=2.2)
+    else:
+        seen_by = replace(camera((0.3, -0.2, 1.7), size=16), kind=kind, longitude=np.array([-0.6, 0.6]),
+                          latitude=np.array([-0.6, 0.6]))
+    scene = over_a_sheet({"ring": doughnut()}, camera=seen_by)
+    check_agreement(lambda theta: shifted(scene, theta), max_depth=1, eps=0.02, seeds=8)
+
+
+@pytest.mark.parametrize("shape", ["sphere", "torus"])
+def test_shading_at_the_outline(shape: str) -> None:
+    """A light moves with the camera, which therefore sees no shadow. Nothing else lights the field."""
+    scene = over_a_sheet(FIELDS[shape](), world=World(np.zeros(3)))
+    del scene.meshes["before"]
+    scene.meshes["behind"].visible_to = frozenset(["camera"])
+
+    def at(theta: float) -> tuple[Scene, Mapping[str, Floats]]:
+        moved, tangent = shifted(scene, theta)
+        lamp = PointLight(moved.camera.to_world[:3, 3].copy(), power=150.0)
+        return replace(moved, lights={"lamp": lamp}), {**tangent, "lights.lamp.position": np.array(SHIFT)}
+
+    check_agreement(at, max_depth=2, eps=0.02, seeds=8)
+
+
+def test_both_modes() -> None:
+    scene = over_a_sheet({"ring": doughnut()})
+    check_transpose(lambda _: scene, ["camera.to_world"], spp=8, max_depth=3)
+    check_equal_bits(lambda _: scene, ["camera.to_world"], spp=4, max_depth=3)
+
+
+def test_the_plan_names_what_is_computed() -> None:
+    scene = over_a_sheet({"ring": doughnut()})
+    assert "the outlines of the distance fields ring" in str(plan(scene, ["camera.to_world"], max_depth=1))
+    assert not any("outlines" in said for said in plan(scene, ["camera.to_world"], max_depth=1).missing)
+    scene.camera.aperture_radius = 0.1
+    scene.camera.focus_distance = 3.0
+    assert any("through a lens" in said for said in plan(scene, ["camera.to_world"], max_depth=1).missing)
+    found = edgegrad.Renderer(scene).render_backward(np.ones((16, 16, 3)), ["camera.to_world"], spp=4, max_depth=1)
+    assert np.all(np.isfinite(found["camera.to_world"]))

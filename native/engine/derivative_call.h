@@ -34,6 +34,7 @@ struct Engine::DerivativeCall {
         visit(first_passes(mode));
         if (specular) specular->guide();
         thin_interior(guide_second_passes(boundaries), pilot, memory);
+        distribute_interior(pilot, memory);
         visit(later_passes(mode));
     }
     std::vector<TermPass> first_passes(DerivativeMode mode) const;
@@ -52,11 +53,20 @@ struct Engine::DerivativeCall {
     // of the interior term if its variance is far lower (engine/interior_pilot.cpp).
     void thin_interior(double boundary_variance, const Progress& progress,
                        std::vector<ThreadMemory>& of_thread);
+    // Called after that. Gives the pixels in which the interior term has more variance more of its samples.
+    void distribute_interior(const Progress& progress, std::vector<ThreadMemory>& of_thread);
     // Divides the number of samples of the interior term.
     void divide_interior(int by);
     // Whether only positions of vertices and of the camera are requested.
     bool requests_motion_alone() const;
     bool may_thin_interior() const;
+    bool may_distribute_interior() const;
+    // The tables with tangents along a motion, which are zero before.
+    DifferentiableTables along_motion(TableValues& motion) const;
+    // Adds the estimated variances of the means of the pilot's pixels, all channels, in one of its chunks,
+    // and the part of their samples that has a derivative (null: not counted).
+    void add_variance(const ImagePlan& pilot, const DifferentiableTables& along, int64_t chunk,
+                      ThreadMemory& memory, double* by_pixel, double* touched) const;
     double interior_variance(const Progress& progress, std::vector<ThreadMemory>& of_thread) const;
     // Derivatives by strengths and colours reuse the picture's random numbers, and so do derivatives that are
     // requested with them.

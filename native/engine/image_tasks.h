@@ -2,7 +2,11 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
+#include <utility>
+#include <vector>
 
+#include "scene/view.h"
 #include "tasks/block_sizes.h"
 #include "tasks/image_task.h"
 #include "tasks/render_options.h"
@@ -34,8 +38,30 @@ struct ImagePlan {
         return p;
     }
 
-    // Visits the tasks of a chunk: one, unless a single pixel has more samples than a task holds. Stops if
-    // the call is cancelled.
+    // The same with a number of samples per pixel for each chunk.
+    ImagePlan with_numbers(std::vector<int32_t> by_chunk) const {
+        ImagePlan p = *this;
+        p.numbers = std::move(by_chunk);
+        const int32_t most = *std::max_element(p.numbers.begin(), p.numbers.end());
+        while (p.sample_bits >= 0 && p.sample_bits < 31 && 1 << p.sample_bits < most) ++p.sample_bits;
+        return p;
+    }
+
+    // Samples per pixel of a chunk.
+    int samples_of(int64_t chunk) const {
+        return numbers.empty() ? options.samples : numbers[static_cast<size_t>(chunk)];
+    }
+
+    int64_t all_samples() const {
+        if (numbers.empty()) return pixels * options.samples;
+        int64_t sum = 0;
+        for (int64_t chunk = 0; chunk < chunks; ++chunk)
+            sum += samples_of(chunk) * std::min<int64_t>(per_chunk, pixels - chunk * per_chunk);
+        return sum;
+    }
+
+    // Visits the tasks of a chunk: one, unless its pixels have more samples than a task holds. Stops if the
+    // call is cancelled.
     template <typename F>
     void for_each_task(int64_t chunk, const F& run) const {
         const int64_t first = chunk * per_chunk;
@@ -51,12 +77,15 @@ struct ImagePlan {
         task.column = task.first_pixel % camera.width;
         task.skipped_row = camera.full_width - camera.width;
         task.skipped_all = camera.window_y * camera.full_width + camera.window_x;
-        task.weight = 1.0f / static_cast<float>(options.samples);
+        const int samples = samples_of(chunk);
+        task.weight = 1.0f / static_cast<float>(samples);
         task.sample_bits = sample_bits;
         task.mirrored_pairs = mirrored_pairs;
-        for (int sample = 0; sample < options.samples && !cancelled(); sample += paths) {
+        const int most =
+            task.pixel_count * samples <= paths ? samples : std::max(1, paths / task.pixel_count);
+        for (int sample = 0; sample < samples && !cancelled(); sample += most) {
             task.first_sample = sample;
-            task.samples = std::min(paths, options.samples - sample);
+            task.samples = std::min(most, samples - sample);
             run(task);
         }
     }
@@ -75,6 +104,7 @@ struct ImagePlan {
     int64_t chunks;
     int32_t sample_bits = -1;
     bool mirrored_pairs = false;
+    std::vector<int32_t> numbers;  // samples per pixel by chunk; empty: the options'
 };
 
 }  // namespace edgegrad

@@ -109,7 +109,7 @@ class PictureTerm : public Term {
     PictureTerm(DerivativeTerm of, Part what, ImagePlan of_paths)
         : Term(of, what), plan_(std::move(of_paths)) {}
     const ImagePlan& plan() const { return plan_; }
-    int64_t samples(int) const final { return plan_.pixels * plan_.options.samples; }
+    int64_t samples(int) const final { return plan_.all_samples(); }
     int64_t chunks(int) const final { return plan_.chunks; }
     bool has_splats() const final { return false; }
     bool drops_by_pixel() const final { return true; }

@@ -142,7 +142,8 @@ def test_a_mesh_of_the_same_room() -> None:
     spacing = 2.4 / 21  # the spline of the samples of x^2 is x^2 + spacing^2 / 3
     v, u = np.meshgrid(np.linspace(0, np.pi, count + 2)[1:-1], np.linspace(0, 2 * np.pi, 2 * count, endpoint=False),
                        indexing="ij")
-    sphere = np.stack([np.sin(v) * np.cos(u), np.sin(v) * np.sin(u), np.cos(v)], axis=-1).reshape(-1, 3)
+    # The poles, which are left open, are not in the picture
+    sphere = np.stack([np.cos(v), np.sin(v) * np.cos(u), np.sin(v) * np.sin(u)], axis=-1).reshape(-1, 3)
     i, j = np.meshgrid(np.arange(count - 1), np.arange(2 * count), indexing="ij")
     corner = [(i + a) * 2 * count + (j + b) % (2 * count) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))]
     faces = np.stack([corner[k] for k in (0, 1, 2, 0, 2, 3)], axis=-1).reshape(-1, 3).astype(np.int32)

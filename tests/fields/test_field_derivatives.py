@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 import edgegrad
-from edgegrad import Material, PointLight, Scene, World
+from edgegrad import Material, Mesh, PointLight, Scene, World
 from edgegrad.scene import parameters
 from tests.support.fields.splines import Floats, points, sampled
 from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose, need_every_table
@@ -133,6 +134,27 @@ def test_one_coefficient() -> None:
         return scene, {"fields.bowl.values": tangent}
 
     check_agreement(at, max_depth=2, eps=0.01, seeds=8)
+
+
+def test_a_mesh_of_the_same_room() -> None:
+    """A translation moves a field as it moves the finely triangulated mesh of its surface."""
+    scene, count = room("matte"), 200
+    spacing = 2.4 / 21  # the spline of the samples of x^2 is x^2 + spacing^2 / 3
+    v, u = np.meshgrid(np.linspace(0, np.pi, count + 2)[1:-1], np.linspace(0, 2 * np.pi, 2 * count, endpoint=False),
+                       indexing="ij")
+    # The poles, which are left open, are not in the picture
+    sphere = np.stack([np.cos(v), np.sin(v) * np.cos(u), np.sin(v) * np.sin(u)], axis=-1).reshape(-1, 3)
+    i, j = np.meshgrid(np.arange(count - 1), np.arange(2 * count), indexing="ij")
+    corner = [(i + a) * 2 * count + (j + b) % (2 * count) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    faces = np.stack([corner[k] for k in (0, 1, 2, 0, 2, 3)], axis=-1).reshape(-1, 3).astype(np.int32)
+    mesh = Mesh(sphere * np.sqrt(0.8 - spacing**2), faces, ("clay",), smoothing=faces)
+    meshed = replace(scene, fields={}, meshes={"bowl": mesh})
+    tangent = direction_of(scene, "translation")
+    options: dict[str, Any] = {"spp": 16, "max_depth": 2}
+    found = edgegrad.render_forward(scene, {"fields.bowl.transform": tangent}, **options)
+    motion = np.tile(tangent[:3, 3], (len(sphere), 1))
+    wanted = edgegrad.render_forward(meshed, {"meshes.bowl.vertices": motion}, **options)
+    assert np.linalg.norm(found - wanted) < 1e-3 * np.linalg.norm(wanted)
 
 
 @pytest.mark.parametrize("kind", list(MATERIALS))

@@ -2,9 +2,9 @@
 
 ``python -m tests.benchmarks.fields`` prints CPU seconds of pictures (256 x 256 pixels, 16 samples) of a torus, as a
 field of 128^3 coefficients and as a smooth mesh of 200,000 triangles, in turns: in an even environment, and over a
-floor in the light of a rectangle, with the gradient by all coefficients beside the picture. Then it prints seconds of preparing a field, of an update of one corner and of all
-coefficients, and of a picture, for fields of 64^3 to 512^3 coefficients, and the memory that they take beside the
-coefficients.
+floor in the light of a rectangle, with the gradient by all coefficients beside the picture.
+Then it prints seconds of preparing a field, of an update of one corner and of all coefficients, and of a picture, for
+fields of 64^3 to 512^3 coefficients, and the memory that they take beside the coefficients.
 """
 
 from __future__ import annotations

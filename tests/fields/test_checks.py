@@ -7,7 +7,7 @@ import pytest
 
 import edgegrad
 from edgegrad import Field, Scene
-from edgegrad.expression.nodes import Attribute, Coordinates
+from edgegrad.expression import Attribute, Coordinates
 from edgegrad.scene import parameters
 from tests.support.fields.splines import exact_sphere
 from tests.support.small_scenes import camera, matte, need, rectangle

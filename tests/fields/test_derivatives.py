@@ -11,7 +11,7 @@ import pytest
 
 import edgegrad
 from edgegrad import Field, Material, PointLight, Renderer, Scene, SunLight, World, plan
-from edgegrad.expression.nodes import Coordinates, VectorMath
+from edgegrad.expression import Coordinates, VectorMath
 from tests.support.fields.splines import Floats, exact_sphere, sampled
 from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose, need_every_table
 from tests.support.small_scenes import camera, matte, rectangle

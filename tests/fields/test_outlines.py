@@ -10,7 +10,7 @@ import pytest
 
 import edgegrad
 from edgegrad import Field, Material, PointLight, Scene, World, plan
-from edgegrad.expression.nodes import Coordinates, VectorMath
+from edgegrad.expression import Coordinates, VectorMath
 from tests.support.fields.splines import Floats, exact_sphere, sampled, torus
 from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose, need_every_table
 from tests.support.small_scenes import camera, matte, rectangle
@@ -62,6 +62,45 @@ def test_the_camera_moves(shape: str) -> None:
     """Emitters alone: the outline is nearly all that changes, before a sheet and behind the edges of another."""
     scene = over_a_sheet(FIELDS[shape]())
     check_agreement(lambda theta: shifted(scene, theta), max_depth=1, eps=0.02, seeds=8)
+
+
+def bent(scene: Scene, theta: float, what: str) -> tuple[Scene, Mapping[str, Floats]]:
+    """The scene with a changed field, and the tangent of its parameter."""
+    (name, field), = scene.fields.items()
+    if what == "values":
+        x, y, z = (np.linspace(-1.0, 1.0, n) for n in field.values.shape)
+        tangent = 0.15 + 0.1 * np.cos(2.0 * x[:, None, None] + 1.0) * np.sin(3.0 * y[None, :, None]) + 0.05 * z
+        moved = replace(field, values=(field.values + theta * tangent).astype(np.float32))
+    else:
+        tangent = np.zeros((4, 4))
+        tangent[:3] = [[0.2, -0.5, 0.3, 0.5], [0.5, -0.1, -0.4, -0.3], [-0.3, 0.4, 0.1, 0.4]]
+        moved = replace(field, transform=field.transform + theta * tangent)
+    return replace(scene, fields={name: moved}), {f"fields.{name}.{what}": tangent}
+
+
+@pytest.mark.parametrize("what", ["values", "transform"])
+@pytest.mark.parametrize("shape", ["sphere", "torus", "placed"])
+def test_the_field_moves(shape: str, what: str) -> None:
+    """Emitters alone, so that the outline is all that changes."""
+    scene = over_a_sheet(FIELDS[shape]())
+    check_agreement(lambda theta: bent(scene, theta, what), max_depth=1, eps=0.02, seeds=8)
+
+
+@pytest.mark.parametrize("what", ["values", "transform"])
+def test_shading_of_a_field_that_moves(what: str) -> None:
+    """A lamp at the camera alone lights the field: no shadow is in view, but shading and outline change."""
+    scene = over_a_sheet(FIELDS["sphere"](), world=World(np.zeros(3)), lights={
+        "lamp": PointLight(np.array([0.4, -0.5, 3.0]), power=150.0)})
+    del scene.meshes["before"]
+    scene.meshes["behind"].visible_to = frozenset(["camera"])
+    check_agreement(lambda theta: bent(scene, theta, what), max_depth=2, eps=0.02, seeds=8)
+
+
+def test_both_modes_by_the_field() -> None:
+    scene = over_a_sheet({"ring": doughnut()})
+    paths = ["fields.ring.values", "fields.ring.transform", "camera.to_world"]
+    check_transpose(lambda _: scene, paths, spp=8, max_depth=3)
+    check_equal_bits(lambda _: scene, paths, spp=4, max_depth=3)
 
 
 def test_two_fields() -> None:

@@ -46,7 +46,9 @@ class MainPanel(bpy.types.Panel):
         column.operator("edgegrad.target_add", text="", icon="ADD")
         column.operator("edgegrad.target_remove", text="", icon="REMOVE")
         if settings.active_target < len(settings.targets):
-            layout.prop(settings.targets[settings.active_target], "mask")
+            target = settings.targets[settings.active_target]
+            layout.prop(target, "mask")
+            layout.prop(target, "view")
         column = layout.column(heading="Selected")
         column.prop(settings, "vertices")
         column.prop(settings, "base_color")

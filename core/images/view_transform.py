@@ -3,7 +3,7 @@
 A target with a view transform could be compared with a render in two ways: the transform T is applied to the render, or
 it is undone in the target. It is undone here, for two reasons. Renders of a fit are noisy, and the mean of T(render) is
 not T(mean): the gradient of |T(I) - P|² is biased at the truth, by half the curvature of T times the variance of I. The
-difference I - T⁻¹(P) is linear in I, and hence unbiased. And a target does not change during a fit, so it is undone once.
+difference I - T⁻¹(P) is linear in I, and hence unbiased. And a target is undone only once per fit.
 
 An inverse magnifies the noise of rounding where T is flat, in bright and in very saturated colours. Its standard
 deviation follows from the derivative of T and becomes a weight per pixel (`targets`). A pixel with a channel at its

@@ -108,7 +108,7 @@ def test_what_cannot_be_undone_is_named(tmp_path: Any, monkeypatch: Any) -> None
 
 
 def test_gradient_at_the_truth_is_zero_within_noise(tmp_path: Any) -> None:
-    """Of an 8-bit AgX picture by Cycles of the same scene; read as sRGB, it is far from zero."""
+    """Of an 8-bit AgX picture by Cycles of the same scene; if it is read as sRGB, the gradient is far from zero."""
     scene = ball()
     scene.cycles.samples = 256
     path = saved(tmp_path / "agx.png", scene)
@@ -126,11 +126,12 @@ def test_gradient_at_the_truth_is_zero_within_noise(tmp_path: Any) -> None:
         return np.array(out)
 
     def z(values: Any) -> Any:
-        """Mean over standard error of the fit's noise and of a systematic error of 0.5 % of light by codes."""
+        """Mean, and its standard error by the noise of the renders."""
         return np.abs(values.mean(axis=0)), values.std(axis=0, ddof=1) / np.sqrt(len(values))
 
     mean, error = z(gradients("AUTO"))
     wrong, _ = z(gradients("SRGB"))
+    # The target's own noise is not in the standard error; 2 % of the wrong gradient allows for it.
     assert (mean < 5 * error + 0.02 * wrong).all(), (mean, error, wrong)
     assert (wrong > 50 * mean).any()
 

@@ -10,7 +10,7 @@ import argparse
 import contextlib
 import sys
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -31,6 +31,7 @@ from .fit_output import FitOutput
 from .parameters import Names
 from .problem import Problem
 from .session import Picture, Request, Session, camera_names, find_camera
+from .view_transforms import AUTO
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -71,6 +72,9 @@ def _parser() -> argparse.ArgumentParser:
                      help="target picture of a camera (the name may contain =; the longest match is used)")  # fmt: skip
     fit.add_argument("--mask", action="append", default=[], metavar="CAMERA=FILE",
                      help="mask of a camera's target: black pixels are ignored")  # fmt: skip
+    fit.add_argument("--view", action="append", default=[], metavar="[CAMERA=]VIEW",
+                     help="view transform of the targets, or of one: auto (default), scene, sRGB, Standard, AgX, "
+                     "Filmic or another of Blender's")  # fmt: skip
     fit.add_argument("--iterations", type=_positive, default=200)
     fit.add_argument("--views-per-iteration", type=_positive, metavar="N", help="pictures per iteration (default: all)")
     fit.add_argument("--smoothness", type=float,
@@ -166,7 +170,7 @@ def _open(arguments: argparse.Namespace) -> None:
         _print_warnings([warning])
 
 
-def _by_camera(option: str, texts: Sequence[str]) -> dict[str, str]:
+def _by_camera(option: str, texts: Sequence[str], what: str = "FILE") -> dict[str, str]:
     cameras = sorted(camera_names(bpy.context.scene), key=len, reverse=True)
     out: dict[str, str] = {}
     for text in texts:
@@ -174,11 +178,23 @@ def _by_camera(option: str, texts: Sequence[str]) -> dict[str, str]:
         named = next((name for name in cameras if text.startswith(f"{name}=")), text.partition("=")[0])
         camera, path = named, text[len(named) + 1 :]
         if not camera or not path:
-            raise Problem(f"{option} '{text}': must have the form CAMERA=FILE")
+            raise Problem(f"{option} '{text}': must have the form CAMERA={what}")
         if camera in out:
             raise Problem(f"{option} '{text}': camera '{camera}' already has a {option.removeprefix('--')}")
         out[camera] = path
     return out
+
+
+def _views(texts: Sequence[str], targets: Mapping[str, str]) -> dict[str, str]:
+    """Return the view transform of each target; one without a camera is that of all others."""
+    general = [text for text in texts if "=" not in text]
+    if len(general) > 1:
+        raise Problem(f"--view '{general[1]}': --view '{general[0]}' is given too; name a camera, as CAMERA=VIEW")
+    own = _by_camera("--view", [text for text in texts if "=" in text], "VIEW")
+    for camera, view in own.items():
+        if camera not in targets:
+            raise Problem(f"--view '{camera}={view}': camera '{camera}' has no --target")
+    return {camera: own.get(camera, general[0] if general else AUTO) for camera in targets}
 
 
 def _request(arguments: argparse.Namespace) -> Request:
@@ -187,8 +203,9 @@ def _request(arguments: argparse.Namespace) -> Request:
     for camera in masks:
         if camera not in targets:
             raise Problem(f"--mask '{camera}={masks[camera]}': camera '{camera}' has no --target")
+    views = _views(arguments.view, targets)
     return Request(
-        pictures=[Picture(camera, path, masks.get(camera, "")) for camera, path in targets.items()],
+        pictures=[Picture(camera, path, masks.get(camera, ""), views[camera]) for camera, path in targets.items()],
         names=_names(arguments),
         iterations=arguments.iterations,
         samples=arguments.samples,

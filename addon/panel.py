@@ -62,7 +62,9 @@ class MainPanel(bpy.types.Panel):
         column.operator("edgegrad.target_add", text="", icon="ADD")
         column.operator("edgegrad.target_remove", text="", icon="REMOVE")
         if settings.active_target < len(settings.targets):
-            layout.prop(settings.targets[settings.active_target], "mask")
+            target = settings.targets[settings.active_target]
+            layout.prop(target, "mask")
+            layout.prop(target, "view")
         row = layout.row()
         row.template_list(ParameterList.bl_idname, "", settings, "parameters", settings, "active_parameter", rows=3)
         column = row.column(align=True)

@@ -9,6 +9,7 @@ from .animated.stored import stored_wanted
 from .derivative import DIRECTIONS
 from .parameters import Names
 from .session import Picture, Request
+from .view_transforms import VIEW_ITEMS
 
 # From 4.5 on, Blender warns about // in paths without this option. Older versions do not have the option.
 PATH_OPTIONS = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5, 0) else set()
@@ -22,9 +23,11 @@ class TargetItem(bpy.types.PropertyGroup):
 
     camera: bpy.props.PointerProperty(name="Camera", type=bpy.types.Object, poll=_is_camera)  # type: ignore[valid-type]
     image: bpy.props.StringProperty(name="Image", subtype="FILE_PATH", options=PATH_OPTIONS,  # type: ignore[valid-type]
-                                    description="Target picture of this camera: EXR, PNG or JPEG")  # fmt: skip
+                                    description="Target picture of this camera: EXR, PNG, JPEG or TIFF")  # fmt: skip
     mask: bpy.props.StringProperty(name="Mask", subtype="FILE_PATH", options=PATH_OPTIONS,  # type: ignore[valid-type]
                                    description="Picture whose black pixels are ignored; may be empty")  # fmt: skip
+    view: bpy.props.EnumProperty(name="View", items=VIEW_ITEMS,  # type: ignore[valid-type]
+                                 description="View transform that the picture was saved with")  # fmt: skip
 
 
 class ParameterItem(bpy.types.PropertyGroup):
@@ -97,7 +100,8 @@ def chosen(context: Any) -> Names:
 def request(context: Any) -> Request:
     """Return the fit that is set in the panel."""
     settings = context.scene.edgegrad
-    pictures = [Picture(item.camera.name if item.camera else "", item.image, item.mask) for item in settings.targets]
+    pictures = [Picture(item.camera.name if item.camera else "", item.image, item.mask, item.view)
+                for item in settings.targets]  # fmt: skip
     return Request(
         pictures=pictures,
         names=chosen(context),

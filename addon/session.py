@@ -23,15 +23,27 @@ from .animated.stored import remember_sensitivities
 from .differentiable import export_differentiable, not_computed
 from .export import Export
 from .problem import Problem
+from .view_transforms import AUTO, view_of
 
 
 @dataclass
 class Picture:
-    """A target: name of the camera, file of the picture, and file of the mask, whose black pixels are ignored."""
+    """A target.
+
+    Attributes
+    ----------
+    camera, image
+        Name of the camera, and file of the picture.
+    mask
+        File of the mask, whose black pixels are ignored; empty: none.
+    view
+        View transform that is undone in the picture (`view_transforms.view_of`).
+    """
 
     camera: str
     image: str
     mask: str = ""
+    view: str = AUTO
 
 
 @dataclass
@@ -78,8 +90,8 @@ class Session:
     Attributes
     ----------
     notes
-        Sentences that name terms of the derivative which are not computed although they may be non-zero
-        (`edgegrad.plan`), and properties that were left out.
+        Sentences on how targets were read, sentences that name terms of the derivative which are not computed although
+        they may be non-zero (`edgegrad.plan`), and properties that were left out.
     driver, relay
         Owner of the animatable properties, and the same for a fit in another thread; None: there are none.
     """
@@ -115,18 +127,21 @@ class Session:
             for name in driver.without_normals:
                 export.scene.meshes[name].normals = None
         wrt = names.paths(export, may_be_empty=driver is not None)
-        targets = []
+        targets, notes = [], []
         for picture, camera, view in zip(request.pictures, cameras, export.views, strict=True):
-            image = images.read_image(absolute(picture.image))
-            _check_size(picture.image, image, view, camera.name)
-            mask = None
+            transform, note = view_of(scene, absolute(picture.image), picture.view)
+            notes += [note] if note else []
+            found = images.read_target(absolute(picture.image), transform)
+            _check_size(picture.image, found.image, view, camera.name)
+            mask = found.weight
             if picture.mask:
-                mask = images.read_image(absolute(picture.mask))[..., :3].mean(axis=2)
-                _check_size(picture.mask, mask, view, camera.name)
-            targets.append(edgegrad.Target(image, camera=view, mask=mask))
+                chosen = images.read_image(absolute(picture.mask))[..., :3].mean(axis=2)
+                _check_size(picture.mask, chosen, view, camera.name)
+                mask = chosen if mask is None else mask * chosen
+            targets.append(edgegrad.Target(found.image, camera=view, mask=mask))
         export.scene.validate()
         before = {path: np.array(values.get(export.scene, path), np.float64) for path in wrt}
-        notes = [*not_computed(export, wrt), *([] if driver is None else driver.notes)]
+        notes += [*not_computed(export, wrt), *([] if driver is None else driver.notes)]
         return cls(request, export, targets, wrt, notes, before, driver, None if driver is None else Relay(driver))
 
     @property
@@ -209,6 +224,8 @@ def find_camera(scene: Any, name: str) -> Any:
 
 def absolute(path: str) -> Path:
     """Resolve a path; // at the beginning means the folder of the .blend, as everywhere in Blender."""
+    if not path.strip():
+        raise Problem("a target has no picture; choose one")
     return Path(bpy.path.abspath(path))
 
 

@@ -1,4 +1,4 @@
-"""Image files: conversion of OpenEXR, PNG and JPEG to and from linear Rec.709 arrays.
+"""Image files: conversion of OpenEXR, PNG, JPEG and TIFF to and from linear Rec.709 arrays.
 
 In memory, an image is float32 linear light with row 0 on top. Its alpha, if any, is *straight*: colours are not
 multiplied by alpha. EXR files store premultiplied linear colours, PNG files straight sRGB code values. All conversions
@@ -7,27 +7,27 @@ between these forms are in this module.
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import OpenEXR
 from numpy.typing import ArrayLike, NDArray
-from PIL import Image, ImageCms, ImageOps
 
 from .._check import file_path, flag, numeric
 from ..scene.camera import MAX_SIDE
 from .chromaticities import to_rec709
+from .coded import CODED, read_coded
 from .derivative_picture import derivative_image, write_derivative
 from .output_files import replacing
-from .png import read_deep, write_codes
+from .png import write_codes
+from .srgb import linear_to_srgb, srgb_to_linear
 
 __all__ = ["derivative_image", "linear_to_srgb", "read_image", "srgb_to_linear", "write_derivative", "write_image"]
 
 F32 = NDArray[np.float32]
 
-READABLE = (".exr", ".png", ".jpg", ".jpeg")
+READABLE = (".exr", *CODED)
 WRITABLE = (".exr", ".png")
 
 # An EXR may have MOST_EXR_PIXELS pixels whatever its file size, or MOST_PIXELS_PER_BYTE pixels per byte if that is
@@ -36,20 +36,8 @@ MOST_EXR_PIXELS = 1 << 26
 MOST_PIXELS_PER_BYTE = 4096
 
 
-def srgb_to_linear(code: ArrayLike) -> NDArray[np.float64]:
-    """Convert sRGB code values in [0, 1] to linear light (the piecewise curve of IEC 61966-2-1)."""
-    x = np.asarray(numeric("srgb_to_linear", "code", code), np.float64)
-    return np.where(x <= 0.04045, x / 12.92, ((np.maximum(x, 0.0) + 0.055) / 1.055) ** 2.4)
-
-
-def linear_to_srgb(light: ArrayLike) -> NDArray[np.float64]:
-    """Convert linear light to sRGB code values; the inverse of `srgb_to_linear`."""
-    x = np.asarray(numeric("linear_to_srgb", "light", light), np.float64)
-    return np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.maximum(x, 0.0) ** (1.0 / 2.4) - 0.055)
-
-
 def read_image(path: str | Path) -> F32:
-    """Read an EXR, PNG or JPEG file.
+    """Read an EXR, PNG, JPEG or TIFF file; all but EXR as sRGB (`read_target` for other view transforms).
 
     Parameters
     ----------
@@ -67,15 +55,25 @@ def read_image(path: str | Path) -> F32:
     ValueError
         If the file is missing, cannot be decoded or has an unsupported format; names the path.
     """
+    file = readable(path)
+    with np.errstate(all="ignore"):  # files may contain non-finite pixels
+        image = _read_exr(file) if file.suffix.lower() == ".exr" else _light(read_coded(file).values)
+        return np.ascontiguousarray(image, np.float32)
+
+
+def readable(path: str | Path) -> Path:
+    """Check that there is a file of a readable type; ``ValueError`` names the path."""
+    if not str(path).strip():
+        raise ValueError(f"image '{path}': no picture is chosen; choose a file")
     file = file_path("image", "path", path)
     suffix = file.suffix.lower()
+    if file.is_dir():
+        raise ValueError(f"image '{path}': is a folder; choose a picture in it")
     if suffix not in READABLE:
         raise ValueError(f"image '{path}': files of type '{suffix}' can't be read; use {', '.join(READABLE)}")
     if not file.is_file():
         raise ValueError(f"image '{path}': there is no such file")
-    with np.errstate(all="ignore"):  # files may contain non-finite pixels
-        image = _read_exr(file) if suffix == ".exr" else _read_coded(file)
-        return np.ascontiguousarray(image, np.float32)
+    return file
 
 
 def write_image(path: str | Path, image: ArrayLike, *, half: bool = False) -> None:
@@ -125,49 +123,6 @@ def _coded(pixels: F32) -> NDArray[np.float64]:
     codes = np.clip(pixels.astype(np.float64), 0.0, 1.0)
     codes[..., :3] = linear_to_srgb(codes[..., :3])
     return codes
-
-
-def _read_coded(path: Path) -> NDArray[Any]:
-    """Read a PNG or JPEG, and convert its code values to linear light."""
-    try:
-        deep = read_deep(path)
-        with Image.open(path) as opened:
-            opened.load()
-            picture = ImageOps.exif_transpose(opened)
-    except MemoryError:
-        raise
-    except Exception as error:  # decoders raise many types for broken files
-        raise ValueError(f"image '{path}': can't be read ({error})") from None
-    profile = _profile(path, picture.info)
-    if deep is not None and profile is None:
-        return _light(deep / 65535.0)
-    if picture.mode.startswith("I"):  # 16-bit grey
-        grey = srgb_to_linear(np.asarray(picture, np.float64) / 65535.0)
-        return np.repeat(grey[..., None], 3, axis=2)
-    has_alpha = "A" in picture.getbands() or "transparency" in picture.info
-    picture = picture.convert("RGBA" if has_alpha else "RGB")
-    # Pixels whose profile has another colour space than RGB were converted to sRGB by `convert` above.
-    if profile is not None and profile.profile.xcolor_space.strip() == "RGB":
-        try:
-            picture = ImageCms.profileToProfile(picture, profile, ImageCms.createProfile("sRGB")) or picture
-        except ImageCms.PyCMSError as error:
-            raise ValueError(f"image '{path}': {_BAD_PROFILE} ({error})") from None
-    return _light(np.asarray(picture, np.float64) / 255.0)
-
-
-_BAD_PROFILE = "its colour profile is broken; remove it, or save the picture as sRGB"
-
-
-def _profile(path: Path, info: dict[Any, Any]) -> ImageCms.ImageCmsProfile | None:
-    """Return the colour profile of the picture, None if it has none."""
-    if "icc_profile" not in info:
-        return None
-    if not info["icc_profile"]:  # Pillow returns an empty profile if it can't decompress it
-        raise ValueError(f"image '{path}': {_BAD_PROFILE}")
-    try:
-        return ImageCms.ImageCmsProfile(io.BytesIO(info["icc_profile"]))
-    except (ImageCms.PyCMSError, OSError) as error:
-        raise ValueError(f"image '{path}': {_BAD_PROFILE} ({error})") from None
 
 
 def _light(codes: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,0 +1,94 @@
+"""Reading of pictures that hold code values for a screen: PNG, JPEG and TIFF."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageCms, ImageOps
+
+from .png import read_deep
+
+CODED = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
+
+
+@dataclass
+class Coded:
+    """A picture of code values.
+
+    Attributes
+    ----------
+    values
+        (H, W, 3 or 4) code values in [0, 1], row 0 on top; straight alpha.
+    levels
+        Largest whole number of the file's channels: 255 or 65535.
+    blender
+        Whether Blender rendered it, by the metadata that Blender writes.
+    """
+
+    values: NDArray[np.float64]
+    levels: int
+    blender: bool
+
+
+def read_coded(path: Path) -> Coded:
+    """Read a PNG, JPEG or TIFF without a conversion to linear light; a picture with a colour profile becomes sRGB.
+
+    Raises
+    ------
+    ValueError
+        If the file can't be decoded; names the path.
+    """
+    try:
+        deep = read_deep(path)
+        with Image.open(path) as opened:
+            opened.load()
+            picture = ImageOps.exif_transpose(opened)
+    except MemoryError:
+        raise
+    except Exception as error:  # decoders raise many types for broken files
+        raise ValueError(f"image '{path}': can't be read ({error})") from None
+    profile = _profile(path, picture.info)
+    blender = _made_by_blender(picture.info)
+    if deep is not None and profile is None:
+        return Coded(deep / 65535.0, 65535, blender)
+    if picture.mode.startswith("I"):  # 16-bit grey
+        grey = np.asarray(picture, np.float64) / 65535.0
+        return Coded(np.repeat(grey[..., None], 3, axis=2), 65535, blender)
+    has_alpha = "A" in picture.getbands() or "transparency" in picture.info
+    picture = picture.convert("RGBA" if has_alpha else "RGB")
+    # Pixels whose profile has another colour space than RGB were converted to sRGB by `convert` above.
+    if profile is not None and profile.profile.xcolor_space.strip() == "RGB":
+        try:
+            picture = ImageCms.profileToProfile(picture, profile, ImageCms.createProfile("sRGB")) or picture
+        except ImageCms.PyCMSError as error:
+            raise ValueError(f"image '{path}': {_BAD_PROFILE} ({error})") from None
+    return Coded(np.asarray(picture, np.float64) / 255.0, 255, blender)
+
+
+_BAD_PROFILE = "its colour profile is broken; remove it, or save the picture as sRGB"
+
+
+def _profile(path: Path, info: dict[Any, Any]) -> ImageCms.ImageCmsProfile | None:
+    """Return the colour profile of the picture, None if it has none."""
+    if "icc_profile" not in info:
+        return None
+    if not info["icc_profile"]:  # Pillow returns an empty profile if it can't decompress it
+        raise ValueError(f"image '{path}': {_BAD_PROFILE}")
+    try:
+        return ImageCms.ImageCmsProfile(io.BytesIO(info["icc_profile"]))
+    except (ImageCms.PyCMSError, OSError) as error:
+        raise ValueError(f"image '{path}': {_BAD_PROFILE} ({error})") from None
+
+
+def _made_by_blender(info: Mapping[Any, Any]) -> bool:
+    """Whether the metadata are those of a render by Blender: PNG texts, or the comment of a JPEG."""
+    comment = info.get("comment", b"")
+    if isinstance(comment, str):
+        comment = comment.encode()
+    return "RenderTime" in info or comment.startswith(b"Blender:")

@@ -22,6 +22,9 @@ F64 = NDArray[np.float64]
 PADDING = 4
 # Grids without a box of their own have a multiple of this number of cells: a fit may begin three levels coarser.
 MULTIPLE = 8
+# Part of a cell by which the mesh's box is off the nodes. The sides of boxes would lie on nodes otherwise, where
+# rounding would decide which nodes are inside.
+_OFF = 0.37
 # Distance from the mesh, in cells, up to which distances are exact. They are of first order beyond.
 _BAND = 2.0
 # Offset, in cells, at which both sides of a face are looked at.
@@ -64,12 +67,12 @@ def from_mesh(
     Returns
     -------
     A field in world space, in metres. At the nodes of the grid it is the distance from the surface, exact within two
-    cells, and accurate to first order of the size of a cell beyond.
+    cells, and accurate to first order of the size of a cell beyond and near lines where parts of the mesh intersect.
 
     Raises
     ------
     ValueError
-        If the mesh has no faces or encloses nothing, if it does not fit into the box, if the grid is too coarse for it
+        If the mesh is empty or encloses nothing, if it does not fit into the box, if the grid is too coarse for it
         or needs more memory than `most_memory`.
 
     Warns
@@ -81,8 +84,6 @@ def from_mesh(
     mesh.validate("from_mesh")
     name = mesh.materials[0] if material is None else material
     mesh = expanded(mesh)
-    if len(mesh.faces) == 0:
-        raise ValueError("from_mesh: the mesh has no faces, so it has no distance; give it some")
     label = weld(mesh.vertices)
     vertices = mesh.vertices[np.unique(label, return_index=True)[1]]
     faces = label[mesh.faces.astype(np.int64)]
@@ -116,10 +117,10 @@ def _grid(
         if not extent.max() > 0.0:
             raise ValueError("from_mesh: all vertices of the mesh are at one place; separate them")
         across = -(-across // MULTIPLE) * MULTIPLE
-        spacing = float(extent.max()) / (across - 2 * PADDING)
-        needed = np.ceil(extent / spacing - 1e-9).astype(np.int64) + 2 * PADDING
+        spacing = float(extent.max()) / (across - 2 * PADDING - 1)
+        needed = np.ceil(extent / spacing + _OFF - 1e-9).astype(np.int64) + 2 * PADDING
         count = -(-needed // MULTIPLE) * MULTIPLE
-        return 0.5 * (least + greatest) - 0.5 * spacing * count, spacing, count
+        return least - spacing * ((count - needed) // 2 + PADDING + _OFF), spacing, count
     if lower is None or upper is None:
         raise ValueError("from_mesh: lower and upper need each other; give both or none")
     low = array("from_mesh", "lower", lower, (3,), np.float64, most=LARGEST_LENGTH)
@@ -200,9 +201,12 @@ def _warn_of_losses(values: F64, kept: F64) -> None:
     if len(kept) == 0:
         return
     chosen = kept[:: max(len(kept) // _CHECKED, 1)]
-    area = np.linalg.norm(np.cross(chosen[:, 1] - chosen[:, 0], chosen[:, 2] - chosen[:, 0]), axis=1)
-    away = np.abs(spline.evaluate(values, chosen.mean(axis=1))[0]) > 1.0
+    normal = np.cross(chosen[:, 1] - chosen[:, 0], chosen[:, 2] - chosen[:, 0])
+    area = np.linalg.norm(normal, axis=1)
+    # Half a cell behind the surface the field is negative, unless the other side is nearer.
+    behind = chosen.mean(axis=1) - 0.5 * normal / area[:, None]
+    away = spline.evaluate(values, behind)[0] > 0.1
     lost = float(area[away].sum() / area.sum())
-    if lost > 0.001:
+    if lost > 0.01:
         warnings.warn(f"from_mesh: about {lost:.1%} of the surface is thinner than a cell and is lost; use more cells",
                       RuntimeWarning, stacklevel=3)

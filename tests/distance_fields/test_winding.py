@@ -11,7 +11,7 @@ from edgegrad import Mesh
 from edgegrad.distance_fields.closest import near_distances, nearest, pieces
 from edgegrad.distance_fields.winding import Surface, solid_angles
 from edgegrad.geometry.topology import weld
-from tests.support.solids import ball, box, box_distance, joined, ring, solid, without
+from tests.support.fields.solids import ball, box, box_distance, joined, ring, solid, without
 
 N = 20
 
@@ -31,7 +31,7 @@ def summed(surface: Surface, points: np.ndarray) -> np.ndarray:
 
 MESHES = {
     "ball": ball(2), "box on nodes": box(), "open box on nodes": without(box(), slice(0, 2)),
-    "ball with holes": without(ball(3), np.arange(512) % 97 < 5), "two bodies": joined(ball(2), ring(), box(0.5)),
+    "ball with holes": without(ball(3), np.arange(768) % 97 < 5), "two bodies": joined(ball(2), ring(), box(0.5)),
     "soup": solid(np.random.default_rng(1).normal(size=(60, 3)), np.arange(60).reshape(20, 3)),
     "sheet": solid(np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]), np.array([[0, 1, 2], [0, 2, 3]])),
     "crowded edge": joined(box(), solid(np.array([[1.0, 1, -1], [1, 1, 1], [2, 2, 0]]), np.array([[0, 1, 2]]))),

@@ -54,7 +54,7 @@ def test_finer_grids_have_the_same_spline(shape: tuple[int, int, int], seed: int
     c = rng.normal(size=shape)
     fine = spline.refined(c)
     at = rng.uniform(0, 1, (50, 3)) * (np.array(shape, float) - 3.0)
-    for one, other, scale in zip(spline.evaluate(c, at), spline.evaluate(fine, 2 * at), (1.0, 2.0), strict=True):
+    for one, other, scale in zip(spline.evaluate(c, at), spline.evaluate(fine, 2.0 * at), (1.0, 2.0), strict=True):
         np.testing.assert_allclose(one, scale * other, atol=1e-11)
     dual = rng.normal(size=fine.shape)
     assert np.vdot(spline.coarsened_gradient(dual), c) == pytest.approx(np.vdot(dual, fine), abs=1e-9)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .._check import number, whole
+from .._fields import Check, Checked, by
 from ..distance_fields import spline
 from ..distance_fields.redistancing import distance_coefficients
 from ..distance_fields.regularisers import eikonal_of, laplacian_of
@@ -34,8 +36,8 @@ _BORDER = 0.5
 _BYTES = 250
 
 
-@dataclass(frozen=True)
-class FieldSteps:
+@dataclass
+class FieldSteps(Checked):
     """How a fit changes the coefficients of distance fields.
 
     Attributes
@@ -64,13 +66,17 @@ class FieldSteps:
     eikonal: float = 0.0
     most_memory: float = 4e9
 
+    checks: ClassVar[Mapping[str, Check]] = {
+        "coarser": by(whole, 0, 8),
+        "redistance_every": by(whole, 1, 1_000_000),
+        "smoothness": by(number, least=0.0, greatest=1e6),
+        "laplacian": by(number, least=0.0),
+        "eikonal": by(number, least=0.0),
+        "most_memory": by(number, above=0.0),
+    }
+
     def __post_init__(self) -> None:
-        whole("FieldSteps", "coarser", self.coarser, 0, 8)
-        whole("FieldSteps", "redistance_every", self.redistance_every, 1, 1_000_000)
-        number("FieldSteps", "smoothness", self.smoothness, least=0.0, greatest=1e6)
-        number("FieldSteps", "laplacian", self.laplacian, least=0.0)
-        number("FieldSteps", "eikonal", self.eikonal, least=0.0)
-        number("FieldSteps", "most_memory", self.most_memory, above=0.0)
+        self.check_fields("FieldSteps")
 
 
 class Coefficients:

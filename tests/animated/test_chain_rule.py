@@ -86,7 +86,9 @@ def _curve(ob: Any) -> None:
         point.co = place
         point.handle_left_type = point.handle_right_type = "AUTO"
     curve.materials.append(bpy.data.materials["Clay"])
-    bs.add("Tube", curve)
+    tube = bs.add("Tube", curve)
+    # Shadow edges of light from below the planes of smooth faces are not sampled, as the plan says
+    bs.offset_shading(tube, 0.0)
 
 
 def _nothing(_: Any) -> None:

@@ -88,7 +88,7 @@ def _curve(ob: Any) -> None:
     curve.materials.append(bpy.data.materials["Clay"])
     tube = bs.add("Tube", curve)
     # Shadow edges of light from below the planes of smooth faces are not sampled, as the plan says
-    bs.offset_shading(tube, 0.0)
+    bs.offset_shadow_rays(tube, 0.0)
 
 
 def _nothing(_: Any) -> None:

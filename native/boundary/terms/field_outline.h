@@ -4,8 +4,9 @@
 // it, x(u) is solved for, and the rest is as for edges (boundary/terms/primary.h):
 //   dI = int du (L- - L+) kappa N . (de - c),    N = D x dx/du.
 // N is parallel to the surface's normal. So only the normal velocity of the surface counts,
-// -dphi / |grad phi| for a change dphi of the field: N . de = -(N . grad phi) dphi / |grad phi|^2. On the side of the surface the radiance is that of the point itself, seen along its
-// tangent plane; on the other side it is that of what the ray meets behind it.
+// -dphi / |grad phi| for a change dphi of the field: N . de = -(N . grad phi) dphi / |grad phi|^2. On the
+// side of the surface the radiance is that of the point itself, seen along its tangent plane; on the other
+// side it is that of what the ray meets behind it.
 #pragma once
 
 #include "boundary/samples/field_viewer.h"

@@ -48,6 +48,11 @@ def offset_shading(ob: Any, offset: float) -> None:
         ob.cycles.shadow_terminator_offset = offset
 
 
+def offset_shadow_rays(ob: Any, offset: float) -> None:
+    """Set an object's shadow terminator geometry offset: a setting of Cycles until Blender 4.5."""
+    (ob if hasattr(ob, "shadow_terminator_geometry_offset") else ob.cycles).shadow_terminator_geometry_offset = offset
+
+
 def camera(location: Any = (0, 0, 5), rotation: Any = (0, 0, 0), name: str = "Camera") -> Any:
     """A camera, made the active one; without rotation it looks down."""
     ob = add(name, bpy.data.cameras.new(name), location, rotation)

@@ -13,7 +13,7 @@ from ..scene.field import LARGEST_SIZE, LEAST_SIZE, Field
 from ..scene.mesh import Mesh
 from ..scene.placement import expanded
 from . import spline, sweeping
-from .closest import near_distances, pieces
+from .closest import SMALL_PIECE, near_distances, pieces
 from .winding import Surface
 
 F64 = NDArray[np.float64]
@@ -144,7 +144,7 @@ def _signed_distances(surface: Surface, shape: tuple[int, int, int]) -> tuple[F6
     winding = surface.at_nodes(shape)
     inside = winding > 0.5
     corner, _ = pieces(surface.vertices[surface.faces])
-    kept = corner[_on_border(surface, corner)]
+    kept = _on_border(surface, corner)
     if not inside.any():
         if len(kept):
             raise ValueError("from_mesh: the grid is too small: no node of it is inside of the mesh, which is thinner "
@@ -162,13 +162,30 @@ def _signed_distances(surface: Surface, shape: tuple[int, int, int]) -> tuple[F6
     return np.where(inside, -distance, distance), kept
 
 
-def _on_border(surface: Surface, corner: F64) -> NDArray[np.bool_]:
-    """Which pieces of the mesh have the inside on one side only. Others are walls within, or overlap."""
+def _on_border(surface: Surface, corner: F64) -> F64:
+    """Select the pieces of the mesh that have the inside on one side only. Others are walls within, or overlap."""
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    middle, offset = corner.mean(axis=1), _BESIDE * normal / np.where(length > 0.0, length, 1.0)
-    front, back = surface.at_points(middle + offset), surface.at_points(middle - offset)
-    return (length[:, 0] > 0.0) & ((front > 0.5) != (back > 0.5))
+    length = np.linalg.norm(normal, axis=1)
+    has_area = length > 0.0
+    corner, offset = corner[has_area], _BESIDE * normal[has_area] / length[has_area, None]
+    middle = corner.mean(axis=1)
+    on = _borders_at(surface, middle, offset)
+    if on.all():
+        return corner
+    # Pieces that cross another part of the mesh are divided once more
+    crossing = np.zeros(len(corner), bool)
+    for k in range(3):
+        crossing |= _borders_at(surface, 0.1 * middle + 0.9 * corner[:, k], offset) != on
+    if not crossing.any():
+        return corner[on]
+    small, number = pieces(corner[crossing], SMALL_PIECE)
+    on_small = _borders_at(surface, small.mean(axis=1), offset[crossing][number])
+    return np.concatenate([corner[on & ~crossing], small[on_small]])
+
+
+def _borders_at(surface: Surface, places: F64, offset: F64) -> NDArray[np.bool_]:
+    """Return whether the inside is on one side only, at places of the mesh with an offset along the normal."""
+    return (surface.at_points(places + offset) > 0.5) != (surface.at_points(places - offset) > 0.5)
 
 
 def _add_membranes(distance: F64, winding: F64, inside: NDArray[np.bool_]) -> None:

@@ -13,7 +13,7 @@ from ..scene.field import LARGEST_SIZE, LEAST_SIZE, Field
 from ..scene.mesh import Mesh
 from ..scene.placement import expanded
 from . import spline, sweeping
-from .closest import near_distances, pieces
+from .closest import SMALL_PIECE, near_distances, pieces
 from .winding import Surface
 
 F64 = NDArray[np.float64]
@@ -22,6 +22,8 @@ F64 = NDArray[np.float64]
 PADDING = 4
 # Grids without a box of their own have a multiple of this number of cells: a fit may begin three levels coarser.
 MULTIPLE = 8
+# Offset of such a grid, in cells: the faces of a box would else lie on nodes, and the signs there be rounding.
+_OFF_NODES = np.array([0.31, 0.37, 0.43])
 # Distance from the mesh, in cells, up to which distances are exact. They are of first order beyond.
 _BAND = 2.0
 # Offset, in cells, at which both sides of a face are looked at.
@@ -81,8 +83,6 @@ def from_mesh(
     mesh.validate("from_mesh")
     name = mesh.materials[0] if material is None else material
     mesh = expanded(mesh)
-    if len(mesh.faces) == 0:
-        raise ValueError("from_mesh: the mesh has no faces, so it has no distance; give it some")
     label = weld(mesh.vertices)
     vertices = mesh.vertices[np.unique(label, return_index=True)[1]]
     faces = label[mesh.faces.astype(np.int64)]
@@ -119,7 +119,7 @@ def _grid(
         spacing = float(extent.max()) / (across - 2 * PADDING)
         needed = np.ceil(extent / spacing - 1e-9).astype(np.int64) + 2 * PADDING
         count = -(-needed // MULTIPLE) * MULTIPLE
-        return 0.5 * (least + greatest) - 0.5 * spacing * count, spacing, count
+        return 0.5 * (least + greatest) - (0.5 * count + _OFF_NODES) * spacing, spacing, count
     if lower is None or upper is None:
         raise ValueError("from_mesh: lower and upper need each other; give both or none")
     low = array("from_mesh", "lower", lower, (3,), np.float64, most=LARGEST_LENGTH)
@@ -143,7 +143,7 @@ def _signed_distances(surface: Surface, shape: tuple[int, int, int]) -> tuple[F6
     winding = surface.at_nodes(shape)
     inside = winding > 0.5
     corner, _ = pieces(surface.vertices[surface.faces])
-    kept = corner[_on_border(surface, corner)]
+    kept = _on_border(surface, corner)
     if not inside.any():
         if len(kept):
             raise ValueError("from_mesh: the grid is too small: no node of it is inside of the mesh, which is thinner "
@@ -161,13 +161,28 @@ def _signed_distances(surface: Surface, shape: tuple[int, int, int]) -> tuple[F6
     return np.where(inside, -distance, distance), kept
 
 
-def _on_border(surface: Surface, corner: F64) -> NDArray[np.bool_]:
-    """Which pieces of the mesh have the inside on one side only. Others are walls within, or overlap."""
+def _on_border(surface: Surface, corner: F64) -> F64:
+    """Select the pieces of the mesh that have the inside on one side only. Others are walls within, or overlap."""
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     length = np.linalg.norm(normal, axis=1, keepdims=True)
-    middle, offset = corner.mean(axis=1), _BESIDE * normal / np.where(length > 0.0, length, 1.0)
-    front, back = surface.at_points(middle + offset), surface.at_points(middle - offset)
-    return (length[:, 0] > 0.0) & ((front > 0.5) != (back > 0.5))
+    corner, offset = corner[length[:, 0] > 0.0], (_BESIDE * normal / np.where(length > 0.0, length, 1.0))[
+        length[:, 0] > 0.0]  # fmt: skip
+    middle = corner.mean(axis=1)
+    on = _borders_at(surface, middle, offset)
+    if on.all():
+        return corner
+    # Pieces that cross another part of the mesh are divided once more.
+    crossing = np.zeros(len(corner), bool)
+    for k in range(3):
+        crossing |= _borders_at(surface, 0.1 * middle + 0.9 * corner[:, k], offset) != on
+    small, number = pieces(corner[crossing], SMALL_PIECE)
+    on_small = _borders_at(surface, small.mean(axis=1), offset[crossing][number])
+    return np.concatenate([corner[on & ~crossing], small[on_small]])
+
+
+def _borders_at(surface: Surface, places: F64, offset: F64) -> NDArray[np.bool_]:
+    """Whether the inside is on one side only, at places of the mesh with an offset along the normal."""
+    return (surface.at_points(places + offset) > 0.5) != (surface.at_points(places - offset) > 0.5)
 
 
 def _add_membranes(distance: F64, winding: F64, inside: NDArray[np.bool_]) -> None:
@@ -200,9 +215,10 @@ def _warn_of_losses(values: F64, kept: F64) -> None:
     if len(kept) == 0:
         return
     chosen = kept[:: max(len(kept) // _CHECKED, 1)]
-    area = np.linalg.norm(np.cross(chosen[:, 1] - chosen[:, 0], chosen[:, 2] - chosen[:, 0]), axis=1)
-    away = np.abs(spline.evaluate(values, chosen.mean(axis=1))[0]) > 1.0
-    lost = float(area[away].sum() / area.sum())
+    normal = np.cross(chosen[:, 1] - chosen[:, 0], chosen[:, 2] - chosen[:, 0])
+    area = np.linalg.norm(normal, axis=1)
+    below = chosen.mean(axis=1) - 0.5 * normal / area[:, None]
+    lost = float(area[spline.evaluate(values, below)[0] >= 0.0].sum() / area.sum())
     if lost > 0.001:
         warnings.warn(f"from_mesh: about {lost:.1%} of the surface is thinner than a cell and is lost; use more cells",
                       RuntimeWarning, stacklevel=3)

@@ -96,7 +96,7 @@ def test_redistancing(size: tuple[int, int, int], distance: object) -> None:
     np.testing.assert_allclose(new, d, atol=1.5 * h)
     np.testing.assert_array_equal(new < 0.0, nodes_of(field)[1] < 0.0)
     twice = nodes_of(redistanced(found))[1]
-    np.testing.assert_allclose(twice[near], new[near], atol=0.03 * h)
+    np.testing.assert_allclose(twice[near], new[near], atol=0.06 * h)
     assert eikonal(found)[0] < 0.01 < eikonal(field)[0]
 
 
@@ -127,7 +127,7 @@ def test_sweeping(spacing: tuple[float, float, float]) -> None:
     np.testing.assert_allclose(found, plane, atol=1e-12)
     wanted = box_distance(places, 0.25)
     known = np.where(np.abs(wanted) < 1.5 * h.max(), np.abs(wanted), np.inf)
-    np.testing.assert_allclose(sweeping.distances(known, h), np.abs(wanted), atol=h.max())
+    np.testing.assert_allclose(sweeping.distances(known, h), np.abs(wanted), atol=1.5 * h.max())
     assert np.isinf(sweeping.distances(np.full((4, 4, 4), np.inf), h)).all()
 
 

@@ -31,7 +31,7 @@ def summed(surface: Surface, points: np.ndarray) -> np.ndarray:
 
 MESHES = {
     "ball": ball(2), "box on nodes": box(), "open box on nodes": without(box(), slice(0, 2)),
-    "ball with holes": without(ball(3), np.arange(512) % 97 < 5), "two bodies": joined(ball(2), ring(), box(0.5)),
+    "ball with holes": without(ball(3), np.arange(768) % 97 < 5), "two bodies": joined(ball(2), ring(), box(0.5)),
     "soup": solid(np.random.default_rng(1).normal(size=(60, 3)), np.arange(60).reshape(20, 3)),
     "sheet": solid(np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]), np.array([[0, 1, 2], [0, 2, 3]])),
     "crowded edge": joined(box(), solid(np.array([[1.0, 1, -1], [1, 1, 1], [2, 2, 0]]), np.array([[0, 1, 2]]))),

@@ -14,7 +14,7 @@ from edgegrad.distance_fields import chamfer_distance, from_mesh, refined, splin
 from edgegrad.distance_fields.cell_cases import triangles
 from tests.support.fields.splines import evaluate, exact_sphere, sampled
 from tests.support.fields.splines import torus as thin_ring
-from tests.support.solids import ball, box, joined, ring, solid, without
+from tests.support.fields.solids import ball, box, joined, ring, solid, without
 
 
 def volume(mesh: Mesh) -> float:

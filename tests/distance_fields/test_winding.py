@@ -11,7 +11,7 @@ from edgegrad import Mesh
 from edgegrad.distance_fields.closest import near_distances, nearest, pieces
 from edgegrad.distance_fields.winding import Surface, solid_angles
 from edgegrad.geometry.topology import weld
-from tests.support.solids import ball, box, box_distance, joined, ring, solid, without
+from tests.support.fields.solids import ball, box, box_distance, joined, ring, solid, without
 
 N = 20
 

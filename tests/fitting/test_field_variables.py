@@ -58,7 +58,7 @@ def test_a_ball_gets_the_volume_that_is_wanted(coarser: int, radius: float) -> N
     assert field.values.shape == (35, 35, 35)
     assert losses[-1] < 0.05 < losses[0]
     mesh = to_mesh(field)
-    np.testing.assert_allclose(np.linalg.norm(mesh.vertices, axis=1), radius, atol=0.5 * CELL)
+    np.testing.assert_allclose(np.linalg.norm(mesh.vertices, axis=1), radius, atol=0.7 * CELL)
     assert topology(mesh).genus == 0
     assert eikonal(field)[0] < 0.05
 
@@ -111,7 +111,8 @@ def test_errors(field: Field, step: float | None, options: dict[str, object], wo
         unknown(scene_of(field), PATH, step, None, None, 10, FieldSteps(**options))
 
 
-@pytest.mark.parametrize("options", [{"coarser": -1}, {"redistance_every": 0}, {"laplacian": -1.0}, {"smoothness": np.nan}])
+@pytest.mark.parametrize("options", [{"coarser": -1}, {"redistance_every": 0}, {"laplacian": -1.0},
+                                     {"smoothness": np.nan}])  # fmt: skip
 def test_options_are_checked(options: dict[str, object]) -> None:
     with pytest.raises(ValueError, match=f"FieldSteps: {next(iter(options))}"):
         FieldSteps(**options)

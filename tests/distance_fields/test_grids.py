@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from edgegrad import Field
 from edgegrad.distance_fields import eikonal, laplacian, redistanced, refined, resampled, spline, sweeping
 from edgegrad.distance_fields.regularisers import eikonal_of, laplacian_of
-from tests.support.fields.splines import evaluate, exact_sphere, points, sampled
 from tests.support.fields.solids import box_distance, nodes_of, ring_distance
+from tests.support.fields.splines import evaluate, exact_sphere, points, sampled
 
 shapes = st.tuples(*[st.integers(4, 11)] * 3)
 

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from edgegrad import Field, Mesh
 from edgegrad.distance_fields import chamfer_distance, from_mesh, refined, spline, to_mesh, topology
 from edgegrad.distance_fields.cell_cases import triangles
+from tests.support.fields.solids import ball, box, joined, ring, solid, without
 from tests.support.fields.splines import evaluate, exact_sphere, sampled
 from tests.support.fields.splines import torus as thin_ring
-from tests.support.fields.solids import ball, box, joined, ring, solid, without
 
 
 def volume(mesh: Mesh) -> float:

@@ -194,7 +194,7 @@ def _add_membranes(distance: F64, winding: F64, inside: NDArray[np.bool_]) -> No
     square = np.zeros(distance.shape)
     for axis in range(3):
         w, within = np.moveaxis(winding, axis, 0), np.moveaxis(inside, axis, 0)
-        d, total = np.moveaxis(distance, axis, 0), np.moveaxis(square, axis, 0)
+        total = np.moveaxis(square, axis, 0)
         changes = within[1:] != within[:-1]
         smooth = changes & (np.abs(np.diff(w, axis=0)) < 0.5)
         step = np.where(smooth, w[1:] - w[:-1], 1.0)
@@ -203,11 +203,17 @@ def _add_membranes(distance: F64, winding: F64, inside: NDArray[np.bool_]) -> No
         near[:-1] = t
         near[1:] = np.minimum(near[1:], np.where(smooth, 1.0 - t, np.inf))
         total += near**-2
-        # A sign that changes is never farther away than the neighbour: also where a piece was not found.
-        d[:-1] = np.where(changes, np.minimum(d[:-1], 1.0), d[:-1])
-        d[1:] = np.where(changes, np.minimum(d[1:], 1.0), d[1:])
     found = square > 0.0
     distance[found] = np.minimum(distance[found], square[found] ** -0.5)
+    # Where the sign changes, both distances together are at most the way between the two nodes: also beside the border
+    # of a hole, where the winding number is not linear, and where no piece was found.
+    for axis in range(3):
+        within, d = np.moveaxis(inside, axis, 0), np.moveaxis(distance, axis, 0)
+        changes = within[1:] != within[:-1]
+        one, other = np.minimum(d[:-1], 1.0), np.minimum(d[1:], 1.0)
+        scale = 1.0 / np.maximum(one + other, 1.0)
+        d[:-1] = np.where(changes, one * scale, d[:-1])
+        d[1:] = np.where(changes, np.minimum(d[1:], other * scale), d[1:])
 
 
 def _warn_of_losses(values: F64, kept: F64) -> None:

@@ -65,6 +65,7 @@ def test_a_hole_is_closed() -> None:
     assert np.quantile(np.abs(slope[at] - 1.0), 0.95) < 0.35  # the border itself is a crease
 
 
+@pytest.mark.filterwarnings("ignore:from_mesh. about")  # the rim
 @pytest.mark.parametrize("height", [0.95, 0.7, 0.3])
 def test_no_jump_in_a_hole(height: float) -> None:
     """A distance never changes by more than the way between two nodes: also across the surface that closes a hole."""

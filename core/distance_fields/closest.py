@@ -12,7 +12,7 @@ I64 = NDArray[np.int64]
 
 # Largest edge of a piece of a triangle, in cells. Larger pieces look at more nodes that are too far away.
 PIECE = 1.5
-# The same where one part of a mesh crosses another: distances may be wrong there by the size of a piece.
+# The same where one part of a mesh crosses another: as far as a smaller piece, distances may be wrong there.
 SMALL_PIECE = 0.2
 # Cells across a surface in which its triangles are looked up first, and how far beyond a cell they are listed in it.
 _ACROSS = 48.0

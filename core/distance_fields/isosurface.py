@@ -103,8 +103,9 @@ def zeros(values: F64) -> tuple[F64, I64]:
     -------
     (n, 3) vertices in grid coordinates, and (m, 3) faces that look to where the spline is positive.
     """
-    # Nodes on the surface up to the rounding of single precision count as outside: their signs would be noise.
-    inside = spline.node_values(values) < -4.0 * np.finfo(np.float32).eps * float(np.abs(values).max())
+    # Coefficients are in single precision. Values within its rounding count as positive: a plane of nodes at which the
+    # field is 0 would else have many small handles.
+    inside = spline.node_values(values) < -float(np.finfo(np.float32).eps) * np.abs(values).max()
     shape = np.array(inside.shape)
     points: list[F64] = []
     number: list[I64] = []

@@ -22,9 +22,8 @@ F64 = NDArray[np.float64]
 PADDING = 4
 # Grids without a box of their own have a multiple of this number of cells: a fit may begin three levels coarser.
 MULTIPLE = 8
-# Part of a cell by which the mesh's box is off the nodes. The sides of boxes would lie on nodes otherwise, where
-# rounding would decide which nodes are inside.
-_OFF = 0.37
+# Offset of such a grid, in cells: the faces of a box would else lie on nodes, and the signs there be rounding.
+_OFF_NODES = np.array([0.31, 0.37, 0.43])
 # Distance from the mesh, in cells, up to which distances are exact. They are of first order beyond.
 _BAND = 2.0
 # Offset, in cells, at which both sides of a face are looked at.
@@ -67,12 +66,13 @@ def from_mesh(
     Returns
     -------
     A field in world space, in metres. At the nodes of the grid it is the distance from the surface, exact within two
-    cells, and accurate to first order of the size of a cell beyond and near lines where parts of the mesh intersect.
+    cells, and accurate to first order of the size of a cell beyond. Beside the rim of a hole that it closes, it may jump
+    by up to two cells.
 
     Raises
     ------
     ValueError
-        If the mesh is empty or encloses nothing, if it does not fit into the box, if the grid is too coarse for it
+        If the mesh has no faces or encloses nothing, if it does not fit into the box, if the grid is too coarse for it
         or needs more memory than `most_memory`.
 
     Warns
@@ -117,10 +117,10 @@ def _grid(
         if not extent.max() > 0.0:
             raise ValueError("from_mesh: all vertices of the mesh are at one place; separate them")
         across = -(-across // MULTIPLE) * MULTIPLE
-        spacing = float(extent.max()) / (across - 2 * PADDING - 1)
-        needed = np.ceil(extent / spacing + _OFF - 1e-9).astype(np.int64) + 2 * PADDING
+        spacing = float(extent.max()) / (across - 2 * PADDING)
+        needed = np.ceil(extent / spacing - 1e-9).astype(np.int64) + 2 * PADDING
         count = -(-needed // MULTIPLE) * MULTIPLE
-        return least - spacing * ((count - needed) // 2 + PADDING + _OFF), spacing, count
+        return 0.5 * (least + greatest) - (0.5 * count + _OFF_NODES) * spacing, spacing, count
     if lower is None or upper is None:
         raise ValueError("from_mesh: lower and upper need each other; give both or none")
     low = array("from_mesh", "lower", lower, (3,), np.float64, most=LARGEST_LENGTH)
@@ -165,26 +165,24 @@ def _signed_distances(surface: Surface, shape: tuple[int, int, int]) -> tuple[F6
 def _on_border(surface: Surface, corner: F64) -> F64:
     """Select the pieces of the mesh that have the inside on one side only. Others are walls within, or overlap."""
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    length = np.linalg.norm(normal, axis=1)
-    has_area = length > 0.0
-    corner, offset = corner[has_area], _BESIDE * normal[has_area] / length[has_area, None]
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    corner, offset = corner[length[:, 0] > 0.0], (_BESIDE * normal / np.where(length > 0.0, length, 1.0))[
+        length[:, 0] > 0.0]  # fmt: skip
     middle = corner.mean(axis=1)
     on = _borders_at(surface, middle, offset)
     if on.all():
         return corner
-    # Pieces that cross another part of the mesh are divided once more
+    # Pieces that cross another part of the mesh are divided once more.
     crossing = np.zeros(len(corner), bool)
     for k in range(3):
         crossing |= _borders_at(surface, 0.1 * middle + 0.9 * corner[:, k], offset) != on
-    if not crossing.any():
-        return corner[on]
     small, number = pieces(corner[crossing], SMALL_PIECE)
     on_small = _borders_at(surface, small.mean(axis=1), offset[crossing][number])
     return np.concatenate([corner[on & ~crossing], small[on_small]])
 
 
 def _borders_at(surface: Surface, places: F64, offset: F64) -> NDArray[np.bool_]:
-    """Return whether the inside is on one side only, at places of the mesh with an offset along the normal."""
+    """Whether the inside is on one side only, at places of the mesh with an offset along the normal."""
     return (surface.at_points(places + offset) > 0.5) != (surface.at_points(places - offset) > 0.5)
 
 
@@ -197,7 +195,7 @@ def _add_membranes(distance: F64, winding: F64, inside: NDArray[np.bool_]) -> No
     square = np.zeros(distance.shape)
     for axis in range(3):
         w, within = np.moveaxis(winding, axis, 0), np.moveaxis(inside, axis, 0)
-        d, total = np.moveaxis(distance, axis, 0), np.moveaxis(square, axis, 0)
+        total = np.moveaxis(square, axis, 0)
         changes = within[1:] != within[:-1]
         smooth = changes & (np.abs(np.diff(w, axis=0)) < 0.5)
         step = np.where(smooth, w[1:] - w[:-1], 1.0)
@@ -206,11 +204,17 @@ def _add_membranes(distance: F64, winding: F64, inside: NDArray[np.bool_]) -> No
         near[:-1] = t
         near[1:] = np.minimum(near[1:], np.where(smooth, 1.0 - t, np.inf))
         total += near**-2
-        # A sign that changes is never farther away than the neighbour: also where a piece was not found.
-        d[:-1] = np.where(changes, np.minimum(d[:-1], 1.0), d[:-1])
-        d[1:] = np.where(changes, np.minimum(d[1:], 1.0), d[1:])
     found = square > 0.0
     distance[found] = np.minimum(distance[found], square[found] ** -0.5)
+    # Where the sign changes, both distances together are at most the way between the two nodes: also beside the border
+    # of a hole, where the winding number is not linear, and where no piece was found.
+    for axis in range(3):
+        within, d = np.moveaxis(inside, axis, 0), np.moveaxis(distance, axis, 0)
+        changes = within[1:] != within[:-1]
+        one, other = np.minimum(d[:-1], 1.0), np.minimum(d[1:], 1.0)
+        scale = 1.0 / np.maximum(one + other, 1.0)
+        d[:-1] = np.where(changes, one * scale, d[:-1])
+        d[1:] = np.where(changes, np.minimum(d[1:], other * scale), d[1:])
 
 
 def _warn_of_losses(values: F64, kept: F64) -> None:
@@ -220,10 +224,8 @@ def _warn_of_losses(values: F64, kept: F64) -> None:
     chosen = kept[:: max(len(kept) // _CHECKED, 1)]
     normal = np.cross(chosen[:, 1] - chosen[:, 0], chosen[:, 2] - chosen[:, 0])
     area = np.linalg.norm(normal, axis=1)
-    # Half a cell behind the surface the field is negative, unless the other side is nearer.
-    behind = chosen.mean(axis=1) - 0.5 * normal / area[:, None]
-    away = spline.evaluate(values, behind)[0] > 0.1
-    lost = float(area[away].sum() / area.sum())
-    if lost > 0.01:
+    below = chosen.mean(axis=1) - 0.5 * normal / area[:, None]
+    lost = float(area[spline.evaluate(values, below)[0] >= 0.0].sum() / area.sum())
+    if lost > 0.001:
         warnings.warn(f"from_mesh: about {lost:.1%} of the surface is thinner than a cell and is lost; use more cells",
                       RuntimeWarning, stacklevel=3)

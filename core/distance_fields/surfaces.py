@@ -112,7 +112,7 @@ def chamfer_distance(one: Mesh, other: Mesh, *, samples: int = 10_000, seed: int
     corners = []
     for name, mesh in (("one", one), ("other", other)):
         instance("chamfer_distance", name, mesh, Mesh)
-        mesh.validate(f"{name} of chamfer_distance")
+        mesh.validate(name)
         placed = expanded(mesh)
         corners.append(placed.vertices[placed.faces])
     means = [nearest(_points_on(a, samples, rng), b)[2].mean() for a, b in (corners, corners[::-1])]

@@ -93,7 +93,7 @@ class Surface:
         """(n,) winding numbers at points."""
         out = np.zeros(len(points))
         left = np.arange(len(points))
-        for shift in _SHIFTS:
+        for shift in _SHIFTS if len(points) else ():
             query, height, sign = self._crossings(points[left, :2] + shift)
             above = height > points[left[query], 2]
             out[left] = np.bincount(query[above], sign[above], minlength=len(left))

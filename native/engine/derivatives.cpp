@@ -27,12 +27,9 @@ void Engine::forward(const RenderOptions& options, const Requested& requested, T
     };
     double* vertices = values("vertices");
     if (vertices) vertices += requested.span("vertices").first;
-    const DerivativeView d = call.boundary_view({tables,
-                                                 vertices,
-                                                 values("camera"),
-                                                 values("instance_to_world"),
-                                                 values("light_params"),
-                                                 values("environment_rotation")});
+    const DerivativeView d =
+        call.boundary_view({tables, vertices, values("camera"), values("instance_to_world"),
+                            values("light_params"), values("environment_rotation")});
 
     auto memory = thread_memory();
     const int64_t all = call.chunks();

@@ -2,9 +2,9 @@
 //
 // Every geometric derivative of a sample is a sum of dot products g . velocity over a few blocks: a point at
 // fixed barycentrics of a triangle (M), the point where a fixed pixel's ray meets its moving triangle (S), a
-// triangle's normal (N), a point of an edge (E), the value of a distance field (F). The estimators compute the vectors g once. `Forward`
-// multiplies them by the vertices' velocities; `Backward` adds them to the vertices' gradients. Both modes
-// thus use the same samples and are transposes of each other.
+// triangle's normal (N), a point of an edge (E), the value of a distance field (F). The estimators compute
+// the vectors g once. `Forward` multiplies them by the vertices' velocities; `Backward` adds them to the
+// vertices' gradients. Both modes thus use the same samples and are transposes of each other.
 #pragma once
 
 #include "scene/camera_row.h"

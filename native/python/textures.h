@@ -7,8 +7,8 @@
 
 namespace edgegrad {
 
-// Reads the TextureTables of core/tables/textures/texture_tables.py. Throws std::invalid_argument for tables that
-// its compiler could not have written. Its pixels and attributes stay in Python's memory: the arrays of
+// Reads the TextureTables of core/tables/textures/texture_tables.py. Throws std::invalid_argument for tables
+// that its compiler could not have written. Its pixels and attributes stay in Python's memory: the arrays of
 // TextureTables never change.
 TextureTables read_textures(nanobind::handle tables);
 

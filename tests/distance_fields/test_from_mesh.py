@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -19,7 +17,7 @@ def test_distances_from_a_box_are_exact_near_it() -> None:
     wanted = box_distance(places)
     near = np.abs(wanted) < 1.99 * h
     np.testing.assert_allclose(values[near], wanted[near], atol=1e-6 * h)
-    np.testing.assert_allclose(values, wanted, atol=h)
+    np.testing.assert_allclose(values, wanted, atol=0.9 * h)
     np.testing.assert_array_equal(values < -1e-6 * h, wanted < -1e-6 * h)
 
 
@@ -64,7 +62,7 @@ def test_a_hole_is_closed() -> None:
     assert np.all((top[:, 2] > 0.9) & (top[:, 2] < 1.02))
     slope = np.linalg.norm(np.stack(spline.node_slopes(field.values.astype(float)), -1), axis=-1) / h
     at = (places[..., 2] > 0.85) & (np.abs(values) < h)
-    np.testing.assert_allclose(slope[at], 1.0, atol=0.45)
+    assert np.quantile(np.abs(slope[at] - 1.0), 0.95) < 0.35  # the border itself is a crease
 
 
 def test_overlaps_and_walls_within_have_no_surface() -> None:
@@ -101,11 +99,12 @@ def test_transforms_are_applied() -> None:
     mesh.transform[:3, 3] = [5.0, 6.0, 7.0]
     field, plain = from_mesh(mesh, 24), from_mesh(ball(3), 24)
     np.testing.assert_allclose(field.lower, 2.0 * plain.lower + [5.0, 6.0, 7.0])
-    (_, values, _), (_, wanted, h) = nodes_of(field), nodes_of(plain)
-    near = np.abs(wanted) < 1.9 * h  # beyond, rounding decides which nodes are swept
-    np.testing.assert_allclose(values[near], 2.0 * wanted[near], atol=1e-5)
+    values, wanted, h = nodes_of(field)[1], 2.0 * nodes_of(plain)[1], nodes_of(field)[2]
+    near = np.abs(wanted) < 1.9 * h
+    np.testing.assert_allclose(values[near], wanted[near], atol=1e-5)
 
 
+@pytest.mark.filterwarnings("ignore:from_mesh. about")  # sharp notches between boxes
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 4))
 def test_random_balls_and_boxes(seed: int, count: int) -> None:
@@ -124,8 +123,8 @@ def test_random_balls_and_boxes(seed: int, count: int) -> None:
     sure = np.abs(distance) > 1e-6
     np.testing.assert_array_equal((values < 0.0)[sure], (distance < 0.0)[sure])
     near = (distance > 0.0) & (distance < 1.9 * h)
-    off = np.abs(values[near] - distance[near])  # near lines of intersection, pieces of the mesh are kept or left out
-    assert off.max() < 0.1 * h and np.mean(off > 1e-5) < 0.03
+    np.testing.assert_allclose(values[near], distance[near], atol=0.1 * h)
+    assert np.mean(np.abs(values[near] - distance[near]) < 1e-5) > 0.97
 
 
 @pytest.mark.parametrize(("mesh", "options", "words"), [
@@ -140,7 +139,7 @@ def test_random_balls_and_boxes(seed: int, count: int) -> None:
     (box(), {"cells": (8, 8, 8), "lower": (-2, -2, -2)}, "give both or none"),
     (box(), {"cells": (8, 8, 9), "lower": (-2, -2, -2), "upper": (2, 2, 2)}, "must be cubes"),
 ])  # fmt: skip
-def test_errors(mesh: Mesh, options: dict[str, Any], words: str) -> None:
+def test_errors(mesh: Mesh, options: dict[str, object], words: str) -> None:
     with pytest.raises(ValueError, match=words) as found:
         from_mesh(mesh, **options)
     assert "\n" not in str(found.value) and "from_mesh" in str(found.value)
@@ -148,7 +147,7 @@ def test_errors(mesh: Mesh, options: dict[str, Any], words: str) -> None:
 
 def test_thin_meshes_are_named() -> None:
     plate = box()
-    plate.vertices = plate.vertices * [1.0, 1.0, 0.001] + [0.0, 0.0, 0.013]
+    plate.vertices = plate.vertices * [1.0, 1.0, 0.001]
     with pytest.raises(ValueError, match="thinner than a cell everywhere"):
         from_mesh(plate, 24)
     with pytest.warns(RuntimeWarning, match="is lost; use more cells"):

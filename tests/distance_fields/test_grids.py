@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -53,8 +52,8 @@ def test_finer_grids_have_the_same_spline(shape: tuple[int, int, int], seed: int
     rng = np.random.default_rng(seed)
     c = rng.normal(size=shape)
     fine = spline.refined(c)
-    at = rng.uniform(0, 1, (50, 3)) * (np.array(shape, float) - 3.0)
-    for one, other, scale in zip(spline.evaluate(c, at), spline.evaluate(fine, 2.0 * at), (1.0, 2.0), strict=True):
+    at = rng.uniform(0, 1, (50, 3)) * (np.array(shape) - 3)
+    for one, other, scale in zip(spline.evaluate(c, at), spline.evaluate(fine, 2 * at), (1.0, 2.0), strict=True):
         np.testing.assert_allclose(one, scale * other, atol=1e-11)
     dual = rng.normal(size=fine.shape)
     assert np.vdot(spline.coarsened_gradient(dual), c) == pytest.approx(np.vdot(dual, fine), abs=1e-9)
@@ -77,12 +76,12 @@ def test_other_grids() -> None:
     with pytest.raises(ValueError, match="within the field's box"):
         resampled(field, (8, 8, 8), lower=(-2, -2, -2))
     with pytest.raises(ValueError, match="refine it fewer times"):
-        refined(Field(np.ones((600, 4, 4), np.float32), "clay"), 6)
+        refined(Field(np.ones((600, 4, 4)), "clay"), 6)
 
 
 @pytest.mark.parametrize("size", [(40, 40, 40), (34, 50, 40)])
 @pytest.mark.parametrize("distance", [lambda p: np.linalg.norm(p, axis=-1) - 0.7, ring_distance])
-def test_redistancing(size: tuple[int, int, int], distance: Any) -> None:
+def test_redistancing(size: tuple[int, int, int], distance: object) -> None:
     """A distorted field becomes the distance again, and its surface stays."""
     plain = sampled(distance, size, (-1.3,) * 3, (1.3,) * 3)
     places, _, _ = nodes_of(plain)
@@ -97,7 +96,7 @@ def test_redistancing(size: tuple[int, int, int], distance: Any) -> None:
     np.testing.assert_allclose(new, d, atol=1.5 * h)
     np.testing.assert_array_equal(new < 0.0, nodes_of(field)[1] < 0.0)
     twice = nodes_of(redistanced(found))[1]
-    np.testing.assert_allclose(twice[near], new[near], atol=0.08 * h)
+    np.testing.assert_allclose(twice[near], new[near], atol=0.06 * h)
     assert eikonal(found)[0] < 0.01 < eikonal(field)[0]
 
 
@@ -128,13 +127,13 @@ def test_sweeping(spacing: tuple[float, float, float]) -> None:
     np.testing.assert_allclose(found, plane, atol=1e-12)
     wanted = box_distance(places, 0.25)
     known = np.where(np.abs(wanted) < 1.5 * h.max(), np.abs(wanted), np.inf)
-    np.testing.assert_allclose(sweeping.distances(known, h), np.abs(wanted), atol=1.3 * h.max())
+    np.testing.assert_allclose(sweeping.distances(known, h), np.abs(wanted), atol=1.5 * h.max())
     assert np.isinf(sweeping.distances(np.full((4, 4, 4), np.inf), h)).all()
 
 
 @pytest.mark.parametrize("function", [laplacian_of, eikonal_of])
 @pytest.mark.parametrize("shape", [(4, 4, 4), (5, 6, 7)])
-def test_gradients_of_regularisers(function: Any, shape: tuple[int, int, int]) -> None:
+def test_gradients_of_regularisers(function: object, shape: tuple[int, int, int]) -> None:
     rng = np.random.default_rng(0)
     h, c = np.array([0.1, 0.2, 0.3]), rng.normal(size=shape)
     _, gradient = function(c, h)

@@ -66,8 +66,7 @@ def from_mesh(
     Returns
     -------
     A field in world space, in metres. At the nodes of the grid it is the distance from the surface, exact within two
-    cells, and accurate to first order of the size of a cell beyond. Beside the rim of a hole that it closes, it may jump
-    by up to two cells.
+    cells, and accurate to first order of the size of a cell beyond.
 
     Raises
     ------
@@ -205,7 +204,13 @@ def _add_membranes(distance: F64, winding: F64, inside: NDArray[np.bool_]) -> No
         near[1:] = np.minimum(near[1:], np.where(smooth, 1.0 - t, np.inf))
         total += near**-2
     found = square > 0.0
-    distance[found] = np.minimum(distance[found], square[found] ** -0.5)
+    if found.any():
+        # Also nodes near the mesh may be nearer to a membrane.
+        reach = np.full(distance.shape, np.inf)
+        reach[found] = square[found] ** -0.5
+        reach = sweeping.distances(reach, np.ones(3))
+        near = np.isfinite(distance) | found
+        distance[near] = np.minimum(distance[near], reach[near])
     # Where the sign changes, both distances together are at most the way between the two nodes: also beside the border
     # of a hole, where the winding number is not linear, and where no piece was found.
     for axis in range(3):

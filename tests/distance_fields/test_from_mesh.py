@@ -65,6 +65,17 @@ def test_a_hole_is_closed() -> None:
     assert np.quantile(np.abs(slope[at] - 1.0), 0.95) < 0.35  # the border itself is a crease
 
 
+@pytest.mark.filterwarnings("ignore:from_mesh. about")  # the rim
+@pytest.mark.parametrize("height", [0.95, 0.7, 0.3])
+def test_no_jump_in_a_hole(height: float) -> None:
+    """A distance never changes by more than the way between two nodes: also across the surface that closes a hole."""
+    mesh = ball(4)
+    field = from_mesh(without(mesh, mesh.vertices[mesh.faces].mean(axis=1)[:, 2] > height), 40)
+    _, values, h = nodes_of(field)
+    for axis in range(3):
+        assert np.abs(np.diff(values, axis=axis)).max() < 1.15 * h
+
+
 def test_overlaps_and_walls_within_have_no_surface() -> None:
     """Two balls that overlap are one body: where each lies in the other, there is no distance to it."""
     field = from_mesh(joined(ball(4), ball(4, centre=(0.8, 0.0, 0.0)), ball(3, 0.3)), 48)

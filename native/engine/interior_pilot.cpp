@@ -45,42 +45,43 @@ double sign_of(uint64_t k) {
     return ((k ^ (k >> 33)) & 1) ? 1.0 : -1.0;
 }
 
-// Shifts each mesh, and the camera, along a random diagonal. Single vertices that move alone have other
-// variances than what fits and objects do.
-TableValues shifts(const std::vector<NamedTable>& tables, const Requested& requested,
-                   const std::vector<int32_t>& mesh_first_vertex) {
+// A random motion of the camera's position. fill(values) sets that of the vertices, if they are requested.
+// All other requested tables stand.
+template <typename Fill>
+TableValues motion_of(const std::vector<NamedTable>& tables, const Requested& requested, const Fill& fill) {
     TableValues out;
     for (const NamedTable& table : tables) {
         if (!requested.any(table.name)) continue;
         Zeros& values = out[table.name];
         values.assign(table.size, 0.0);
         const std::string name = table.name;
+        if (name == "vertices") fill(values);
         if (name == "camera")
             for (size_t k = 0; k < 3; ++k) values[k] = sign_of(k + 1);
-        if (name != "vertices") continue;
+    }
+    return out;
+}
+
+// Shifts each mesh, and the camera, along a random diagonal. Single vertices that move alone have other
+// variances than what fits and objects do.
+TableValues shifts(const std::vector<NamedTable>& tables, const Requested& requested,
+                   const std::vector<int32_t>& mesh_first_vertex) {
+    return motion_of(tables, requested, [&](Zeros& values) {
         for (size_t mesh = 0; mesh + 1 < mesh_first_vertex.size(); ++mesh) {
             const auto first = static_cast<size_t>(mesh_first_vertex[mesh]),
                        last = static_cast<size_t>(mesh_first_vertex[mesh + 1]);
             for (size_t k = 3 * first; k < 3 * last && k < values.size(); ++k)
                 values[k] = sign_of(3 * mesh + k % 3 + 4);
         }
-    }
-    return out;
+    });
 }
 
 // Moves each coordinate up or down at random. The mean square of the derivative along such motions is the
 // squared norm of the gradient.
 TableValues random_motion(const std::vector<NamedTable>& tables, const Requested& requested) {
-    TableValues out;
-    for (const NamedTable& table : tables) {
-        if (!requested.any(table.name)) continue;
-        Zeros& values = out[table.name];
-        values.assign(table.size, 0.0);
-        const std::string name = table.name;
-        const size_t count = name == "vertices" ? table.size : name == "camera" ? 3 : 0;
-        for (size_t k = 0; k < count; ++k) values[k] = sign_of(k + 1);
-    }
-    return out;
+    return motion_of(tables, requested, [](Zeros& values) {
+        for (size_t k = 0; k < values.size(); ++k) values[k] = sign_of(k + 1);
+    });
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 //
 // Every geometric derivative of a sample is a sum of dot products g . velocity over a few blocks: a point at
 // fixed barycentrics of a triangle (M), the point where a fixed pixel's ray meets its moving triangle (S), a
-// triangle's normal (N), a point of an edge (E), the value of a distance field (F). The estimators compute
+// triangle's normal (N), a point of an edge (E), the surface of a distance field (F). The estimators compute
 // the vectors g once. `Forward` multiplies them by the vertices' velocities; `Backward` adds them to the
 // vertices' gradients. Both modes thus use the same samples and are transposes of each other.
 #pragma once
@@ -27,15 +27,21 @@ EG_INLINE Vec3 gather_velocity(const SceneView& scene, const DerivativeView& tan
     return v;
 }
 
-// Calls back with the fields of lanes that have derivatives, and the points' derivatives there.
+// The surface of a field moves by -dphi / |grad phi| along its normal for a change dphi of the field. Calls
+// back with the fields that have derivatives, the points' derivatives there, and the factor alpha of
+// g . velocity = alpha dphi.
 template <typename Block>
 EG_INLINE void for_each_field_point(const SceneView& scene, const FieldDerivatives& fields, Mask lanes,
-                                    Int face, Vec3 at, const Block& block) {
+                                    Int face, Vec3 at, Vec3 g, const Block& block) {
     for (int i = 0; i < W; ++i) {
         if (!lanes[i]) continue;
         const FieldView& field = scene.fields[face[i] - scene.first_field_face];
         if (!fields.moves(field)) continue;
-        block(i, field, field_jet(field, {at.x[i], at.y[i], at.z[i]}));
+        const FieldJet x = field_jet(field, {at.x[i], at.y[i], at.z[i]});
+        const auto& n = x.gradient;
+        const float square = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
+        const float along = g.x[i] * n[0] + g.y[i] * n[1] + g.z[i] * n[2];
+        block(i, field, x, -along / (square > 1e-30f ? square : 1e-30f));
     }
 }
 
@@ -94,14 +100,14 @@ struct Forward {
         }
         value = value + color * d;
     }
-    // alpha times the change of a field at a fixed point of the world.
-    EG_INLINE void field(Mask m, Int face, Vec3 at, Float alpha, Vec3 color) {
+    // A point of a field's surface.
+    EG_INLINE void field(Mask m, Int face, Vec3 at, Vec3 g, Vec3 color) {
         Float d = splat(0.0f);
-        for_each_field_point(scene, tangent.fields, m, face, at,
-                             [&](int i, const FieldView& field, const FieldJet& x) {
+        for_each_field_point(scene, tangent.fields, m, face, at, g,
+                             [&](int i, const FieldView& field, const FieldJet& x, float alpha) {
                                  float change, slope[3];
                                  field_forward(field, tangent.fields, x, change, slope);
-                                 d[i] = alpha[i] * change;
+                                 d[i] = alpha * change;
                              });
         value = value + color * d;
     }
@@ -160,11 +166,11 @@ struct Backward {
             for (int k = 0; k < 12; ++k) p[k] += static_cast<double>(a[i] * out[k / 4] * q[k % 4]);
         }
     }
-    EG_INLINE void field(Mask m, Int face, Vec3 at, Float alpha, Vec3 color) {
-        const Float a = dot(adjoint, color) * alpha;
-        for_each_field_point(scene, gradient.fields, m, face, at,
-                             [&](int i, const FieldView& field, const FieldJet& x) {
-                                 field_backward(field, gradient.fields, x, a[i], {0.0f, 0.0f, 0.0f});
+    EG_INLINE void field(Mask m, Int face, Vec3 at, Vec3 g, Vec3 color) {
+        const Float a = dot(adjoint, color);
+        for_each_field_point(scene, gradient.fields, m, face, at, g,
+                             [&](int i, const FieldView& field, const FieldJet& x, float alpha) {
+                                 field_backward(field, gradient.fields, x, a[i] * alpha, {0.0f, 0.0f, 0.0f});
                              });
     }
 };

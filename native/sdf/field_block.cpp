@@ -85,10 +85,7 @@ void by_hessian(const FieldJet& x, const double (&v)[3], double (&out)[3]) {
 FieldJet field_jet(const FieldView& field, const float (&position)[3]) {
     FieldJet x;
     double grid[3];
-    for (int a = 0; a < 3; ++a) {
-        const auto& m = field.to_grid[a];
-        grid[a] = m[0] * position[0] + m[1] * position[1] + m[2] * position[2] + m[3];
-    }
+    field.place_in_grid(position, grid);
     find_cell(field, grid, x.cell, x.at);
     float g[3], h[6];
     spline_derivatives(field, x.cell, x.at, g, h);

@@ -18,6 +18,15 @@ struct FieldView {
     int64_t first_value = 0;  // of all coefficients of the scene's fields, one field after the other
 
     int32_t cells(int axis) const { return size[axis] - 3; }
+    // The grid coordinates of a point of the world.
+    template <typename T>
+    void place_in_grid(const T (&point)[3], double (&grid)[3]) const {
+        for (int a = 0; a < 3; ++a) {
+            const auto& m = to_grid[a];
+            grid[a] = m[0] * static_cast<double>(point[0]) + m[1] * static_cast<double>(point[1]) +
+                      m[2] * static_cast<double>(point[2]) + m[3];
+        }
+    }
     int64_t value_count() const { return static_cast<int64_t>(size[0]) * size[1] * size[2]; }
     int64_t first_place() const { return 12 * static_cast<int64_t>(number); }
 };

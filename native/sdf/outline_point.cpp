@@ -26,13 +26,6 @@ void times(const double (&h)[6], const Triple& v, Triple& out) {
     out[1] = h[5] * v[0] + h[1] * v[1] + h[3] * v[2];
     out[2] = h[4] * v[0] + h[3] * v[1] + h[2] * v[2];
 }
-void to_grid(const FieldView& f, const float (&p)[3], Triple& out) {
-    for (int a = 0; a < 3; ++a) {
-        const auto& m = f.to_grid[a];
-        out[a] = m[0] * static_cast<double>(p[0]) + m[1] * static_cast<double>(p[1]) +
-                 m[2] * static_cast<double>(p[2]) + m[3];
-    }
-}
 void vector_to_world(const FieldView& f, const Triple& v, Triple& out) {
     for (int c = 0; c < 3; ++c)
         out[c] = f.to_world[c][0] * v[0] + f.to_world[c][1] * v[1] + f.to_world[c][2] * v[2];
@@ -66,10 +59,7 @@ struct OutlineEquations {
 
 FieldViewer viewer_at(const FieldView& f, const double (&point)[3]) {
     FieldViewer out{};
-    for (int a = 0; a < 3; ++a) {
-        const auto& m = f.to_grid[a];
-        out.from[a] = m[0] * point[0] + m[1] * point[1] + m[2] * point[2] + m[3];
-    }
+    f.place_in_grid(point, out.from);
     out.weight = 1.0;
     return out;
 }
@@ -152,8 +142,8 @@ bool pull_to_outline(const FieldView& f, const FieldViewer& viewer, double (&gri
 bool outline_point(const FieldView& f, const FieldViewer& viewer, const float (&a)[3], const float (&b)[3],
                    float u, OutlinePoint& out) {
     Triple from, way, start;
-    to_grid(f, a, from);
-    to_grid(f, b, way);
+    f.place_in_grid(a, from);
+    f.place_in_grid(b, way);
     for (int k = 0; k < 3; ++k) {
         way[k] -= from[k];
         start[k] = from[k] + static_cast<double>(u) * way[k];

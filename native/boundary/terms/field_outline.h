@@ -130,19 +130,7 @@ struct FieldCurves {
                                  const EdgeSample& s, Vec3 color) {
         view_blocks(mode, scene, motion, s, color);
         if (!motion.fields.any()) return;
-        // The surface moves by -dphi / |grad phi| along its normal
-        const Int face = field_of_outline(scene, s);
-        const Vec3 g = s.normal * s.weight;
-        Float alpha = splat(0.0f);
-        for (int i = 0; i < W; ++i) {
-            if (!s.active[i]) continue;
-            const FieldView& field = scene.fields[face[i] - scene.first_field_face];
-            const FieldJet x = field_jet(field, {s.point.x[i], s.point.y[i], s.point.z[i]});
-            const auto& n = x.gradient;
-            const float square = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
-            alpha[i] = -(g.x[i] * n[0] + g.y[i] * n[1] + g.z[i] * n[2]) / (square > 1e-30f ? square : 1e-30f);
-        }
-        mode.field(s.active, face, s.point, alpha, color);
+        mode.field(s.active, field_of_outline(scene, s), s.point, s.normal * s.weight, color);
     }
 };
 

@@ -101,8 +101,7 @@ class Coefficients:
             raise ValueError(f"fit: the variables of '{path}' need about {needed / 1e9:.2g} GB, more than "
                              f"most_memory of FieldSteps ({self.options.most_memory / 1e9:.2g} GB); use a coarser "
                              "grid, or raise most_memory")
-        nodes = spline.node_values(field.values.astype(np.float64))
-        if (nodes < 0.0).all() or not (nodes < 0.0).any():
+        if not _has_surface(field.values.astype(np.float64)):
             raise ValueError(f"fit: the field of '{path}' has no surface from which the fit could begin: its sign is "
                              "the same at all nodes; start with a shape")
         levels = _levels(field, self.options.coarser, path)
@@ -115,7 +114,7 @@ class Coefficients:
             self._values = spline.coefficients(spline.at_nodes_of(self._values, places))
         # The length of a step is one of the surface if the field is a distance.
         self._values = distance_coefficients(self._values, self._spacing)
-        self._enclosed = bool((_shell(self._values) > 0.0).all())
+        self._enclosed = bool((self._values[_shell(self._values)] > 0.0).all())
         self._count = 0
         self._optimiser = AdamUniform(1.0, beta2=BETA2)
         self._filters = self._new_filters()
@@ -142,11 +141,9 @@ class Coefficients:
     def _accept(self, values: F64) -> None:
         """Take the new coefficients over. A step by which the surface would vanish is not made."""
         if self._enclosed:
-            shell = np.ones(values.shape, bool)
-            shell[3:-3, 3:-3, 3:-3] = False
+            shell = _shell(values)
             values[shell] = np.maximum(values[shell], _BORDER * float(self._spacing.min()))
-        inside = spline.node_values(values) < 0.0
-        if inside.all() or not inside.any():
+        if not _has_surface(values):
             return
         if self._count % self.options.redistance_every == 0:
             values = distance_coefficients(values, self._spacing)
@@ -194,8 +191,14 @@ def _levels(field: Field, coarser: int, path: str) -> int:
     return coarser
 
 
-def _shell(values: F64) -> F64:
-    """The outermost three coefficients on all sides, which decide about the values on the box."""
+def _has_surface(values: F64) -> bool:
+    """Whether the spline has both signs at the nodes of its grid."""
+    inside = spline.node_values(values) < 0.0
+    return bool(inside.any() and not inside.all())
+
+
+def _shell(values: F64) -> NDArray[np.bool_]:
+    """Select the outermost three coefficients on all sides, which decide about the values on the box."""
     shell = np.ones(values.shape, bool)
     shell[3:-3, 3:-3, 3:-3] = False
-    return values[shell]
+    return shell

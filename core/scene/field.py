@@ -81,7 +81,7 @@ class Field(Checked):
     def grid_to_world(self) -> NDArray[np.float64]:
         """(3, 4) rows of the map from grid coordinates, which count cells from `lower`, to the world."""
         spacing = (self.upper - self.lower) / self.cells
-        out = np.empty((3, 4))
+        out = np.empty((3, 4), np.result_type(spacing, self.transform))  # complex for derivatives (complex_step)
         out[:, :3] = self.transform[:3, :3] * spacing
         out[:, 3] = self.transform[:3, :3] @ self.lower + self.transform[:3, 3]
         return out

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import bpy
-import numpy as np
 
 from ..problem import Problem
 
 # 'objects["Rig"]' at the start of a path, whose name may contain escaped quotes.
-_START = re.compile(r'^(?:bpy\.data\.)?(?P<collection>[a-z_]+)\[(?P<quote>["\'])(?P<name>(?:\\.|(?!(?P=quote)).)*)'
+START = re.compile(r'^(?:bpy\.data\.)?(?P<collection>[a-z_]+)\[(?P<quote>["\'])(?P<name>(?:\\.|(?!(?P=quote)).)*)'
                     r'(?P=quote)\]\.?(?P<rest>.*)$', re.DOTALL)  # fmt: skip
 _INDEX = re.compile(r"^(?P<path>.+)\[(?P<index>\d+)\]$", re.DOTALL)
 _KEY = re.compile(r'\["((?:\\.|[^"\\])*)"\]$')
@@ -54,7 +54,7 @@ class Place:
 
     def write(self, value: float) -> float:
         """Set the value, with all that Blender does when a user sets it, and return what it has become."""
-        holder, key, custom = self._holder()
+        holder, key, custom = self.holder()
         if self.index >= 0:
             (holder[key] if custom else getattr(holder, key))[self.index] = value
         elif custom:
@@ -67,7 +67,7 @@ class Place:
 
     def limits(self) -> tuple[float, float, float, float]:
         """Return the hard limits, then the soft ones."""
-        holder, key, custom = self._holder()
+        holder, key, custom = self.holder()
         if custom:
             found = holder.id_properties_ui(key).as_dict()
             low, high = float(found.get("min", -math.inf)), float(found.get("max", math.inf))
@@ -81,13 +81,13 @@ class Place:
 
     def is_angle(self) -> bool:
         """Whether the value is an angle in radians."""
-        holder, key, custom = self._holder()
+        holder, key, custom = self.holder()
         if custom:
             return str(holder.id_properties_ui(key).as_dict().get("subtype", "")) == "ANGLE"
         return str(holder.bl_rna.properties[key].unit) == "ROTATION"
 
-    def _holder(self) -> tuple[Any, str, bool]:
-        """The struct with the property, the property's name, and whether it is a custom one."""
+    def holder(self) -> tuple[Any, str, bool]:
+        """Return the struct with the property, the property's name, and whether it is a custom one."""
         custom = self.path.endswith('"]')
         cut = _KEY.search(self.path).start() if custom else self.path.rfind(".")  # type: ignore[union-attr]
         holder = self.owner.path_resolve(self.path[:cut]) if cut > 0 else self.owner
@@ -113,7 +113,7 @@ def find(text: str) -> list[Place]:
     Problem
         If there is no such property, or if it has no float values; the message says what the path should be like.
     """
-    match = _START.match(text.strip())
+    match = START.match(text.strip())
     if match is None:
         raise Problem(f"property '{text}': must be a datablock and a path in it, such as '{EXAMPLE}'; 'Copy Full Data "
                       "Path' in the menu of Blender's button gives it")  # fmt: skip
@@ -134,10 +134,10 @@ def places(owner: Any, path: str, text: str = "") -> list[Place]:
     if not path:
         raise Problem(f"property '{text}': names a whole datablock; add a property, such as '{EXAMPLE}'")
     path, index = _translated(owner, path), -1
-    found = _resolved(owner, path)
+    found = resolved(owner, path)
     number = _INDEX.match(path)
     if number is not None and isinstance(found, (float, int, type(None))):
-        array = _resolved(owner, number["path"])
+        array = resolved(owner, number["path"])
         if _count(array):
             path, index, found = number["path"], int(number["index"]), array
     if found is None:
@@ -155,7 +155,8 @@ def places(owner: Any, path: str, text: str = "") -> list[Place]:
     return out
 
 
-def _resolved(owner: Any, path: str) -> Any:
+def resolved(owner: Any, path: str) -> Any:
+    """Return what a path in a datablock leads to; None: nothing."""
     try:
         return owner.path_resolve(path)
     except (ValueError, KeyError, IndexError, TypeError):
@@ -177,7 +178,7 @@ def _translated(owner: Any, path: str) -> str:
     match = _MODIFIER.match(path)
     if match is None:
         return path
-    modifier = _resolved(owner, match["modifier"])
+    modifier = resolved(owner, match["modifier"])
     group = getattr(modifier, "node_group", None)
     if group is None:
         return path
@@ -191,7 +192,7 @@ def _translated(owner: Any, path: str) -> str:
     return f'{match["modifier"]}["{named[0]}"]'
 
 
-def restored(places_: list[Place], values: np.ndarray[Any, np.dtype[np.float64]]) -> None:
+def restored(places_: Iterable[Place], values: Iterable[float]) -> None:
     """Write back values that were read, unless they are still there."""
     for place, value in zip(places_, values, strict=True):
         if place.read() != value:

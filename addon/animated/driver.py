@@ -28,6 +28,7 @@ from ..export.scene import export_evaluated
 from ..problem import Problem
 from .arrays import CAMERA, F64, Key, moved, value_of
 from .control_mesh import ControlMesh, LinearMap
+from .data_path import restored
 from .parameter import Parameter, Wanted, analyse, found
 from .quotients import NoEffect, Prober, Quotient
 
@@ -240,9 +241,7 @@ class Driver:
         try:
             yield
         finally:
-            for place, value in zip(places, before, strict=True):
-                if place.read() != value:
-                    place.write(value)
+            restored(places, before)
             for one, shape in zip(self.controls, shapes, strict=True):
                 one.write(shape)
 

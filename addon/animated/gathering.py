@@ -44,7 +44,7 @@ def of_data(data: Any) -> list[tuple[Any, str]]:
         names = _CAMERA
     elif isinstance(data, bpy.types.Curve):
         names = _CURVE
-    found = [(data, name) for name in names if data_path._resolved(data, name) is not None]
+    found = [(data, name) for name in names if data_path.resolved(data, name) is not None]
     if isinstance(data, bpy.types.Lattice) and len(data.points) <= MOST_POINTS:
         found += [(data, f"points[{k}].co_deform") for k in range(len(data.points))]
     keys = getattr(data, "shape_keys", None)

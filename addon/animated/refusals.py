@@ -36,7 +36,7 @@ def check(place: Place) -> None:
 
 
 def _is_read_only(place: Place) -> bool:
-    holder, key, custom = place._holder()
+    holder, key, custom = place.holder()
     return not custom and bool(holder.bl_rna.properties[key].is_readonly)
 
 

@@ -75,14 +75,14 @@ def all_of(text: str) -> list[tuple[Any, str]]:
     Problem
         If there is no such thing.
     """
-    match = data_path._START.match(text.strip())
+    match = data_path.START.match(text.strip())
     held = getattr(bpy.data, match["collection"], None) if match is not None else None
     owner = held.get(bpy.utils.unescape_identifier(match["name"])) if held is not None and match is not None else None
     if owner is None:
         raise Problem(f"'{text}': there is no such object, light, camera, material, world or bone; write it like "
                       "'objects[\"Cube\"]'")  # fmt: skip
     if match is not None and match["rest"]:
-        bone = data_path._resolved(owner, match["rest"])
+        bone = data_path.resolved(owner, match["rest"])
         if not isinstance(bone, bpy.types.PoseBone):
             raise Problem(f"'{text}': is no pose bone; write it like 'objects[\"Rig\"].pose.bones[\"Arm\"]'")
         return gathering.of_bones(owner, bone)

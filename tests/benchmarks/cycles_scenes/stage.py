@@ -73,6 +73,13 @@ def world(color: Any = (1, 1, 1), strength: float = 1.0) -> Any:
     return made.node_tree
 
 
+def image_world(pixels: Any) -> None:
+    """A world with the image (h, w, 3) of linear colours."""
+    tree = world()
+    sky = image("Sky", pixels.astype(np.float32), "Linear Rec.709", is_float=True)
+    tree.links.new(node(tree, "ShaderNodeTexEnvironment", image=sky).outputs[0], tree.nodes["Background"].inputs[0])
+
+
 # ------------------------------------------------------------------------------------------------ nodes
 def node(tree: Any, kind: str, inputs: Inputs | None = None, **settings: Any) -> Any:
     """A node; inputs are values or other nodes' sockets (of a node: its first output), settings its properties."""

@@ -24,13 +24,7 @@ def _image_sky() -> None:
     sky = np.stack([0.4 + 0.3 * np.sin(x / 9), 0.5 + 0.2 * np.cos(x / 7), 0.9 - 0.6 * y / 32], -1)
     sky[5:8, 40:43] = 60.0
     sky[6:14, 5:20] = 4.0
-    tree = stage.world()
-    texture = stage.node(
-        tree,
-        "ShaderNodeTexEnvironment",
-        image=stage.image("Sky", sky.astype(np.float32), "Linear Rec.709", is_float=True),
-    )
-    tree.links.new(texture.outputs[0], tree.nodes["Background"].inputs[0])
+    stage.image_world(sky)
 
 
 def _shaders() -> list[Any]:

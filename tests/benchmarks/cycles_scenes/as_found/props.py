@@ -160,13 +160,7 @@ def toy_car() -> None:
     y, x = np.mgrid[0:height, 0:width] + 0.5
     sky = np.stack([0.5 + 0.3 * np.sin(x / 10), 0.6 + 0.2 * np.cos(x / 8), 0.9 - 0.4 * y / height], -1)
     sky[3:8, 10:20] = 12.0
-    tree = stage.world()
-    texture = stage.node(
-        tree,
-        "ShaderNodeTexEnvironment",
-        image=stage.image("Sky", sky.astype(np.float32), "Linear Rec.709", is_float=True),
-    )
-    tree.links.new(texture.outputs[0], tree.nodes["Background"].inputs[0])
+    stage.image_world(sky)
 
     def paint(tree: Any) -> Any:
         flakes = stage.node(tree, "ShaderNodeTexVoronoi", {"Scale": 60.0})

@@ -1,8 +1,10 @@
 #include "boundary/curves/learned_weights.h"
-#include "tasks/boundary_task.h"
 
 #include <algorithm>
 #include <cmath>
+
+#include "boundary/curves/segment_cells.h"
+#include "tasks/boundary_task.h"
 
 namespace edgegrad {
 namespace {

@@ -20,7 +20,7 @@ class LearnedWeights {
     bool knows(const EdgeList& edges, const Candidates& candidates) const;
 
     // Starts with about `requested` cells for the candidates. Edges are cut into parts, each with the same
-    // number of direction cells. `chains` (candidates.h) doubles the cells.
+    // number of direction cells. `chains` (segment_cells.h) doubles the cells.
     void begin(const EdgeList& edges, const Candidates& candidates, int32_t direction_cells, bool chains,
                double requested);
     // The candidates cut into segments of single cells, weighted by what has been learned.

@@ -4,6 +4,7 @@
 #include <optional>
 #include <type_traits>
 
+#include "boundary/curves/segment_cells.h"
 #include "engine/terms/curve_terms.h"
 #include "scene/sharp_lobes.h"
 #include "tasks/boundary_kind.h"

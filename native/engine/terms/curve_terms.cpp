@@ -2,6 +2,7 @@
 
 #include "boundary/curves/edge_cache.h"
 #include "boundary/curves/light_intersections.h"
+#include "boundary/curves/segment_cells.h"
 #include "boundary/samples/field_viewer.h"
 #include "sdf/outline.h"
 #include "tasks/boundary_kind.h"

@@ -18,56 +18,112 @@ constexpr int64_t kBlock = 1024;
 // Neighbouring cells then cut their common face alike.
 constexpr int kPaths[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
 
-// Values of the spline at the nodes of one slab across the first axis.
+// The nodes of one slab across the first axis that are asked for: the values of the spline, and the vertices
+// on the edges that begin there. A field has few such nodes, near its surface.
 class NodeSlab {
  public:
-    NodeSlab(const FieldView& f, int first) : columns_(f.cells(2) + 1) {
-        const int64_t step = f.size[2], slab = step * f.size[1];
-        const auto rows = static_cast<size_t>(f.size[1]), taps = static_cast<size_t>(step);
-        // At nodes the weights are 1/6, 4/6 and 1/6
-        std::vector<double> across(rows * taps), along(static_cast<size_t>(f.cells(1) + 1) * taps);
-        const float* c = f.values + first * slab;
-        for (size_t k = 0; k < across.size(); ++k, ++c)
-            across[k] = (double{c[0]} + 4.0 * double{c[slab]} + double{c[2 * slab]}) / 6.0;
-        for (size_t k = 0; k < along.size(); ++k)
-            along[k] = (across[k] + 4.0 * across[k + taps] + across[k + 2 * taps]) / 6.0;
-        value_.resize(static_cast<size_t>((f.cells(1) + 1) * columns_));
-        for (int j = 0; j <= f.cells(1); ++j)
-            for (int k = 0; k < columns_; ++k) {
-                const double* p = &along[static_cast<size_t>(j) * taps + static_cast<size_t>(k)];
-                value_[index(j, k)] = (p[0] + 4.0 * p[1] + p[2]) / 6.0;
-            }
+    struct Entry {
+        double value;
+        std::array<int64_t, 7> vertex;  // by the direction of the edge; -1: none yet
+    };
+
+    NodeSlab(const FieldView& f, int first)
+        : f_(&f),
+          first_(first),
+          columns_(f.cells(2) + 1),
+          place_(static_cast<size_t>((f.cells(1) + 1) * columns_), -1) {}
+
+    // The node (first, j, k). Another node's entry may move.
+    Entry& operator()(int j, int k) {
+        int32_t& place = place_[static_cast<size_t>(j * columns_ + k)];
+        if (place < 0) {
+            place = static_cast<int32_t>(entries_.size());
+            entries_.push_back({value(j, k), {-1, -1, -1, -1, -1, -1, -1}});
+        }
+        return entries_[static_cast<size_t>(place)];
     }
-    double operator()(int j, int k) const { return value_[index(j, k)]; }
-    size_t size() const { return value_.size(); }
-    size_t index(int j, int k) const { return static_cast<size_t>(j * columns_ + k); }
 
  private:
-    int columns_;
-    std::vector<double> value_;
+    // At nodes the weights along each axis are 1/6, 4/6 and 1/6.
+    double value(int j, int k) const {
+        const auto mean = [](double a, double b, double c) { return (a + 4.0 * b + c) / 6.0; };
+        const int64_t row = f_->size[2], slab = row * f_->size[1];
+        const float* c = f_->values + first_ * slab + j * row + k;
+        double along[3];
+        for (int n = 0; n < 3; ++n, ++c) {
+            double across[3];
+            for (int m = 0; m < 3; ++m) {
+                const float* at = c + m * row;
+                across[m] = mean(double{at[0]}, double{at[slab]}, double{at[2 * slab]});
+            }
+            along[n] = mean(across[0], across[1], across[2]);
+        }
+        return mean(along[0], along[1], along[2]);
+    }
+
+    const FieldView* f_;
+    int first_, columns_;
+    std::vector<int32_t> place_;  // among the entries; -1: not asked for yet
+    std::vector<Entry> entries_;
+};
+
+// The cells of one slab whose coefficients have both signs. In all others the nodes have one sign, because
+// their values are convex combinations of coefficients.
+class MixedCells {
+ public:
+    explicit MixedCells(const FieldView& f) : f_(f), rows_(f.size[1]), taps_(f.size[2]) {
+        for (int layer = 0; layer < 3; ++layer) read(layer);
+    }
+
+    // Moves on to the slab of cells `i`: 3 for mixed cells (j, k), by the place of their first coefficient.
+    const std::vector<uint8_t>& slab(int i) {
+        read(i + 3);
+        const size_t size = layer_[0].size(), row = static_cast<size_t>(taps_);
+        signs_.resize(size);
+        for (size_t n = 0; n < size; ++n)
+            signs_[n] = layer_[0][n] | layer_[1][n] | layer_[2][n] | layer_[3][n];
+        for (const size_t step : {size_t{1}, row})
+            for (size_t n = 0; n + 3 * step < size; ++n)
+                signs_[n] |= signs_[n + step] | signs_[n + 2 * step] | signs_[n + 3 * step];
+        return signs_;
+    }
+
+ private:
+    // 1 for coefficients below zero, 2 for the others.
+    void read(int layer) {
+        std::vector<uint8_t>& signs = layer_[layer % 4];
+        signs.resize(static_cast<size_t>(rows_) * static_cast<size_t>(taps_));
+        const float* c = f_.values + layer * static_cast<int64_t>(signs.size());
+        for (size_t n = 0; n < signs.size(); ++n) signs[n] = c[n] < 0.0f ? 1 : 2;
+    }
+
+    const FieldView& f_;
+    int rows_, taps_;
+    std::vector<uint8_t> layer_[4], signs_;
 };
 
 // Collects the triangles of the slabs of cells one after the other, with vertices on the edges of tetrahedra.
 class March {
  public:
-    March(const FieldView& f, FieldCarrier& out)
-        : f_(f), out_(out), low_(f, 0), high_(low_), vertex_{std::vector<int64_t>(7 * low_.size(), -1), {}} {}
+    March(const FieldView& f, FieldCarrier& out) : f_(f), out_(out), low_(f, 0), high_(f, 1) {}
 
     void run() {
+        MixedCells mixed(f_);
         for (int i = 0; i < f_.cells(0); ++i) {
             may_cancel();
-            if (i > 0) low_ = std::move(high_), vertex_[0] = std::move(vertex_[1]);
-            high_ = NodeSlab(f_, i + 1);
-            vertex_[1].assign(7 * low_.size(), -1);
-            for (int j = 0; j < f_.cells(1); ++j)
-                for (int k = 0; k < f_.cells(2); ++k) cell({i, j, k});
+            if (i > 0) low_ = std::exchange(high_, NodeSlab(f_, i + 1));
+            const uint8_t* row = mixed.slab(i).data();
+            for (int j = 0; j < f_.cells(1); ++j, row += f_.size[2])
+                for (int k = 0; k < f_.cells(2); ++k)
+                    if (row[k] == 3) cell({i, j, k});
         }
     }
 
  private:
-    double value(const Node& corner, const Node& at) const {
+    NodeSlab::Entry& node(const Node& corner, const Node& at) {
         return (corner[0] ? high_ : low_)(at[1] + corner[1], at[2] + corner[2]);
     }
+    double value(const Node& corner, const Node& at) { return node(corner, at).value; }
 
     void cell(const Node& at) {
         int inside = 0;
@@ -86,11 +142,10 @@ class March {
     // The vertex on the edge between two corners of a cell.
     uint32_t vertex(const Node& at, const Node& from, const Node& to) {
         const int direction = (to[0] - from[0]) + 2 * (to[1] - from[1]) + 4 * (to[2] - from[2]);
-        const size_t node = low_.index(at[1] + from[1], at[2] + from[2]);
-        int64_t& known = vertex_[from[0]][7 * node + static_cast<size_t>(direction - 1)];
+        const double a = value(from, at), b = value(to, at), part = a / (a - b);
+        int64_t& known = node(from, at).vertex[static_cast<size_t>(direction - 1)];
         if (known >= 0) return static_cast<uint32_t>(known);
         known = static_cast<int64_t>(out_.point.size() / 3);
-        const double a = value(from, at), b = value(to, at), part = a / (a - b);
         for (size_t k = 0; k < 3; ++k) out_.point.push_back(at[k] + from[k] + part * (to[k] - from[k]));
         return static_cast<uint32_t>(known);
     }
@@ -133,8 +188,7 @@ class March {
 
     const FieldView& f_;
     FieldCarrier& out_;
-    NodeSlab low_, high_;             // nodes before and behind the slab of cells
-    std::vector<int64_t> vertex_[2];  // of edges that begin at these nodes, by direction; -1: none yet
+    NodeSlab low_, high_;  // nodes before and behind the slab of cells
 };
 
 template <typename Visit>

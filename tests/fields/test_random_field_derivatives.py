@@ -44,9 +44,10 @@ def scene_of(shape: str, size: tuple[int, int, int], noise: float, stretch: floa
     view = camera(tuple(scale * np.array([0.3, -2.6, 1.8])), (0, 0, 0), PIXELS, 0.8, up=(0, 0, 1))
     view = replace(view, clip_start=1e-3 * scale, clip_end=1e3 * scale)
     floor = rectangle((0, 0, -1.5 * scale), (3 * scale, 0, 0), (0, 3 * scale, 0), "floor")
-    return Scene(view, {"floor": floor},
-                 {"clay": Material(np.full(3, 0.7), kind="GLOSSY", roughness=0.2) if shiny else matte(0.7, 0.6, 0.5), "floor": matte(0.5, 0.5, 0.5)},
-                 {"lamp": AreaLight(lamp, np.full(2, scale), power=100.0 * scale**2)}, World(np.full(3, 0.5)), fields={"thing": field})
+    clay = Material(np.full(3, 0.7), kind="GLOSSY", roughness=0.2) if shiny else matte(0.7, 0.6, 0.5)
+    light = AreaLight(lamp, np.full(2, scale), power=100.0 * scale**2)
+    return Scene(view, {"floor": floor}, {"clay": clay, "floor": matte(0.5, 0.5, 0.5)}, {"lamp": light},
+                 World(np.full(3, 0.5)), fields={"thing": field})
 
 
 @settings(max_examples=300, deadline=None)

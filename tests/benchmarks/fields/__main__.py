@@ -3,8 +3,9 @@
 ``python -m tests.benchmarks.fields`` prints CPU seconds of pictures (256 x 256 pixels, 16 samples) of a torus, as a
 field of 128^3 coefficients and as a smooth mesh of 200,000 triangles, in turns: in an even environment, and over a
 floor in the light of a rectangle, with the gradient by all coefficients beside the picture.
-Then it prints seconds of preparing a field, of an update of one corner and of all coefficients, and of a picture, for
-fields of 64^3 to 512^3 coefficients, and the memory that they take beside the coefficients.
+Then it prints seconds of preparing a field, of an update of one corner and of all coefficients, of a picture and of its
+gradient by all coefficients, for fields of 64^3 to 512^3 coefficients, and the memory that they take beside the
+coefficients. ``--plot FILE`` draws these, ``--only grow`` leaves out the comparison with meshes.
 """
 
 from __future__ import annotations
@@ -15,12 +16,26 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from edgegrad import AreaLight, Mesh, Renderer, Scene, World
 from tests.support.fields.splines import sampled, torus
 from tests.support.small_scenes import camera, matte, rectangle
+
+
+class Grown(NamedTuple):
+    """Figures of a field of size^3 coefficients: CPU seconds, and MB."""
+
+    size: int
+    prepared: float
+    memory: float
+    corner: float
+    everything: float
+    picture: float
+    gradient: float
+
 
 SIZE, SPP, TURNS = 256, 16, 5
 TRIANGLES = 200_000
@@ -96,8 +111,8 @@ def differentiate(light: str, depth: int, size: int) -> None:
           f"{gradient / picture:.2f}", flush=True)
 
 
-def grow(size: int) -> None:
-    """Print how one field is prepared, updated and rendered."""
+def grow(size: int) -> Grown:
+    """Measure how one field is prepared, updated, rendered and differentiated, and print it."""
     scene = scenes("environment", 128)["field"]
     field = sampled(torus, size)
     scene.fields = {"torus": field}
@@ -110,23 +125,56 @@ def grow(size: int) -> None:
     field.values += np.float32(1e-3)
     everything = cpu_seconds(renderer.update)
     picture = cpu_seconds(lambda: renderer.render(spp=SPP))
+    adjoint = np.ones((128, 128, 3), np.float32)
+    gradient = cpu_seconds(lambda: renderer.render_backward(adjoint, ["fields.torus.values"], spp=SPP))
     print(f"{size}^3: prepared in {build:.2f} s with {memory:.0f} MB beside the engine's coefficients, update of a "
-          f"corner {corner:.3f} s, of all {everything:.3f} s, picture {picture:.3f} s", flush=True)
+          f"corner {corner:.3f} s, of all {everything:.3f} s, picture {picture:.3f} s, gradient {gradient:.3f} s",
+          flush=True)
+    return Grown(size, build, memory, corner, everything, picture, gradient)
+
+
+def draw(rows: list[Grown], path: Path) -> None:
+    """Draw seconds and memory over the size, beside a line that grows with the surface and one with the volume."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    figure, (left, right) = pyplot.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
+    sizes = np.array([row.size for row in rows], float)
+    for name, label in (("picture", "picture"), ("gradient", "gradient by all coefficients"),
+                        ("prepared", "preparation"), ("everything", "update of all coefficients")):
+        left.loglog(sizes, [getattr(row, name) for row in rows], "o-", label=label)
+    right.loglog(sizes, [row.memory for row in rows], "o-", label="memory beside the coefficients")
+    for axes, first in ((left, rows[0].prepared), (right, rows[0].memory)):
+        axes.loglog(sizes, first * (sizes / sizes[0]) ** 2, "--", color="0.6", label="as the surface")
+        axes.loglog(sizes, first * (sizes / sizes[0]) ** 3, ":", color="0.6", label="as the volume")
+        axes.set_xticks(sizes, [f"{size:.0f}³" for size in sizes], minor=False)
+        axes.set_xticks([], minor=True)
+        axes.set_xlabel("coefficients")
+        axes.legend(fontsize=7)
+    left.set_ylabel("CPU seconds")
+    right.set_ylabel("MB")
+    figure.savefig(path, dpi=110)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--size", type=int, default=SIZE, help="pixels of a row")
     parser.add_argument("--largest", type=int, default=512, help="coefficients of the largest field along an axis")
+    parser.add_argument("--only", choices=("compare", "grow"), help="one half of the measurements")
+    parser.add_argument("--plot", type=Path, help="draw how fields grow to this file")
     given = parser.parse_args()
-    for light in ("environment", "rectangle"):
-        for depth in (1, 2, 4):
-            compare(light, depth, given.size)
-            differentiate(light, depth, given.size)
-    size = 64
-    while size <= given.largest:
-        grow(size)
-        size *= 2
+    if given.only != "grow":
+        for light in ("environment", "rectangle"):
+            for depth in (1, 2, 4):
+                compare(light, depth, given.size)
+                differentiate(light, depth, given.size)
+    if given.only == "compare":
+        return
+    rows = [grow(64 << k) for k in range(int(np.log2(given.largest / 64)) + 1)]
+    if given.plot:
+        draw(rows, given.plot)
 
 
 if __name__ == "__main__":

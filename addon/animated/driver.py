@@ -30,7 +30,7 @@ from .arrays import CAMERA, F64, Key, moved, value_of
 from .control_mesh import ControlMesh, LinearMap
 from .data_path import restored
 from .parameter import Parameter, Wanted, analyse, found
-from .quotients import NoEffect, Prober, Quotient
+from .quotients import NoEffect, Prober, Quotient, Step
 
 # How often a step that changes the topology is halved before it is left out.
 SHORTENED = 4
@@ -86,6 +86,7 @@ class Driver:
         self._placements = 0
         self._start: Export | None = None
         self._last: dict[str, F64] = {}
+        self._before: dict[str, Any] = {}  # the state before the last placement
         evaluate(scene, self._analyse, cameras[0])
         self.parameters = [one for one in self.parameters if one.places]
         if not self.parameters and not self.controls:
@@ -101,7 +102,24 @@ class Driver:
 
     def place(self, values: Mapping[str, F64]) -> Placed:
         """Evaluate Blender with these values, and return what follows; the file's own values are set back."""
+        self._before = {
+            "placements": self._placements,
+            "last": self._last,
+            "steps": {one.path: [[step.size, step.change, step.error] for step in one.steps]
+                      for one in self.parameters},
+            "notes": list(self.notes),
+        }  # fmt: skip
         return evaluate(self.scene, lambda evaluation: self._place(evaluation, values), self.cameras[0])
+
+    def state(self) -> dict[str, Any]:
+        """Return the state before the last placement (`edgegrad.fitting.driven.Driven`)."""
+        return self._before
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Take over what `state` has returned."""
+        self._placements, self._last, self.notes = state["placements"], dict(state["last"]), list(state["notes"])
+        for one in self.parameters:
+            one.steps = [Step(*step) for step in state["steps"][one.path]]
 
     def export_at(self, values: Mapping[str, F64]) -> Export:
         """Export the scene with these values; the file's own values are set back."""

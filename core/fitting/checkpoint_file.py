@@ -1,7 +1,7 @@
 """Files with the state of a fit: arrays in an npz archive, everything else as JSON in it; no pickles.
 
-A file is written under a temporary name, flushed to the disk and renamed, so that a full disk or a killed process leaves
-the earlier file whole.
+A file is written under a temporary name, flushed to the disk and renamed, so that a full disk or a killed process
+leaves the earlier file whole.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def read_tree(path: str | Path) -> dict[str, Any]:
     """
     where = f"checkpoint '{path}'"
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        with Path(path).open("rb") as file, np.load(file, allow_pickle=False) as archive:
             found = json.loads(archive[_JSON].tobytes())
             if not isinstance(found, dict) or found.get("format") != FORMAT:
                 raise CheckpointError(f"{where}: is no checkpoint of a fit; name another file")

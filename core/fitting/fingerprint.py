@@ -29,7 +29,7 @@ def of_scene(scene: Scene) -> Fingerprint:
 
 def of_views(views: Iterable[View]) -> Fingerprint:
     """Return the digests of the pictures, masks and cameras of a fit."""
-    found = {}
+    found: Fingerprint = {}
     for k, view in enumerate(views):
         found |= {f"the picture of target {k}": digest(view.image), f"the mask of target {k}": digest(view.mask),
                   f"the camera of target {k}": digest(view.camera), f"the weight of target {k}": digest(view.weight)}
@@ -46,15 +46,14 @@ def of_driven(driven: Driven | None) -> Fingerprint:
 
 
 def difference(stored: Mapping[str, str], now: Mapping[str, str]) -> str | None:
-    """Name the first part that differs, or that only one has; None: there is none."""
-    for name in dict.fromkeys((*stored, *now)):
+    """Name a part that only one has, or else the first that differs; None: there is none."""
+    for name in stored:
         if name not in now:
             return f"there is no {name} now"
+    for name in now:
         if name not in stored:
             return f"{name} is new"
-        if stored[name] != now[name]:
-            return f"{name} differs"
-    return None
+    return next((f"{name} differs" for name in stored if stored[name] != now[name]), None)
 
 
 def digest(value: Any) -> str:

@@ -104,15 +104,19 @@ class Learning:
         self._sampling = sampling
         self._views: dict[Any, LearnedView] = {}
         self._form: Any = None
-        self._stored: dict[str, Any] = {}  # restored states of views that were not asked for yet
+        self._restored: dict[str, LearnedView] = {}  # views that were not asked for yet
 
     def state(self) -> dict[str, Any]:
         """Return the states of all views, by digests of what tells them apart."""
-        return self._stored | {_digest(key): view.state() for key, view in self._views.items()}
+        known = {_digest(key): view for key, view in self._views.items()}
+        return {name: view.state() for name, view in (self._restored | known).items()}
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Take over what `state` has returned, for the views of gradients to come."""
-        self._views, self._stored = {}, dict(state)
+        self._views, self._restored = {}, {}
+        for name, of_view in state.items():
+            self._restored[name] = LearnedView(self._sampling())
+            self._restored[name].restore(of_view)
 
     def view(
         self, tables: Tables, camera: Camera | None, wrt: Collection[str], options: RenderOptions
@@ -131,10 +135,8 @@ class Learning:
         requested = replace(options, seed=0)
         key = (tables.width, tables.height, pose, tuple(wrt), requested)
         if key not in self._views:
-            self._views[key] = LearnedView(self._sampling())
-            stored = self._stored.pop(_digest(key), None)
-            if stored is not None:
-                self._views[key].restore(stored)
+            restored = self._restored.pop(_digest(key), None)
+            self._views[key] = LearnedView(self._sampling()) if restored is None else restored
         return self._views[key]
 
 

@@ -1,4 +1,4 @@
-"""Checkpoints: a fit that goes on from one ends with the same bits; other fits' and damaged files are refused by name."""
+"""Checkpoints: resumed fits end with the same bits; checkpoints of other fits and damaged files are refused by name."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from edgegrad import FieldSteps, Scene, Target, read_checkpoint
 from edgegrad import expression as e
 from edgegrad.fitting import checkpoint_file
 from edgegrad.fitting.run import FitStep
+from tests.fitting.killed_fits import kill_fits
 from tests.support import shapes
 from tests.support.fields.splines import sampled
 from tests.support.fits import COLOR, POWER, VERTICES, ball, picture, same, state
-from tests.support.killed_fits import kill_fits
 
 ITERATIONS = 12
 

@@ -1,6 +1,6 @@
 """Fits whose process is killed at random moments, and that go on from their checkpoints.
 
-``python -m tests.support.killed_fits --count 50`` kills 50 processes. Each one begins or goes on with a fit until it is
+``python -m tests.fitting.killed_fits --count 50`` kills 50 processes. Each one begins or goes on with a fit until it is
 killed; the fit that is left is then finished. Its result must have the bits of a fit that nobody interrupted.
 """
 
@@ -56,7 +56,7 @@ def kill_fits(folder: Path, count: int, seed: int = 0) -> tuple[int, int]:
         if checkpoint.exists() and read_tree(checkpoint)["state"]["done"] > ITERATIONS // 2:
             checkpoint.unlink()  # begin again, so that there is something to kill
         process = subprocess.Popen(
-            [sys.executable, "-m", "tests.support.killed_fits", "--run", str(checkpoint)], stdout=subprocess.PIPE,
+            [sys.executable, "-m", "tests.fitting.killed_fits", "--run", str(checkpoint)], stdout=subprocess.PIPE,
             env=os.environ, cwd=Path(__file__).parents[2],
         )  # fmt: skip
         assert process.stdout is not None

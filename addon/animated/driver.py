@@ -26,6 +26,7 @@ from ..export.geometry.memory import Memory
 from ..export.geometry.mesh import positions
 from ..export.scene import export_evaluated
 from ..problem import Problem
+from ..write_back.held import Held
 from .arrays import CAMERA, F64, Key, moved, value_of
 from .control_mesh import ControlMesh, LinearMap
 from .data_path import restored
@@ -77,6 +78,7 @@ class Driver:
         if engine_class("auto").narrow:
             raise Problem("properties can't be fitted by the reference engine; install the native one")
         self.scene, self.cameras = scene, list(cameras)
+        self._held = [Held.of("scenes", scene), *(Held.of("objects", camera) for camera in cameras)]
         self.notes: list[str] = []
         self.parameters = found(wanted)
         self.controls = [ControlMesh(name) for name in controls]
@@ -102,6 +104,7 @@ class Driver:
 
     def place(self, values: Mapping[str, F64]) -> Placed:
         """Evaluate Blender with these values, and return what follows; the file's own values are set back."""
+        self.renew()
         self._before = {
             "placements": self._placements,
             "last": self._last,
@@ -110,6 +113,12 @@ class Driver:
             "notes": list(self.notes),
         }  # fmt: skip
         return evaluate(self.scene, lambda evaluation: self._place(evaluation, values), self.cameras[0])
+
+    def renew(self) -> None:
+        """Find all datablocks again, after changes of their names or an undo; raise `Problem` if one was removed."""
+        self.scene, *self.cameras = [held.get() for held in self._held]
+        for one in self._owned:
+            one.renew()
 
     def state(self) -> dict[str, Any]:
         """Return the state before the last placement (`edgegrad.fitting.driven.Driven`)."""
@@ -140,11 +149,6 @@ class Driver:
                 found[one.path] = float(np.abs(gradient[one.path] * steps).max())
         largest = max(found.values(), default=0.0) or 1.0
         return {path: value / largest for path, value in found.items()}
-
-    def write(self, values: Mapping[str, F64]) -> None:
-        """Write values of properties into the file, as a user would; `Session.write` writes vertices."""
-        for one in self.parameters:
-            one.write(values[one.path])
 
     # ---- within an evaluation ----
     @property

@@ -239,7 +239,7 @@ def _fit(arguments: argparse.Namespace) -> list[str]:
 
         result = session.run(callback=tell, progress=_shown(bar, lambda: note))
     session.write(result)
-    failures = output.write(session, result)
+    failures = [*session.unwritten, *output.write(session, result)]
     _print_notes([*(note for note in result.notes if note not in session.notes), *session.late_notes])
     where = f", saved as '{arguments.save}'" if arguments.save in output.written else ""
     losses = f"{result.losses[0]:.5g} -> {result.losses[result.best]:.5g}"

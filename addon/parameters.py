@@ -11,10 +11,13 @@ import numpy as np
 import edgegrad
 from edgegrad.scene import parameters as values
 
-from . import write_back
 from .export import Export
 from .export.surroundings.directed_lamps import LIGHT
 from .problem import Problem
+from .write_back.destinations import Destination, LightPower, MaterialValue, VerticesOf
+from .write_back.held import Held
+from .write_back.values import check_light, check_material
+from .write_back.vertices import MovedByModifiers, check_vertices
 
 
 @dataclass
@@ -42,7 +45,7 @@ class Names:
             ob = bpy.data.objects.get(name)
             if ob is None:
                 raise Problem(f"object '{name}': there is no such object")
-            write_back.check_vertices(ob, scene, in_place)
+            check_vertices(ob, scene, in_place)
 
     def with_controls(self, scene: Any, in_place: bool, animated: bool) -> tuple[Names, tuple[str, ...]]:
         """Return the names without the objects whose vertices are fitted under their modifiers, and these objects.
@@ -54,7 +57,7 @@ class Names:
         for name in dict.fromkeys(self.vertices):
             try:
                 replace(self, vertices=(name,)).check_objects(scene, in_place)
-            except write_back.MovedByModifiers:
+            except MovedByModifiers:
                 controls.append(name)
             else:
                 if animated and bpy.data.objects[name].data.shape_keys is None:
@@ -75,7 +78,7 @@ class Names:
                 if name not in export.materials:
                     problem = _among("no object that is rendered uses it", export.materials)
                     raise Problem(f"material '{name}': {problem}")
-                write_back.check_material(export.materials[name], name, fieldname)
+                check_material(export.materials[name], name, fieldname)
                 # `caustics.drop_caustics` replaces the colours of metal and glass by expressions.
                 if fieldname in getattr(export.scene.materials[name], "textures", ()):
                     raise Problem(f"material '{name}': its {fieldname.replace('_', ' ')} is not one value in the "
@@ -88,7 +91,7 @@ class Names:
                               "power can't be fitted; unlink them, or fit another light")
             if light is None:
                 raise Problem(f"light '{name}': {_among('no light of this name is rendered', export.lights)}")
-            write_back.check_light(name)
+            check_light(bpy.data.objects.get(name), name)
             out.append(f"lights.{name}.{'strength' if isinstance(light, edgegrad.SunLight) else 'power'}")
         if not out and not may_be_empty:
             raise Problem("no parameter is chosen; choose at least one, such as the vertices of an object")
@@ -110,21 +113,26 @@ class Names:
         return f"meshes.{exported[0]}.vertices"
 
 
-def write(export: Export, path: str, before: Any, after: Any, in_place: bool) -> None:
-    """Write the value `after` of a parameter into Blender's data; `before` is its value at the export."""
+def destination(export: Export, path: str, in_place: bool) -> Destination:
+    """Return where the value of a parameter goes in Blender's data."""
     collection, name, fieldname = values.split(path)
     if collection == "meshes":
         source = export.meshes[name]
         # Transform from Blender's object space to the space of the exported vertices, which may have a transform.
         matrix = np.linalg.inv(export.scene.meshes[name].transform) @ source.matrix
-        write_back.write_vertices(bpy.data.objects[source.object], matrix, np.asarray(before),
-                                  np.asarray(after), in_place)  # fmt: skip
-        return
-    value = np.asarray(after) / unit(export, path)
+        return VerticesOf.of(bpy.data.objects[source.object], matrix, in_place)
     if collection == "materials":
-        write_back.write_material(export.materials[name], name, fieldname, value)
-    else:
-        write_back.write_power(name, float(value))
+        reading = export.materials[name]
+        material = Held.of("materials", bpy.data.materials[reading.material])
+        return MaterialValue(material, reading, fieldname, unit(export, path))
+    return LightPower(Held.of("objects", bpy.data.objects[name]), unit(export, path))
+
+
+def write(export: Export, path: str, before: Any, after: Any, in_place: bool) -> None:
+    """Write the value `after` of a parameter into Blender's data; `before` is its value at the export."""
+    found = destination(export, path, in_place)
+    found.check()
+    found.write(before, after)
 
 
 def unit(export: Export, path: str) -> float:

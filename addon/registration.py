@@ -7,10 +7,10 @@ from typing import Any
 import bpy
 
 from . import command_line, panel, properties
-from .operators import fit, gradient, parameters, render, targets
+from .operators import fit, gradient, kept, parameters, render, targets
 
 CLASSES: tuple[Any, ...] = (*properties.CLASSES, *targets.CLASSES, *parameters.CLASSES, render.Render,
-                            gradient.Gradient, fit.Fit, *panel.CLASSES)
+                            gradient.Gradient, fit.Fit, *kept.CLASSES, *panel.CLASSES)
 _commands: list[Any] = []
 
 

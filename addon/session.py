@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ import edgegrad
 from edgegrad import images
 from edgegrad.scene import parameters as values
 
-from . import parameters, write_back
+from . import parameters
 from .animated.driver import Driver, control_variable
 from .animated.parameter import Wanted
 from .animated.relay import Relay
@@ -24,6 +24,8 @@ from .differentiable import export_differentiable, not_computed
 from .export import Export
 from .problem import Problem
 from .view_transforms import AUTO, view_of
+from .write_back import kept
+from .write_back.destinations import Destination, PropertyValue, VerticesOf
 
 
 @dataclass
@@ -92,8 +94,12 @@ class Session:
     notes
         Sentences on how targets were read, sentences that name terms of the derivative which are not computed although
         they may be non-zero (`edgegrad.plan`), and properties that were left out.
+    before, destinations
+        By parameter: its value at the beginning, and where its result goes.
     driver, relay
         Owner of the animatable properties, and the same for a fit in another thread; None: there are none.
+    unwritten
+        After `write`: a sentence on each value that could not be written.
     """
 
     request: Request
@@ -102,8 +108,10 @@ class Session:
     wrt: list[str]
     notes: list[str] = field(default_factory=list)
     before: dict[str, Any] = field(default_factory=dict)
+    destinations: dict[str, Destination] = field(default_factory=dict)
     driver: Driver | None = None
     relay: Relay | None = None
+    unwritten: list[str] = field(default_factory=list)
 
     @classmethod
     def prepare(cls, context: Any, request: Request) -> Session:
@@ -141,8 +149,15 @@ class Session:
             targets.append(edgegrad.Target(found.image, camera=view, mask=mask))
         export.scene.validate()
         before = {path: np.array(values.get(export.scene, path), np.float64) for path in wrt}
+        places = {path: parameters.destination(export, path, request.in_place) for path in wrt}
+        if driver is not None:
+            before |= {one.path: one.read() for one in driver.parameters}
+            before |= {one.path: one.read() for one in driver.controls}
+            places |= {one.path: PropertyValue(one) for one in driver.parameters}
+            places |= {one.path: VerticesOf.of(one.object, np.eye(4), request.in_place) for one in driver.controls}
         notes += [*not_computed(export, wrt), *([] if driver is None else driver.notes)]
-        return cls(request, export, targets, wrt, notes, before, driver, None if driver is None else Relay(driver))
+        relay = None if driver is None else Relay(driver)
+        return cls(request, export, targets, wrt, notes, before, places, driver, relay)
 
     @property
     def late_notes(self) -> list[str]:
@@ -183,23 +198,36 @@ class Session:
         )
 
     def write(self, result: edgegrad.FitResult) -> bool:
-        """Write a result into Blender's data; return whether anything was written."""
-        kept = [path for path in self.wrt if not np.array_equal(result.values[path], self.before[path])]
-        for path in kept:
-            parameters.write(self.export, path, self.before[path], result.values[path], self.request.in_place)
-        moved = False
+        """Write a result into Blender's data; return whether anything was written.
+
+        Whether each value can be written is checked first. Those that can't are kept in the text block
+        `write_back.kept.TEXT`, and `unwritten` says why.
+        """
+        changed = [one for one in self._results(result) if not np.array_equal(one[1], one[2])]
+        refused: dict[int, str] = {}
+        for k, (place, _, _) in enumerate(changed):
+            try:
+                place.check()
+            except Problem as problem:
+                refused[k] = str(problem)
+        for k, (place, before, after) in enumerate(changed):
+            if k not in refused:
+                try:
+                    place.write(before, after)
+                except (Problem, RuntimeError) as error:
+                    refused[k] = str(error)
+        kept.keep([place.entry(before, after) for k, (place, before, after) in enumerate(changed) if k in refused])
+        self.unwritten = [f"{reason}; its result is kept in the text '{kept.TEXT}', from which 'Write Kept Result' "
+                          "writes it" for reason in refused.values()]  # fmt: skip
         if self.driver is not None:
-            values = {one.path: result.values[one.path] for one in self.driver.variables}
-            moved = any(not np.array_equal(one.read(), values[one.path]) for one in self.driver.parameters)
-            self.driver.write(values)
-            for control in self.driver.controls:
-                before, after = control.read(), values[control.path]
-                if not np.array_equal(before, after):
-                    write_back.write_vertices(control.object, np.eye(4), before, after, self.request.in_place)
-                    moved = True
             remember_sensitivities(self.driver.scene, self.driver.sensitivities(result.first_gradient))
         bpy.context.view_layer.update()
-        return bool(kept) or moved
+        return len(refused) < len(changed)
+
+    def _results(self, result: edgegrad.FitResult) -> Iterator[tuple[Destination, Any, Any]]:
+        """Yield the destination of each parameter, and its values before and after the fit."""
+        for path, place in self.destinations.items():
+            yield place, self.before[path], result.values[path]
 
 
 def camera_names(scene: Any) -> list[str]:

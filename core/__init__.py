@@ -5,6 +5,7 @@ import sys
 from . import distance_fields
 from .expression import procedural
 from .fitting import losses, optimisers
+from .fitting.checkpoints import Checkpoint, read_checkpoint
 from .fitting.field_variables import FieldSteps
 from .fitting.run import FitStep
 from .fitting.scene_fit import FitResult, fit
@@ -34,6 +35,7 @@ __all__ = [
     "Bounces",
     "Camera",
     "Cancelled",
+    "Checkpoint",
     "Field",
     "FieldSteps",
     "FitResult",
@@ -58,6 +60,7 @@ __all__ = [
     "parameters",
     "plan",
     "procedural",
+    "read_checkpoint",
     "render",
     "render_backward",
     "render_forward",

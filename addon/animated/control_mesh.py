@@ -20,6 +20,7 @@ from edgegrad.scene.changes import StructureChange
 
 from ..export.geometry.mesh import positions
 from ..problem import Problem
+from ..write_back.held import Held
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
@@ -72,6 +73,7 @@ class ControlMesh:
 
     def __init__(self, name: str) -> None:
         self.object = bpy.data.objects[name]
+        self._held = Held.of("objects", self.object)
         self.path = f'objects["{bpy.utils.escape_identifier(name)}"].data.vertices'
         self.map: LinearMap | None = None
         where = f"object '{name}'"
@@ -80,6 +82,10 @@ class ControlMesh:
             raise Problem(f"{where}: has shape keys and modifiers that move its vertices; fit the values of its shape "
                           "keys, or apply them or the modifiers first")  # fmt: skip
         self.pinned = self._on_mirrors()
+
+    def renew(self) -> None:
+        """Find the object again, after a change of its name or an undo; raise `Problem` if it was removed."""
+        self.object = self._held.get()
 
     def read(self) -> F64:
         """(n, 3) positions in the space of the object."""

@@ -26,11 +26,12 @@ from ..export.geometry.memory import Memory
 from ..export.geometry.mesh import positions
 from ..export.scene import export_evaluated
 from ..problem import Problem
+from ..write_back.held import Held
 from .arrays import CAMERA, F64, Key, moved, value_of
 from .control_mesh import ControlMesh, LinearMap
 from .data_path import restored
 from .parameter import Parameter, Wanted, analyse, found
-from .quotients import NoEffect, Prober, Quotient
+from .quotients import NoEffect, Prober, Quotient, Step
 
 # How often a step that changes the topology is halved before it is left out.
 SHORTENED = 4
@@ -77,6 +78,7 @@ class Driver:
         if engine_class("auto").narrow:
             raise Problem("properties can't be fitted by the reference engine; install the native one")
         self.scene, self.cameras = scene, list(cameras)
+        self._held = [Held.of("scenes", scene), *(Held.of("objects", camera) for camera in cameras)]
         self.notes: list[str] = []
         self.parameters = found(wanted)
         self.controls = [ControlMesh(name) for name in controls]
@@ -86,6 +88,7 @@ class Driver:
         self._placements = 0
         self._start: Export | None = None
         self._last: dict[str, F64] = {}
+        self._before: dict[str, Any] = {}  # the state before the last placement
         evaluate(scene, self._analyse, cameras[0])
         self.parameters = [one for one in self.parameters if one.places]
         if not self.parameters and not self.controls:
@@ -101,7 +104,31 @@ class Driver:
 
     def place(self, values: Mapping[str, F64]) -> Placed:
         """Evaluate Blender with these values, and return what follows; the file's own values are set back."""
+        self.renew()
+        self._before = {
+            "placements": self._placements,
+            "last": self._last,
+            "steps": {one.path: [[step.size, step.change, step.error] for step in one.steps]
+                      for one in self.parameters},
+            "notes": list(self.notes),
+        }  # fmt: skip
         return evaluate(self.scene, lambda evaluation: self._place(evaluation, values), self.cameras[0])
+
+    def renew(self) -> None:
+        """Find all datablocks again, after changes of their names or an undo; raise `Problem` if one was removed."""
+        self.scene, *self.cameras = [held.get() for held in self._held]
+        for one in self._owned:
+            one.renew()
+
+    def state(self) -> dict[str, Any]:
+        """Return the state before the last placement (`edgegrad.fitting.driven.Driven`)."""
+        return self._before
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Take over what `state` has returned."""
+        self._placements, self._last, self.notes = state["placements"], dict(state["last"]), list(state["notes"])
+        for one in self.parameters:
+            one.steps = [Step(*step) for step in state["steps"][one.path]]
 
     def export_at(self, values: Mapping[str, F64]) -> Export:
         """Export the scene with these values; the file's own values are set back."""
@@ -122,11 +149,6 @@ class Driver:
                 found[one.path] = float(np.abs(gradient[one.path] * steps).max())
         largest = max(found.values(), default=0.0) or 1.0
         return {path: value / largest for path, value in found.items()}
-
-    def write(self, values: Mapping[str, F64]) -> None:
-        """Write values of properties into the file, as a user would; `Session.write` writes vertices."""
-        for one in self.parameters:
-            one.write(values[one.path])
 
     # ---- within an evaluation ----
     @property

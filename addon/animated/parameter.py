@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from edgegrad.fitting.driven import Numbers
 
 from ..problem import Problem
+from ..write_back.held import Held
 from . import data_path, refusals
 from .arrays import F64
 from .data_path import Place
@@ -75,11 +76,34 @@ class Parameter:
     places: list[Place]
     steps: list[Step] = field(default_factory=list)
     start: F64 = field(default_factory=lambda: np.zeros(0))
+    _held: list[Held] = field(default_factory=list)
+    _names: list[str] = field(default_factory=list)
 
     @property
     def path(self) -> str:
         """Its name in a fit."""
         return self.wanted.path
+
+    @property
+    def names(self) -> list[str]:
+        """Whole paths of the places, by the names that datablocks had when the fit began or have now."""
+        return self._names
+
+    def hold(self) -> None:
+        """Remember the datablocks of the places, so that `renew` finds them again."""
+        self._held = [Held.of(data_path.collection_of(place.owner), place.owner) for place in self.places]
+        self._names = [place.name for place in self.places]
+
+    def renew(self) -> None:
+        """Find the datablocks of the places again, after a change of their names or an undo.
+
+        Raises
+        ------
+        Problem
+            If one was removed; names it.
+        """
+        self.places = [replace(place, owner=held.get()) for place, held in zip(self.places, self._held, strict=True)]
+        self._names = [place.name for place in self.places]
 
     def read(self) -> F64:
         """Return the present values."""
@@ -152,4 +176,5 @@ def analyse(parameter: Parameter, prober: Prober, notes: list[str]) -> list[Quot
         quotients.append(quotient)
     parameter.places, parameter.steps = kept, steps
     parameter.start = parameter.read()
+    parameter.hold()
     return quotients

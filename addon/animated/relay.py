@@ -41,6 +41,14 @@ class Relay:
             raise answer
         return answer
 
+    def state(self) -> dict[str, Any]:
+        """Return the state of the driver."""
+        return self._driver.state()
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Take over what `state` has returned."""
+        self._driver.restore(state)
+
     def serve(self) -> None:
         """Answer a waiting thread; for the main thread."""
         with self._changed:

@@ -15,6 +15,7 @@ from cholespy import CholeskySolverD, MatrixType
 from numpy.typing import NDArray
 
 from .optimisers import AdamUniform
+from .resumable import Resumable
 from .rigid_variables import BETA2
 
 F64 = NDArray[np.float64]
@@ -26,7 +27,7 @@ LEAST = 0.01
 STEP = 0.02
 
 
-class ControlVertices:
+class ControlVertices(Resumable):
     """A driven variable: control vertices with their map to the rendered ones.
 
     Parameters
@@ -47,6 +48,8 @@ class ControlVertices:
     free
         (n, 3) coordinates that may change; None: all.
     """
+
+    changing = ("value", "_optimiser", "_length")
 
     def __init__(self, path: str, vertices: F64, rows: I64, columns: I64, weights: F64, faces: NDArray[np.int32],
                  step: float | None = None, smoothness: float | None = None,

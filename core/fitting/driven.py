@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .optimisers import Adam, AdamMatrix
+from .resumable import Resumable, State
 from .rigid_variables import BETA2
 
 F64 = NDArray[np.float64]
@@ -55,6 +56,14 @@ class Variable(Protocol):
         """Make one step, of `factor` times the step length, and return the next value."""
         ...
 
+    def state(self) -> State:
+        """Return what steps change (`Resumable`)."""
+        ...
+
+    def restore(self, state: State) -> None:
+        """Take over what `state` has returned."""
+        ...
+
 
 class Driven(Protocol):
     """Driven variables, and what follows from them."""
@@ -68,9 +77,17 @@ class Driven(Protocol):
         """Set the variables, and return what follows."""
         ...
 
+    def state(self) -> State:
+        """Return all that the last call of `place` depended on besides its values (`Resumable`)."""
+        ...
+
+    def restore(self, state: State) -> None:
+        """Take over what `state` has returned, so that the same call of `place` gives the same again."""
+        ...
+
 
 @dataclass
-class Numbers:
+class Numbers(Resumable):
     """A driven variable of numbers within limits, whose steps `Steps` makes together with those of all others.
 
     Attributes
@@ -91,6 +108,8 @@ class Numbers:
     low: F64
     high: F64
 
+    changing: ClassVar[tuple[str, ...]] = ("value",)
+
     @property
     def step(self) -> float:
         """The largest first step."""
@@ -101,13 +120,15 @@ class Numbers:
 MOST_TOGETHER = 24
 
 
-class Steps:
+class Steps(Resumable):
     """The steps of all driven variables.
 
     Numbers, each in units of its first step, have one optimiser: a camera that moves back while its lens gets longer
     hardly changes its picture, and neither do bones of a chain that bend against each other. Only the common matrix of
     their gradients shows such directions (`AdamMatrix`).
     """
+
+    changing = ("_optimiser",)
 
     def __init__(self, variables: Sequence[Numbers | Variable]) -> None:
         self._variables = variables

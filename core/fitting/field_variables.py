@@ -18,6 +18,7 @@ from ..scene import parameters
 from ..scene.field import Field
 from ..scene.scene import Scene
 from .optimisers import AdamUniform
+from .resumable import Resumable, State
 from .rigid_variables import BETA2
 
 F64 = NDArray[np.float64]
@@ -79,13 +80,15 @@ class FieldSteps(Checked):
         self.check_fields("FieldSteps")
 
 
-class Coefficients:
+class Coefficients(Resumable):
     """Coefficients of a field: AdamUniform on filtered gradients, from coarse grids to the field's own.
 
     The unknowns of a coarse grid are its coefficients. Subdivision gives those of the scene's field, and its transpose
     gives the gradient. A step changes no coefficient by more than a part of a cell, so that the surface, as long as the
     field is about a distance, moves by less than a cell.
     """
+
+    changing = ("_values", "_level", "_turns", "_spacing", "_count", "_optimiser")
 
     def __init__(
         self, scene: Scene, path: str, step: float | None, iterations: int, options: FieldSteps | None
@@ -137,6 +140,10 @@ class Coefficients:
         for _ in range(self._level):
             value = spline.refined(value)
         return value
+
+    def restore(self, state: State) -> None:
+        super().restore(state)
+        self._filters = self._new_filters()
 
     def _accept(self, values: F64) -> None:
         """Take the new coefficients over. A step by which the surface would vanish is not made."""

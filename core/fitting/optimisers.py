@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+from .resumable import Resumable
 
 F64 = NDArray[np.float64]
 
@@ -15,7 +18,7 @@ CERTAIN = 4.0
 
 
 @dataclass
-class Adam:
+class Adam(Resumable):
     """Adam (Kingma & Ba 2015). Every entry has its own step size, which suits colours and powers.
 
     Attributes
@@ -32,6 +35,8 @@ class Adam:
     count: int = field(default=0, init=False)
     mean: F64 = field(default_factory=lambda: np.zeros(()), init=False)
     square: F64 = field(default_factory=lambda: np.zeros(()), init=False)
+
+    changing: ClassVar[tuple[str, ...]] = ("count", "mean", "square")
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.step) and self.step > 0.0):

@@ -18,6 +18,7 @@ from ..scene.mesh import Mesh
 from ..scene.placement import expanded, placed_meshes, places
 from ..scene.scene import Scene
 from .optimisers import AdamMatrix, AdamUniform
+from .resumable import Resumable
 
 F64 = NDArray[np.float64]
 
@@ -30,8 +31,10 @@ TURN_STEP = 0.02
 MOVE_STEP = 0.02
 
 
-class Positions:
+class Positions(Resumable):
     """A point in space, optimised by `AdamUniform`."""
+
+    changing = ("value", "_optimiser")
 
     def __init__(self, scene: Scene, path: str, step: float | None) -> None:
         self.path = path
@@ -44,8 +47,10 @@ class Positions:
         return self.value
 
 
-class Directions:
+class Directions(Resumable):
     """Directions (..., 3): steps rotate them and keep their lengths."""
+
+    changing = ("value", "_optimiser")
 
     def __init__(self, scene: Scene, path: str, step: float | None) -> None:
         self.path = path
@@ -63,7 +68,7 @@ class Directions:
         return self.value
 
 
-class Poses:
+class Poses(Resumable):
     """Transforms (..., 4, 4) or rotations (3, 3), changed by rigid motions.
 
     A step rotates about the pivot by the vector w (radians) and translates by t: the linear part A and the offset m
@@ -71,6 +76,8 @@ class Poses:
     Then the gradient by w is sum_j c_j x g_j, and the gradient by t is g_3. One optimiser moves both; the unit of t is
     the extent of the moved object.
     """
+
+    changing = ("value", "_pivot", "_optimiser")
 
     def __init__(self, scene: Scene, path: str, step: float | None) -> None:
         self.path = path

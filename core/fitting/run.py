@@ -91,6 +91,11 @@ class Run:
         self.spp, self.gradient_spp, self.limits = spp, gradient_spp, limits
         self.seed, self.started, self.progress = seed, started, progress
         self.driven, self.placement = driven, placement
+        self.checkpoint: Callable[[], None] | None = None  # stores the state
+        self.checkpoint_every = 1
+        self.done = 0  # iterations
+        self.measured = False  # the loss after the last step
+        self.asked: dict[str, F64] = {}  # the last values that `driven` was asked to place
         self.steps = Steps(() if driven is None else driven.variables)
         self.first_gradient: dict[str, F64] = {}  # by the driven variables, at the start
         self.start = self._values()
@@ -101,14 +106,14 @@ class Run:
         self.order = np.random.default_rng(seed).permutation(len(seen))
 
     def iterate(self, callback: Callback | None) -> str | None:
-        """Run all iterations.
+        """Run all iterations that are left.
 
         Returns
         -------
         None, or how the callback stopped the fit: "restore", "best", or "callback" if `on_cancel` decides.
         """
         full_turn = -(-len(self.seen) // self.per_iteration)  # iterations until every picture was rendered
-        for k in range(self.iterations):
+        for k in range(self.done, self.iterations):
             gradient = self._gradient(k)
             self._record(k >= full_turn - 1)
             factor = LAST_STEP + (1.0 - LAST_STEP) * 0.5 * (1.0 + np.cos(np.pi * k / self.iterations))
@@ -118,19 +123,20 @@ class Run:
             if self.driven is not None:
                 changed += self.place(self.steps.take(gradient, factor))
             self.renderer.update(changed)
+            self.done = k + 1
             if k == full_turn - 1:
                 self._warn_of_untouched()
-            if callback is not None:
-                answer = callback(self._report(k + 1))
-                if isinstance(answer, str):
-                    return choice("fit", "what the callback returns", answer, ON_CANCEL)
-                if answer is not None and not flag("fit", "what the callback returns", answer):
-                    return "callback"
+            stop = None if callback is None else _stop(callback(self._report(k + 1)))
+            if self.checkpoint is not None and (stop is not None or self.done % self.checkpoint_every == 0):
+                self.checkpoint()
+            if stop is not None:
+                return stop
         return None
 
     def place(self, values: Mapping[str, F64]) -> list[str]:
         """Set the driven variables and the scene's parameters that follow; return the paths of the latter."""
         assert self.driven is not None
+        self.asked = dict(values)
         self.placement = placed = self.driven.place(values)
         for item in self.driven.variables:
             item.value = placed.values[item.path]
@@ -142,10 +148,15 @@ class Run:
         return list(placed.parameters)
 
     def measure_end(self) -> None:
-        """Render all pictures once more and record the loss after the last step."""
+        """Render all pictures once more and record the loss after the last step, unless this was done."""
+        if self.measured:
+            return
         for j in range(len(self.seen)):
             self._value(self.iterations, j, 1.0)
         self._record(True)
+        self.measured = True
+        if self.checkpoint is not None:
+            self.checkpoint()
 
     def _gradient(self, k: int) -> dict[str, F64]:
         """Return the gradient of the loss over the pictures of iteration k, and record their losses."""
@@ -264,6 +275,16 @@ class Run:
             paths |= dict.fromkeys(of_view)
         return plan(self.renderer, list(paths), max_depth=self.limits["max_depth"], measure=CAUSTIC_SAMPLES)
 
+    @cached_property
+    def missing(self) -> tuple[str, ...]:
+        """Sentences on what the derivatives leave out."""
+        return tuple(self.plan.missing)
+
+    @property
+    def planned(self) -> bool:
+        """Whether the plan was made, which a resumed fit would make of other values."""
+        return "plan" in self.__dict__ or "missing" in self.__dict__
+
     def _warn_of_untouched(self) -> None:
         for path, touched in self.touched.items():
             if not touched.any():
@@ -275,6 +296,13 @@ class Run:
                     RuntimeWarning,
                     stacklevel=4,
                 )
+
+
+def _stop(answer: bool | str | None) -> str | None:
+    """Say how the callback's answer stops the fit; None: it does not."""
+    if isinstance(answer, str):
+        return choice("fit", "what the callback returns", answer, ON_CANCEL)
+    return "callback" if answer is not None and not flag("fit", "what the callback returns", answer) else None
 
 
 def _checked_loss(found: Any, image: NDArray[np.float32]) -> tuple[float, NDArray[Any]]:

@@ -10,12 +10,13 @@ import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .._check import choice, function, instance, mapping, names, number, whole
+from .._check import choice, flag, function, instance, mapping, names, number, whole
 from .._fields import optional
 from ..derivatives.table_derivatives import requested_tables, with_requested
 from ..reference import diffuse_tables
@@ -26,6 +27,9 @@ from ..scene import parameters
 from ..scene.bounces import MAX_DEPTH, Bounces
 from ..scene.scene import Scene, validated
 from ..tables.tables import flatten
+from . import fingerprint
+from .checkpoint_file import check_checkpoint
+from .checkpoints import Checkpoints
 from .driven import Driven, Placement
 from .field_variables import FieldSteps
 from .large_steps import MOST_SMOOTHNESS
@@ -96,6 +100,9 @@ def fit(
     callback: Callback | None = None,
     progress: Progress | None = None,
     driven: Driven | None = None,
+    checkpoint: str | Path | None = None,
+    checkpoint_every: int = 25,
+    resume: bool = False,
 ) -> FitResult:
     """Change parameters of the scene until its pictures match the targets.
 
@@ -159,6 +166,14 @@ def fit(
     driven
         Variables outside of the scene that move its parameters (`edgegrad.fitting.driven`); they are fitted together
         with `wrt`, which may then be empty, and which must not have a parameter that they move.
+    checkpoint
+        A file (.npz) that keeps the state of the fit; it is replaced as a whole, after every `checkpoint_every`
+        iterations and at the end. None: none is written.
+    checkpoint_every
+        Number of iterations between checkpoints.
+    resume
+        Whether to go on from `checkpoint`, if there is such a file. Scene, targets and options must be those with which
+        the fit began; the result then has the same bits as that of a fit without an interruption.
 
     Returns
     -------
@@ -168,14 +183,18 @@ def fit(
     Raises
     ------
     ValueError
-        For a wrong scene, target, path or option, before anything is rendered; names it.
+        For a wrong scene, target, path or option, before anything is rendered; names it. Also for a checkpoint that is
+        damaged or belongs to another fit.
+    OSError
+        If no checkpoint can be written at its path.
     FloatingPointError
         If a gradient or loss is not finite; names the parameter or target.
 
     Warns
     -----
     RuntimeWarning
-        If no picture depends on a parameter; names the parameter and the likely reason.
+        If no picture depends on a parameter; names the parameter and the likely reason. Also if a checkpoint can't be
+        written while the fit runs.
     """
     started = time.monotonic()
     validated(scene)
@@ -213,12 +232,31 @@ def fit(
     # No other code can change the copy
     requested = [*paths, *(moving or ())]
     renderer = Renderer(work, threads=threads, engine=engine, learn=True, wrt=requested, watched=False)
+    resume = flag("fit", "resume", resume)
+    checkpoints = None
+    if checkpoint is not None:
+        check_checkpoint(checkpoint)
+        every = whole("fit", "checkpoint_every", checkpoint_every, 1, 1_000_000)
+        options = {"wrt": paths, "iterations": iterations, "spp": spp, "gradient_spp": samples, "max_depth": max_depth,
+                   "bounces": bounces, "smoothness": smoothness, "slide": slide, "field_steps": field_steps,
+                   "step_sizes": steps, "views_per_iteration": per_iteration, "seed": seed}  # fmt: skip
+        checkpoints = Checkpoints(
+            Path(checkpoint), every,
+            fingerprint.of_scene(work) | fingerprint.of_views(seen) | {"the loss": fingerprint.digest(loss)}
+            | fingerprint.of_driven(driven),
+            {name: str(value) for name, value in options.items()},
+            renderer.kernels,
+        )
+    elif resume:
+        raise ValueError("fit: resume needs a checkpoint; name its file")
     run = Run(
         work, renderer, seen, unknowns, loss,
         iterations=iterations, per_iteration=per_iteration, spp=spp, gradient_spp=samples,
         limits={"max_depth": max_depth, "bounces": bounces}, seed=seed, started=started, progress=progress,
         driven=driven, placement=placement,
     )
+    if checkpoints is not None:
+        checkpoints.attach(run, resume)
     stop = None
     try:
         stop = run.iterate(callback)
@@ -227,7 +265,6 @@ def fit(
     except Cancelled:
         stop = on_cancel
     stop = on_cancel if stop == "callback" else stop
-    missing = run.plan.missing
     cameras = [view.camera for view in seen]
     parts = [untouched_part(work, cameras, path, run.touched[path]) for path in paths]
     kept = run.start if stop == "restore" else run.best_values
@@ -239,9 +276,10 @@ def fit(
                 parameters.put(scene, path, parameters.get(work, path))
     return FitResult(
         {path: np.copy(value) if np.ndim(value) else value for path, value in kept.items()},
-        run.losses, run.best, time.monotonic() - started, stop is not None,
+        run.losses, run.best, time.monotonic() - run.started, stop is not None,
         {path: float(np.mean(~touched)) for path, touched in run.touched.items()},
-        (*(f"not computed: {sentence}" for sentence in missing), *(part for part in parts if part is not None)),
+        (*(() if checkpoints is None else checkpoints.notes),
+         *(f"not computed: {sentence}" for sentence in run.missing), *(part for part in parts if part is not None)),
         run.first_gradient,
     )
 

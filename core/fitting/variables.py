@@ -15,6 +15,7 @@ from .bounds import first_step, limits
 from .field_variables import Coefficients, FieldSteps
 from .large_steps import LargeSteps
 from .optimisers import Adam, AdamUniform
+from .resumable import Resumable, State
 from .rigid_variables import BETA2, Directions, Poses, Positions
 
 F64 = NDArray[np.float64]
@@ -36,9 +37,19 @@ class Unknown(Protocol):
         """Make one step, of `factor` times the step length of the parameter, and return the next value."""
         ...
 
+    def state(self) -> State:
+        """Return what steps change (`Resumable`)."""
+        ...
 
-class Values:
+    def restore(self, state: State) -> None:
+        """Take over what `state` has returned."""
+        ...
+
+
+class Values(Resumable):
     """Numbers, colours and texels: Adam on the values, which are clipped to their range."""
+
+    changing = ("value", "_optimiser")
 
     def __init__(self, scene: Scene, path: str, step: float | None) -> None:
         self.path = path
@@ -52,7 +63,7 @@ class Values:
         return self.value
 
 
-class Vertices:
+class Vertices(Resumable):
     """The vertices of a mesh: AdamUniform on the preconditioned, welded positions (`LargeSteps`).
 
     To first order, only the normal motion of a smooth surface changes its picture. The preconditioner turns such a
@@ -61,6 +72,8 @@ class Vertices:
     T = n n^T + slide (1 - n n^T), a step is T (I + lambda L)^-2 T times the gradient. This matrix is symmetric and
     positive, so the step is a descent direction.
     """
+
+    changing = ("value", "_optimiser", "_length")
 
     def __init__(
         self, path: str, vertices: F64, faces: NDArray[np.int32], step: float | None, smoothness: float | None,

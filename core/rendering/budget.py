@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,7 +89,7 @@ class Budget:
         self._new = {}
         if not any(self._variance.values()):
             return
-        terms = set(self._variance)
+        terms = [term for term in TERMS if term in self._variance]
         share = self._divided(self._time, terms)
         if "interior" in terms:
             # The pixel sampler is well stratified for powers of two only. Of the powers below and above, choose the
@@ -98,30 +99,39 @@ class Budget:
                         key=self._left)
         self._share |= share
 
-    def _with_interior(self, interior: float, terms: set[str]) -> dict[str, float]:
+    def _with_interior(self, interior: float, terms: list[str]) -> dict[str, float]:
         """Return the best numbers of samples of all terms for a given number of the interior term."""
         left = self._time - COST["interior"] * self._samples["interior"] * interior
-        return {"interior": interior} | self._divided(left, terms - {"interior"})
+        return {"interior": interior} | self._divided(left, [term for term in terms if term != "interior"])
 
     def _left(self, share: Mapping[str, float]) -> float:
         """Return the variance of the sum of the terms for these numbers of samples."""
         return sum(self._variance[t] / (self._samples[t] * share[t]) for t in share)
 
-    def _divided(self, time: float, terms: set[str]) -> dict[str, float]:
+    def _divided(self, time: float, terms: list[str]) -> dict[str, float]:
         """Return the best relative numbers of samples of some terms for a given time."""
+        # Lists have an order, in which sums have the same bits in each process; sets have none.
         share: dict[str, float] = {}
-        terms = set(terms)
         while terms:
             # Terms whose optimum lies outside [LEAST, MOST] get the bound; the others share the remaining time again.
             rate = {t: math.sqrt(self._variance[t] / COST[t]) for t in terms}
             whole = sum(COST[t] * rate[t] for t in terms)
             for t in terms:
                 share[t] = max(time, 0.0) * rate[t] / (whole * self._samples[t]) if whole > 0.0 else LEAST
-            beyond = {t for t in terms if share[t] < LEAST} or {t for t in terms if share[t] > MOST}
+            beyond = [t for t in terms if share[t] < LEAST] or [t for t in terms if share[t] > MOST]
             for t in beyond:
                 share[t] = min(max(share[t], LEAST), MOST)
                 time -= COST[t] * self._samples[t] * share[t]
             if not beyond:
                 break
-            terms -= beyond
+            terms = [t for t in terms if t not in beyond]
         return share
+
+    def state(self) -> dict[str, Any]:
+        """Return what the measurements so far have changed."""
+        return {"share": self._share, "samples": self._samples, "time": self._time, "variance": self._variance}
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Take over what `state` has returned."""
+        self._share, self._samples, self._time, self._variance = (
+            state[name] for name in ("share", "samples", "time", "variance"))

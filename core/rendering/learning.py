@@ -8,7 +8,8 @@ state, since other cameras see other edges.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+import hashlib
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -78,6 +79,17 @@ class LearnedView:
         self.sampling.share = self._budget.shares()
         return total
 
+    def state(self) -> dict[str, Any]:
+        """Return everything that was learned."""
+        return {"sampling": self.sampling.state(), "budget": self._budget.state(), "gradients": self._gradients,
+                "empty": sorted(self._empty)}
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Take over what `state` has returned."""
+        self.sampling.restore(state["sampling"])
+        self._budget.restore(state["budget"])
+        self._gradients, self._empty = state["gradients"], set(state["empty"])
+
 
 class Learning:
     """Adaptive sampling of all views of a renderer.
@@ -92,6 +104,19 @@ class Learning:
         self._sampling = sampling
         self._views: dict[Any, LearnedView] = {}
         self._form: Any = None
+        self._restored: dict[str, LearnedView] = {}  # views that were not asked for yet
+
+    def state(self) -> dict[str, Any]:
+        """Return the states of all views, by digests of what tells them apart."""
+        known = {_digest(key): view for key, view in self._views.items()}
+        return {name: view.state() for name, view in (self._restored | known).items()}
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Take over what `state` has returned, for the views of gradients to come."""
+        self._views, self._restored = {}, {}
+        for name, of_view in state.items():
+            self._restored[name] = LearnedView(self._sampling())
+            self._restored[name].restore(of_view)
 
     def view(
         self, tables: Tables, camera: Camera | None, wrt: Collection[str], options: RenderOptions
@@ -110,5 +135,10 @@ class Learning:
         requested = replace(options, seed=0)
         key = (tables.width, tables.height, pose, tuple(wrt), requested)
         if key not in self._views:
-            self._views[key] = LearnedView(self._sampling())
+            restored = self._restored.pop(_digest(key), None)
+            self._views[key] = LearnedView(self._sampling()) if restored is None else restored
         return self._views[key]
+
+
+def _digest(key: Any) -> str:
+    return hashlib.sha256(repr(key).encode()).hexdigest()

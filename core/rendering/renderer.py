@@ -253,6 +253,20 @@ class Renderer(PreparedScene):
         parameters = [requested_tables(self.scene, tables, [path]) for path in wrt]
         return self._engine.decide(tables, requested, options, parameters)
 
+    @property
+    def kernels(self) -> str:
+        """Instruction set of the native engine, or "reference"; others round differently."""
+        return str(getattr(self._engine, "instruction_set", "reference"))
+
+    def learned(self) -> dict[str, Any]:
+        """Return what gradients have learned (see `learn`), to be stored."""
+        return {} if self._learning is None else self._learning.state()
+
+    def restore_learned(self, state: Mapping[str, Any]) -> None:
+        """Take over what `learned` has returned for an equal scene: gradients go on as there."""
+        if self._learning is not None:
+            self._learning.restore(state)
+
     def _requested(self, wrt: Collection[str], camera: Camera | None) -> tuple[flat.Tables, Requested]:
         """Return the tables for derivatives with respect to `wrt`, seen by a camera, and the rows that `wrt` needs."""
         tables = with_requested(self.scene, self._tables, (*self._wrt, *wrt))

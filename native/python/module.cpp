@@ -18,6 +18,7 @@
 #include "python/call.h"
 #include "python/field_outlines.h"
 #include "python/held_objects.h"
+#include "python/learned_sampling.h"
 #include "python/light_sampling.h"
 #include "python/numpy_arrays.h"
 #include "python/probe_arrays.h"
@@ -111,12 +112,6 @@ nb::list dropped_list(const edgegrad::Dropped& dropped) {
     for (const edgegrad::DroppedTerm& d : dropped)
         out.append(nb::make_tuple(d.term, d.count, d.pixel, nb::make_tuple(d.vertices[0], d.vertices[1]),
                                   nb::make_tuple(d.faces[0], d.faces[1])));
-    return out;
-}
-
-nb::list by_term(const double (&values)[edgegrad::kDerivativeTerms]) {
-    nb::list out;
-    for (const double value : values) out.append(value);
     return out;
 }
 
@@ -285,6 +280,7 @@ NB_MODULE(_native, m) {
     edgegrad::bind_process(m);
     edgegrad::bind_held_objects(m);
     edgegrad::bind_zeros(m);
+    edgegrad::bind_learned_sampling(m);
     m.def("field_outline_points", &edgegrad::field_outline_points, "values"_a, "to_world"_a, "viewer"_a,
           "u"_a, "threads"_a, "The outline of a distance field (native/python/field_outlines.h).");
     m.def(
@@ -302,17 +298,6 @@ NB_MODULE(_native, m) {
             return nb::str(edgegrad::embree::version().c_str());
         },
         "path"_a, "Version of the Embree library at `path`, loading it if need be.");
-    nb::class_<edgegrad::LearnedSampling>(
-        m, "LearnedSampling", "What gradients of one view have learned; shares and samples are by term.")
-        .def(nb::init<>())
-        .def_prop_rw(
-            "share", [](const edgegrad::LearnedSampling& l) { return by_term(l.share); },
-            [](edgegrad::LearnedSampling& l, nb::handle share) {
-                double values[edgegrad::kDerivativeTerms];
-                for (int k = 0; k < edgegrad::kDerivativeTerms; ++k) values[k] = nb::cast<double>(share[k]);
-                std::copy(std::begin(values), std::end(values), l.share);
-            })
-        .def_prop_ro("taken", [](const edgegrad::LearnedSampling& l) { return by_term(l.taken); });
     nb::class_<Scene>(m, "Scene",
                       "A scene's tables with their BVH; see edgegrad.rendering.renderer.Renderer.")
         .def(nb::init<nb::handle, int, nb::handle, nb::handle>(), "tables"_a, "threads"_a,

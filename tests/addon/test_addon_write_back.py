@@ -11,10 +11,11 @@ import pytest
 
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
-from edgegrad_addon import parameters, write_back
+from edgegrad_addon import parameters
 from edgegrad_addon.derivative import _motion
 from edgegrad_addon.export.geometry.mesh import positions
 from edgegrad_addon.problem import Problem
+from edgegrad_addon.write_back.vertices import check_vertices
 from tests.support.scenes import blender_scenes as bs
 
 
@@ -30,7 +31,7 @@ def cube(**settings: Any) -> Any:
 
 
 def check(ob: Any, in_place: Any = False) -> None:
-    write_back.check_vertices(ob, bpy.context.scene, in_place)
+    check_vertices(ob, bpy.context.scene, in_place)
 
 
 def world_vertices() -> Any:

@@ -42,6 +42,20 @@ SegmentCell cell_among(SegmentCell cell, int32_t others, int32_t n) {
 
 }  // namespace
 
+bool LearnedWeights::is_consistent() const {
+    if (direction_cells_ < 1 || direction_cells_ > 1 << 15 ||
+        instance_number_.size() != instance_count_.size() || guess_ < 0 || guess_ >= kGuesses ||
+        mixture_ < 0 || mixture_ >= kMixtures)
+        return false;
+    for (size_t i = 0; i < instance_number_.size(); ++i)
+        if (instance_number_[i] < 0 || instance_number_[i] >= instance_count_[i]) return false;
+    if (!first_.empty() && (first_.front() != 0 || !std::is_sorted(first_.begin(), first_.end())))
+        return false;
+    const auto cells = static_cast<size_t>(direction_cells_) * static_cast<size_t>(direction_cells_);
+    const size_t parts = first_.empty() ? 0 : first_.back();
+    return moment_.size() == parts * cells * (chains_ ? 2 : 1) && samples_.size() == moment_.size();
+}
+
 bool LearnedWeights::knows(const EdgeList& edges, const Candidates& candidates) const {
     if (!learned_ || first_.size() != static_cast<size_t>(edges.count()) + 1 ||
         instance_number_.size() != edges.tables.instance_mesh.size())
@@ -112,7 +126,7 @@ int64_t LearnedWeights::cell(int32_t edge, int32_t instance, float u, SegmentCel
     int64_t part = first_[static_cast<size_t>(edge)];
     if (instance >= 0) part += static_cast<int64_t>(instance_number_[static_cast<size_t>(instance)]) * n;
     part += std::clamp(static_cast<int32_t>(u * static_cast<float>(n)), 0, n - 1);
-    const int32_t kind = direction.chained() ? 1 : 0;
+    const int32_t kind = chains_ && direction.chained() ? 1 : 0;
     return (part * (chains_ ? 2 : 1) + kind) * direction_cells_ * direction_cells_ + direction.place();
 }
 

@@ -32,6 +32,18 @@ class LearnedWeights {
     // Decays the stored samples; call before those of the next gradient.
     void age();
 
+    // Calls visit(name, member) for everything that is stored, to save and to restore it.
+    template <typename Weights, typename Visit>
+    static void members(Weights& w, const Visit& visit) {
+        visit("first", w.first_), visit("instance_number", w.instance_number_);
+        visit("instance_count", w.instance_count_), visit("direction_cells", w.direction_cells_);
+        visit("chains", w.chains_), visit("moment", w.moment_), visit("samples", w.samples_);
+        visit("learned", w.learned_), visit("square", w.square_);
+        visit("guess", w.guess_), visit("mixture", w.mixture_);
+    }
+    // Whether restored members fit together, so that no cell lies outside of the arrays.
+    bool is_consistent() const;
+
  private:
     int64_t cell(int32_t edge, int32_t instance, float u, SegmentCell direction) const;
     std::vector<float> guess(const std::vector<int64_t>& cells, const std::vector<double>& masses,

@@ -16,7 +16,7 @@ from typing import Any, TextIO
 
 import bpy
 
-from edgegrad import images
+from edgegrad import images, losses
 from edgegrad.images.output_files import check_outputs
 from edgegrad.progress import ProgressBar
 
@@ -75,6 +75,8 @@ def _parser() -> argparse.ArgumentParser:
     fit.add_argument("--view", action="append", default=[], metavar="[CAMERA=]VIEW",
                      help="view transform of the targets, or of one: auto (default), scene, sRGB, Standard, AgX, "
                      "Filmic or another of Blender's")  # fmt: skip
+    fit.add_argument("--loss", choices=list(losses.NAMED), default="pyramid",
+                     help="how pictures are compared with their targets (default: pyramid)")  # fmt: skip
     fit.add_argument("--iterations", type=_positive, default=200)
     fit.add_argument("--views-per-iteration", type=_positive, metavar="N", help="pictures per iteration (default: all)")
     fit.add_argument("--smoothness", type=float,
@@ -216,6 +218,7 @@ def _request(arguments: argparse.Namespace) -> Request:
         views_per_iteration=arguments.views_per_iteration,
         in_place=arguments.in_place,
         animated=_wanted(arguments),
+        loss=arguments.loss,
     )
 
 

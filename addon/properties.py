@@ -18,6 +18,16 @@ def _is_camera(_: Any, ob: Any) -> bool:
     return bool(ob.type == "CAMERA")
 
 
+LOSS_ITEMS = (
+    ("pyramid", "Pyramid", "Squared differences at several resolutions, from coarse to fine"),
+    ("l2", "Squares", "Mean squared difference"),
+    ("l1", "Absolute", "Mean absolute difference"),
+    ("huber", "Huber", "Squared differences; beyond 0.1, absolute ones, so that outliers pull less"),
+    ("charbonnier", "Charbonnier", "Absolute differences, smooth below 0.01"),
+    ("gradients", "Gradients", "Differences of neighbouring pixels: edges and texture; ignores smooth lighting"),
+)
+
+
 class TargetItem(bpy.types.PropertyGroup):
     """A camera and its target picture."""
 
@@ -64,6 +74,8 @@ class Settings(bpy.types.PropertyGroup):
         name="Vertices", default=True, description="Move the vertices of the selected meshes")
     base_color: bpy.props.BoolProperty(  # type: ignore[valid-type]
         name="Base Color", default=False, description="Change the base colors of the selected meshes' materials")
+    loss: bpy.props.EnumProperty(  # type: ignore[valid-type]
+        name="Loss", items=LOSS_ITEMS, description="How pictures are compared with their targets")
     iterations: bpy.props.IntProperty(name="Iterations", default=200, min=1, soft_max=1000)  # type: ignore[valid-type]
     samples: bpy.props.IntProperty(  # type: ignore[valid-type]
         name="Samples", default=16, min=1, soft_max=256,
@@ -110,4 +122,5 @@ def request(context: Any) -> Request:
         smoothness=settings.smoothness or None,
         in_place=settings.write_to == "MESH",
         animated=tuple(stored_wanted(context.scene)),
+        loss=settings.loss,
     )

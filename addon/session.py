@@ -68,6 +68,8 @@ class Request:
         Whether to write vertices into the mesh itself, instead of a new shape key.
     animated
         Animatable properties to fit.
+    loss
+        Name of the loss (`edgegrad.losses.named`).
     """
 
     pictures: list[Picture]
@@ -81,6 +83,7 @@ class Request:
     views_per_iteration: int | None = None
     in_place: bool = False
     animated: tuple[Wanted, ...] = ()
+    loss: str = "pyramid"
 
 
 @dataclass
@@ -171,6 +174,7 @@ class Session:
             spp=self.request.samples,
             max_depth=self.export.settings.max_depth,
             bounces=self.export.settings.bounces,
+            loss=edgegrad.losses.named(self.request.loss),
             seed=self.request.seed,
             smoothness=self.request.smoothness,
             slide=self.request.slide,

@@ -31,6 +31,7 @@ from .field_variables import FieldSteps
 from .large_steps import MOST_SMOOTHNESS
 from .losses import Loss, Pyramid
 from .run import ON_CANCEL, Callback, Run
+from .silhouettes import Silhouettes
 from .targets import Targets, views
 from .variables import unknown
 from .zero_gradients import untouched_part
@@ -61,6 +62,9 @@ class FitResult:
         (`Plan.missing`), and parameters of which a part has no gradient, with the reason.
     first_gradient
         Gradient of the loss by the driven variables at the start.
+    gains
+        (3,) factors of the channels by which each target is brighter than the scene: those that were given, or those
+        that were found for the best values.
     """
 
     values: dict[str, Any]
@@ -71,6 +75,7 @@ class FitResult:
     untouched: dict[str, float]
     notes: tuple[str, ...]
     first_gradient: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    gains: tuple[NDArray[np.float64], ...] = ()
 
 
 def fit(
@@ -213,11 +218,13 @@ def fit(
     # No other code can change the copy
     requested = [*paths, *(moving or ())]
     renderer = Renderer(work, threads=threads, engine=engine, learn=True, wrt=requested, watched=False)
+    of = [view.objects for view in seen if view.objects is not None]
+    silhouettes = Silhouettes(work, of, requested, threads, engine) if of else None
     run = Run(
         work, renderer, seen, unknowns, loss,
         iterations=iterations, per_iteration=per_iteration, spp=spp, gradient_spp=samples,
         limits={"max_depth": max_depth, "bounces": bounces}, seed=seed, started=started, progress=progress,
-        driven=driven, placement=placement,
+        driven=driven, placement=placement, silhouettes=silhouettes,
     )
     stop = None
     try:
@@ -243,6 +250,7 @@ def fit(
         {path: float(np.mean(~touched)) for path, touched in run.touched.items()},
         (*(f"not computed: {sentence}" for sentence in missing), *(part for part in parts if part is not None)),
         run.first_gradient,
+        tuple(np.copy(gain) for gain in run.best_gains),
     )
 
 

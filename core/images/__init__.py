@@ -2,6 +2,7 @@
 
 from .derivative_picture import derivative_image, write_derivative
 from .files import READABLE, WRITABLE, read_image, write_image
+from .resampling import resample
 from .srgb import linear_to_srgb, srgb_to_linear
 from .targets import TargetPicture, made_by_blender, read_target
 from .view_transform import ViewTransform
@@ -16,6 +17,7 @@ __all__ = [
     "made_by_blender",
     "read_image",
     "read_target",
+    "resample",
     "srgb_to_linear",
     "write_derivative",
     "write_image",

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._check import array, choice, instance, light_values, names, number, shown, text
 from .._fields import Check, Checked, by, optional
-from ..images import resample
+from ..images import resample, same_aspect
 from ..rendering.renderer import Renderer
 from ..scene.camera import Camera
 from ..scene.scene import Scene
@@ -23,8 +23,6 @@ EXPOSURE, WHITE_BALANCE = "exposure", "white balance"
 OVER_WORLD, AS_MASK = "world", "mask"
 # Alpha from which a pixel is opaque.
 OPAQUE = 0.999
-# Largest relative difference of two aspects that counts as rounding.
-MOST_STRETCHED = 0.05
 
 
 def _gain(where: str, name: str, value: Any) -> Any:
@@ -147,7 +145,7 @@ def views(scene: Scene, targets: Targets, engine: str = "auto") -> list[View]:
     # All pictures of the scene's own camera are compared in the size of the smallest of them.
     for k, target in enumerate(checked):
         if target.camera is None:
-            scene.camera = _camera_for(f"target {k}", scene.camera, np.shape(target.image)[:2])
+            scene.camera = camera_for(f"target {k}", scene.camera, np.shape(target.image)[:2])
     out = [_view(scene, f"target {k}", target, engine) for k, target in enumerate(checked)]
     mean = sum(view.weight for view in out) / len(out)
     return [replace(view, weight=view.weight / mean) for view in out]
@@ -164,7 +162,8 @@ def _checked(scene: Scene, where: str, target: Target | NDArray[Any]) -> Target:
         (scene.camera if target.camera is None else target.camera).validate()
     except ValueError as error:
         raise ValueError(f"{where}: {error}") from None
-    shape = np.shape(target.image)
+    image = np.asarray(target.image)
+    shape = image.shape
     if 0 in shape:
         raise ValueError(f"{where}: image has no pixels")
     if target.objects is not None:
@@ -172,7 +171,7 @@ def _checked(scene: Scene, where: str, target: Target | NDArray[Any]) -> Target:
     elif len(shape) != 3 or shape[2] not in (3, 4):
         raise ValueError(f"{where}: image must have the shape (H, W, 3) or (H, W, 4), not {shape}; a silhouette (H, W) "
                          "needs the names of its objects")
-    elif shape[2] == 4 and target.alpha == OVER_WORLD and isinstance(target.gain, str):
+    elif isinstance(target.gain, str) and target.alpha == OVER_WORLD and (image[..., 3:] < 1.0).any():
         raise ValueError(f"{where}: image has an alpha over the world and an unknown gain, but the world's light has "
                          "no such gain; use alpha='mask', or give the gain")
     return target
@@ -190,7 +189,7 @@ def _check_silhouette(scene: Scene, where: str, target: Target) -> None:
     check_silhouette(where, scene, objects)
 
 
-def _camera_for(where: str, camera: Camera, size: tuple[int, ...]) -> Camera:
+def camera_for(where: str, camera: Camera, size: tuple[int, ...]) -> Camera:
     """Return the camera, or one of the picture's size if the picture is smaller.
 
     Raises
@@ -201,7 +200,7 @@ def _camera_for(where: str, camera: Camera, size: tuple[int, ...]) -> Camera:
     (height, width), (high, wide) = camera.size, size
     if (high, wide) == (height, width):
         return camera
-    if not _same_aspect((high, wide), (height, width)):
+    if not same_aspect((high, wide), (height, width)):
         raise ValueError(f"{where}: image is {wide} x {high} pixels, but its camera's picture is {width} x {height}, "
                          "of another aspect; crop the image, or give the camera the image's size")
     if wide >= width and high >= height:
@@ -214,17 +213,10 @@ def _camera_for(where: str, camera: Camera, size: tuple[int, ...]) -> Camera:
                      f"{height}; reduce the camera's size and its crop alike")
 
 
-def _same_aspect(one: tuple[int, ...], other: tuple[int, ...]) -> bool:
-    """Whether two sizes (height, width) have the same aspect, up to the rounding of the smaller one to whole pixels."""
-    (high, wide), (height, width) = sorted((one[:2], other[:2]))
-    rounding = min(abs(high - height * wide / width), abs(wide - width * high / height))
-    return rounding < 1.0 and abs(high * width / (height * wide) - 1.0) < MOST_STRETCHED
-
-
 def _view(scene: Scene, where: str, target: Target, engine: str) -> View:
     camera = scene.camera
     if target.camera is not None:
-        camera = _camera_for(where, target.camera, np.shape(target.image)[:2])
+        camera = camera_for(where, target.camera, np.shape(target.image)[:2])
     size = camera.size
     image = np.asarray(target.image)
     mask = None if target.mask is None else np.asarray(target.mask)
@@ -265,7 +257,7 @@ def _view(scene: Scene, where: str, target: Target, engine: str) -> View:
 
 
 def _resized_mask(where: str, mask: NDArray[Any], size: tuple[int, ...]) -> NDArray[Any]:
-    if not _same_aspect(mask.shape, size):
+    if not same_aspect(mask.shape, size):
         raise ValueError(f"{where}: mask is {mask.shape[1]} x {mask.shape[0]} pixels, but must have the aspect of its "
                          f"image, {size[1]} x {size[0]} pixels")  # fmt: skip
     return resample(mask, (size[0], size[1]))

@@ -10,6 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 from .._check import numeric, wholes
 from ..scene.camera import MAX_SIDE
 
+# Largest relative difference of two aspects that counts as rounding.
+MOST_STRETCHED = 0.05
+
 
 def resample(picture: ArrayLike, size: tuple[int, int]) -> NDArray[Any]:
     """Return a picture of another size: each new pixel is the mean over its area.
@@ -50,3 +53,10 @@ def _means(x: NDArray[np.float64], count: int, axis: int) -> NDArray[np.float64]
     fraction = (rest / count).reshape(-1, *[1] * (x.ndim - 1))
     at = integral[before] + fraction * x[np.minimum(before, old - 1)]
     return np.moveaxis(np.diff(at, axis=0) * (count / old), 0, axis)
+
+
+def same_aspect(one: tuple[int, ...], other: tuple[int, ...]) -> bool:
+    """Whether two sizes (height, width, …) have one aspect, up to the rounding of the smaller one to whole pixels."""
+    (high, wide), (height, width) = sorted((one[:2], other[:2]))
+    rounding = min(abs(high - height * wide / width), abs(wide - width * high / height))
+    return rounding < 1.0 and abs(high * width / (height * wide) - 1.0) < MOST_STRETCHED

@@ -111,8 +111,8 @@ class Session:
                 export.scene.meshes[name].normals = None
         wrt = names.paths(export, may_be_empty=driver is not None)
         targets, notes = [], list[str]()
-        for picture, view in zip(request.pictures, export.views, strict=True):
-            target, found = read_picture(scene, picture, view, export)
+        for picture, camera, view in zip(request.pictures, cameras, export.views, strict=True):
+            target, found = read_picture(scene, picture, camera, view, export)
             targets.append(target)
             notes += found
         export.scene.validate()

@@ -8,10 +8,12 @@ from typing import Any, TypeVar
 
 import bpy
 
+from edgegrad.calibration import read_calibration
 from edgegrad.fitting.targets import AS_MASK, EXPOSURE, OVER_WORLD, WHITE_BALANCE
 
 from ..problem import Problem
 from ..view_transforms import AUTO
+from .calibrated_cameras import add_cameras
 from .pictures import Picture
 
 T = TypeVar("T")
@@ -22,6 +24,8 @@ FOUND = {"fit": EXPOSURE, "balance": WHITE_BALANCE}
 
 OPTIONS = {
     "target": ("CAMERA=FILE", "target picture or movie of a camera; names may contain ="),
+    "cameras": ("FILE", "calibration whose cameras are added to the scene, with their pictures as targets: "
+                "transforms.json of NeRF, or the folder of COLMAP's text model"),
     "mask": ("CAMERA=FILE", "mask of a camera's target: black pixels are ignored"),
     "silhouette": ("CAMERA=FILE", "mask that the silhouette of the objects of --silhouette-of should match"),
     "silhouette-of": ("NAME", "object or collection of the silhouettes"),
@@ -44,8 +48,8 @@ def add_arguments(fit: argparse.ArgumentParser) -> None:
 
 def check_given(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> None:
     """End the program as wrong usage does, if a command with these options has no target."""
-    if not arguments.target and not arguments.silhouette:
-        parser.error("the following arguments are required: --target, or --silhouette and --silhouette-of")
+    if not arguments.target and not arguments.silhouette and not arguments.cameras:
+        parser.error("the following arguments are required: --target, --cameras, or --silhouette and --silhouette-of")
 
 
 def pictures(arguments: argparse.Namespace) -> list[Picture]:
@@ -56,8 +60,17 @@ def pictures(arguments: argparse.Namespace) -> list[Picture]:
     Problem
         For a wrong option; names it.
     """
+    calibrated: dict[str, str] = {}
+    for path in arguments.cameras:
+        found = read_calibration(path)
+        objects = add_cameras(bpy.context.scene, found)
+        calibrated |= {ob.name: str(one.image) for ob, one in zip(objects, found, strict=True) if one.image.is_file()}
     targets, masks = by_camera("--target", arguments.target), by_camera("--mask", arguments.mask)
+    targets = {**calibrated, **targets}
     outlines = by_camera("--silhouette", arguments.silhouette)
+    if not targets and not outlines:
+        raise Problem(f"--cameras '{arguments.cameras[0]}': none of its pictures is there; put them beside the "
+                      "calibration, or name them by --target")  # fmt: skip
     if outlines and not arguments.silhouette_of:
         raise Problem("--silhouette: name the objects or collections that it shows by --silhouette-of NAME")
     if arguments.silhouette_of and not outlines:

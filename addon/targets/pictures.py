@@ -18,6 +18,7 @@ from edgegrad.fitting.targets import EXPOSURE, camera_for
 from ..export import Export
 from ..problem import Problem
 from ..view_transforms import AUTO, view_of
+from .calibrated_cameras import lens_of
 from .frames import Stored, stored_datablock, stored_file
 
 
@@ -65,9 +66,9 @@ class Picture:
         return self.datablock or self.image
 
 
-def read_picture(scene: Any, picture: Picture, view: edgegrad.Camera,
+def read_picture(scene: Any, picture: Picture, camera: Any, view: edgegrad.Camera,
                  export: Export) -> tuple[edgegrad.Target, list[str]]:  # fmt: skip
-    """Read a target of a camera's exported view.
+    """Read a target of a camera object and its exported view, without the distortion of a calibrated lens.
 
     Returns
     -------
@@ -84,24 +85,31 @@ def read_picture(scene: Any, picture: Picture, view: edgegrad.Camera,
     else:
         stored = stored_file(absolute(picture.image), frame)
     where = f"target '{picture.name}' of camera '{picture.camera}'"
+    notes: list[str] = []
+    objects: list[str] | None = None
+    image: NDArray[Any]
+    weight: NDArray[Any] | None = None
     if picture.silhouette_of:
-        mask = _mask_of(stored)
-        camera_for(where, view, mask.shape)
-        return edgegrad.Target(mask, camera=view, mask=_read_mask(picture), weight=picture.weight,
-                               objects=silhouette_objects(export, picture.silhouette_of)), []  # fmt: skip
-    found, notes = _read_light(scene, picture, stored)
-    camera_for(where, view, found.image.shape[:2])
-    weight, mask_file = found.weight, _read_mask(picture)
-    if mask_file is not None:
-        if not images.same_aspect(mask_file.shape, found.image.shape):
-            high, wide = mask_file.shape
+        image = _mask_of(stored)[..., None]
+        objects = silhouette_objects(export, picture.silhouette_of)
+    else:
+        found, notes = _read_light(scene, picture, stored)
+        image, weight = found.image, found.weight
+    camera_for(where, view, image.shape[:2])
+    if picture.mask:
+        chosen = images.read_mask(absolute(picture.mask))
+        high, wide = chosen.shape
+        if not images.same_aspect(chosen.shape, image.shape):
             raise Problem(f"mask '{picture.mask}': is {wide} x {high} pixels, of another aspect than its picture of "
-                          f"{found.image.shape[1]} x {found.image.shape[0]}; crop it alike")
-        height, width = found.image.shape[:2]
-        chosen = images.resample(mask_file, (height, width))
+                          f"{image.shape[1]} x {image.shape[0]}; crop it alike")
+        chosen = images.resample(chosen, (image.shape[0], image.shape[1]))
         weight = chosen if weight is None else weight * chosen
-    return edgegrad.Target(found.image, camera=view, mask=weight, weight=picture.weight, gain=picture.gain,
-                           shared=picture.shared, alpha=picture.alpha), notes  # fmt: skip
+    lens = lens_of(camera)
+    if lens is not None:
+        image, weight = lens.of_size(image.shape[0], image.shape[1]).undistort(image, weight)
+    if objects is not None:
+        return edgegrad.Target(image[..., 0], view, weight, picture.weight, objects=objects), notes
+    return edgegrad.Target(image, view, weight, picture.weight, picture.alpha, picture.gain, picture.shared), notes
 
 
 def _read_light(scene: Any, picture: Picture, stored: Stored) -> tuple[images.TargetPicture, list[str]]:
@@ -122,10 +130,6 @@ def _mask_of(stored: Stored) -> NDArray[Any]:
         return images.read_mask(stored.file)
     assert stored.values is not None
     return images.mask_of(stored.values)
-
-
-def _read_mask(picture: Picture) -> NDArray[Any] | None:
-    return images.read_mask(absolute(picture.mask)) if picture.mask else None
 
 
 def silhouette_objects(export: Export, names: Sequence[str]) -> list[str]:

@@ -16,14 +16,18 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 import edgegrad_addon
 from edgegrad import Renderer, images
 from edgegrad.calibration import Lens, read_calibration
+from edgegrad.fitting.silhouettes import silhouette_scene
+from edgegrad.fitting.targets import views
 from edgegrad_addon import command_line
 from edgegrad_addon.export import export_scene
+from edgegrad_addon.parameters import Names
 from edgegrad_addon.problem import Problem
+from edgegrad_addon.session import Picture, Request, Session
 from edgegrad_addon.targets.calibrated_cameras import LENS, add_cameras, lens_of
 from tests.support.scenes import blender_scenes as bs
 from tests.targets.cycles_targets import TRUTH, ball, recolored
 
-BENT = {"w": 64, "h": 48, "fl_x": 90.0, "fl_y": 94.0, "cx": 34.0, "cy": 22.0, "k1": -0.2, "k2": 0.05, "p1": 0.01,
+BENT = {"w": 64, "h": 48, "fl_x": 90.0, "fl_y": 94.0, "cx": 34.0, "cy": 22.0, "k1": -0.6, "k2": 0.2, "p1": 0.01,
         "p2": -0.01}  # fmt: skip
 
 
@@ -32,7 +36,7 @@ def pose(turn: float) -> Any:
     c, s = np.cos(turn), np.sin(turn)
     out = np.eye(4)
     out[:3, :3] = [[1, 0, 0], [0, c, -s], [0, s, c]]
-    out[:3, 3] = out[:3, :3] @ [0.0, 0.0, 6.0]
+    out[:3, 3] = out[:3, :3] @ [0.0, 0.0, 4.0]
     return out
 
 
@@ -93,6 +97,34 @@ def test_pictures_of_several_aspects_are_refused(tmp_path: Any) -> None:
     ])  # fmt: skip
     with pytest.raises(Problem, match=r"picture 'b.png': is 48 x 64 pixels, .* another aspect than 'a.png' of 64 x 48"):
         add_cameras(bs.empty(), read_calibration(path))
+
+
+def test_targets_are_read_without_the_distortion_of_their_camera(tmp_path: Any) -> None:
+    """The truth renders as its undistorted photograph; a silhouette is undistorted, too."""
+    scene = ball(size=64)
+    path = calibration(tmp_path)
+    photographs(path)
+    camera = add_cameras(scene, read_calibration(path))[0]
+    mask = (images.read_image(tmp_path / "left.exr")[..., 1] < 0.15).astype(np.float32)
+    images.write_image(tmp_path / "mask.png", np.repeat(mask[..., None], 3, axis=2))
+
+    def differences() -> Any:
+        pictures = [Picture("left", str(tmp_path / "left.exr")),
+                    Picture("left", str(tmp_path / "mask.png"), silhouette_of=("Cube",))]  # fmt: skip
+        request = Request(pictures, Names(base_color=("Clay",)))
+        session = Session.prepare(bpy.context, request)
+        out = []
+        for view in views(session.export.scene, session.targets):
+            made = session.export.scene
+            made = made if view.objects is None else silhouette_scene(made, view.objects)
+            picture = Renderer(made).render(spp=64, max_depth=2 if view.objects is None else 1, camera=view.camera)
+            weight = np.ones(view.image.shape[:2]) if view.mask is None else view.mask
+            out.append(np.average(np.abs(picture - view.image).mean(axis=2), weights=weight))
+        return np.array(out)
+
+    straight = differences()
+    del camera.data[LENS]
+    assert (straight < 0.5 * differences()).all(), (straight, differences())
 
 
 def test_colors_are_found_from_photographs_through_a_bent_lens(tmp_path: Any) -> None:

@@ -10,13 +10,13 @@ import argparse
 import contextlib
 import sys
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TextIO
 
 import bpy
 
-from edgegrad import images
+from edgegrad import images, losses
 from edgegrad.images.output_files import check_outputs
 from edgegrad.progress import ProgressBar
 
@@ -30,8 +30,8 @@ from .export import export_scene, render_export
 from .fit_output import FitOutput
 from .parameters import Names
 from .problem import Problem
-from .session import Picture, Request, Session, camera_names, find_camera
-from .view_transforms import AUTO
+from .session import Request, Session, find_camera
+from .targets.options import add_arguments, check_given, pictures
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -43,7 +43,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         Arguments without the name of the program; None: those of the process.
     """
     try:
-        arguments = _parser().parse_args(sys.argv[1:] if argv is None else list(argv))
+        parser = _parser()
+        arguments = parser.parse_args(sys.argv[1:] if argv is None else list(argv))
+        if arguments.run is _fit:
+            check_given(parser, arguments)
     except SystemExit as end:  # argparse has printed the reason
         return end.code if isinstance(end.code, int) else 2
     try:
@@ -68,13 +71,9 @@ def _parser() -> argparse.ArgumentParser:
     _common(fit, 16)
     _parameters(fit)
     _animated(fit)
-    fit.add_argument("--target", action="append", required=True, metavar="CAMERA=FILE",
-                     help="target picture of a camera (the name may contain =; the longest match is used)")  # fmt: skip
-    fit.add_argument("--mask", action="append", default=[], metavar="CAMERA=FILE",
-                     help="mask of a camera's target: black pixels are ignored")  # fmt: skip
-    fit.add_argument("--view", action="append", default=[], metavar="[CAMERA=]VIEW",
-                     help="view transform of the targets, or of one: auto (default), scene, sRGB, Standard, AgX, "
-                     "Filmic or another of Blender's")  # fmt: skip
+    add_arguments(fit)
+    fit.add_argument("--loss", choices=list(losses.NAMED), default="pyramid",
+                     help="how pictures are compared with their targets (default: pyramid)")  # fmt: skip
     fit.add_argument("--iterations", type=_positive, default=200)
     fit.add_argument("--views-per-iteration", type=_positive, metavar="N", help="pictures per iteration (default: all)")
     fit.add_argument("--smoothness", type=float,
@@ -170,42 +169,9 @@ def _open(arguments: argparse.Namespace) -> None:
         _print_warnings([warning])
 
 
-def _by_camera(option: str, texts: Sequence[str], what: str = "FILE") -> dict[str, str]:
-    cameras = sorted(camera_names(bpy.context.scene), key=len, reverse=True)
-    out: dict[str, str] = {}
-    for text in texts:
-        # Names of cameras and of files may contain "=".
-        named = next((name for name in cameras if text.startswith(f"{name}=")), text.partition("=")[0])
-        camera, path = named, text[len(named) + 1 :]
-        if not camera or not path:
-            raise Problem(f"{option} '{text}': must have the form CAMERA={what}")
-        if camera in out:
-            raise Problem(f"{option} '{text}': camera '{camera}' already has a {option.removeprefix('--')}")
-        out[camera] = path
-    return out
-
-
-def _views(texts: Sequence[str], targets: Mapping[str, str]) -> dict[str, str]:
-    """Return the view transform of each target; one without a camera is that of all others."""
-    general = [text for text in texts if "=" not in text]
-    if len(general) > 1:
-        raise Problem(f"--view '{general[1]}': --view '{general[0]}' is given too; name a camera, as CAMERA=VIEW")
-    own = _by_camera("--view", [text for text in texts if "=" in text], "VIEW")
-    for camera, view in own.items():
-        if camera not in targets:
-            raise Problem(f"--view '{camera}={view}': camera '{camera}' has no --target")
-    return {camera: own.get(camera, general[0] if general else AUTO) for camera in targets}
-
-
 def _request(arguments: argparse.Namespace) -> Request:
-    masks = _by_camera("--mask", arguments.mask)
-    targets = _by_camera("--target", arguments.target)
-    for camera in masks:
-        if camera not in targets:
-            raise Problem(f"--mask '{camera}={masks[camera]}': camera '{camera}' has no --target")
-    views = _views(arguments.view, targets)
     return Request(
-        pictures=[Picture(camera, path, masks.get(camera, ""), views[camera]) for camera, path in targets.items()],
+        pictures=pictures(arguments),
         names=_names(arguments),
         iterations=arguments.iterations,
         samples=arguments.samples,
@@ -216,6 +182,7 @@ def _request(arguments: argparse.Namespace) -> Request:
         views_per_iteration=arguments.views_per_iteration,
         in_place=arguments.in_place,
         animated=_wanted(arguments),
+        loss=arguments.loss,
     )
 
 

@@ -96,7 +96,7 @@ def evaluate(scene: Any, work: Callable[[Evaluation], T], camera: Any = None) ->
             errors.append(error)
 
     reason = "Blender gives no reason"
-    with _engine(scene, run), _kept_result(), _active_camera(scene, camera), settings.swapped():
+    with _engine(scene, run), kept_result(), _active_camera(scene, camera), settings.swapped():
         try:
             bpy.ops.render.render(scene=scene.name)
         except RuntimeError as error:
@@ -148,7 +148,7 @@ def _engine(scene: Any, run: Callable[[Any], None]) -> Iterator[None]:
 
 
 @contextmanager
-def _kept_result() -> Iterator[None]:
+def kept_result() -> Iterator[None]:
     """Keep the user's last render: the empty picture goes into a slot of its own, or is removed."""
     image = bpy.data.images.get(RESULT)
     if image is None:

@@ -20,7 +20,8 @@ from edgegrad.images.output_files import check_output_folder, check_outputs, rep
 
 from .blend_file import save_blend
 from .problem import Problem
-from .session import Session, absolute
+from .session import Session
+from .targets.pictures import absolute
 
 SPP = 64  # samples per pixel of the pictures
 BEFORE, AFTER = "before", "after"
@@ -72,7 +73,7 @@ class FitOutput:
         if self.folder is None:
             return
         pictures = session.request.pictures
-        self.names = picture_names([picture.camera for picture in pictures])
+        self.names = picture_names(list(dict.fromkeys(picture.camera for picture in pictures)))
         self.folder.mkdir(parents=True, exist_ok=True)
         inputs = {os.path.realpath(absolute(path)) for one in pictures for path in (one.image, one.mask) if path}
         outputs = [path for name in self.names for prefix in (BEFORE, AFTER) for path in self._pictures(prefix, name)]
@@ -170,7 +171,7 @@ class FitOutput:
             "values": values,
             "untouched": result.untouched,
             "warnings": session.export.report.lines,
-            "notes": result.notes,
+            "notes": [*result.notes, *session.gain_notes],
             "pictures": {
                 camera: {prefix: [path.name for path in self._pictures(prefix, camera)] for prefix in (BEFORE, AFTER)}
                 for camera in self.names

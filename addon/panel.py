@@ -8,6 +8,7 @@ from typing import Any
 import bpy
 
 from .status import STATUS
+from .targets.draw import draw_target
 
 # Mean width of a character, and width of the margins and an icon of a panel; pixels at scale 1.
 CHARACTER, MARGINS = 6.6, 52
@@ -61,10 +62,9 @@ class MainPanel(bpy.types.Panel):
         column = row.column(align=True)
         column.operator("edgegrad.target_add", text="", icon="ADD")
         column.operator("edgegrad.target_remove", text="", icon="REMOVE")
+        column.operator("edgegrad.cameras_import", text="", icon="CAMERA_DATA")
         if settings.active_target < len(settings.targets):
-            target = settings.targets[settings.active_target]
-            layout.prop(target, "mask")
-            layout.prop(target, "view")
+            draw_target(layout, settings.targets[settings.active_target])
         row = layout.row()
         row.template_list(ParameterList.bl_idname, "", settings, "parameters", settings, "active_parameter", rows=3)
         column = row.column(align=True)
@@ -82,6 +82,7 @@ class MainPanel(bpy.types.Panel):
         column.prop(settings, "vertices")
         column.prop(settings, "base_color")
         column = layout.column()
+        column.prop(settings, "loss")
         column.prop(settings, "iterations")
         column.prop(settings, "samples")
         column.prop(settings, "smoothness")

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import bpy
 import numpy as np
-from numpy.typing import NDArray
 
 import edgegrad
-from edgegrad import images
 from edgegrad.scene import parameters as values
 
 from . import parameters
@@ -23,29 +20,9 @@ from .animated.stored import remember_sensitivities
 from .differentiable import export_differentiable, not_computed
 from .export import Export
 from .problem import Problem
-from .view_transforms import AUTO, view_of
+from .targets.pictures import Picture, gain_note, read_picture
 from .write_back import kept
 from .write_back.destinations import Destination, PropertyValue, VerticesOf
-
-
-@dataclass
-class Picture:
-    """A target.
-
-    Attributes
-    ----------
-    camera, image
-        Name of the camera, and file of the picture.
-    mask
-        File of the mask, whose black pixels are ignored; empty: none.
-    view
-        View transform that is undone in the picture (`view_transforms.view_of`).
-    """
-
-    camera: str
-    image: str
-    mask: str = ""
-    view: str = AUTO
 
 
 @dataclass
@@ -70,6 +47,8 @@ class Request:
         Whether to write vertices into the mesh itself, instead of a new shape key.
     animated
         Animatable properties to fit.
+    loss
+        Name of the loss (`edgegrad.losses.named`).
     """
 
     pictures: list[Picture]
@@ -83,6 +62,7 @@ class Request:
     views_per_iteration: int | None = None
     in_place: bool = False
     animated: tuple[Wanted, ...] = ()
+    loss: str = "pyramid"
 
 
 @dataclass
@@ -100,6 +80,8 @@ class Session:
         Owner of the animatable properties, and the same for a fit in another thread; None: there are none.
     unwritten
         After `write`: a sentence on each value that could not be written.
+    gain_notes
+        After the fit: sentences on the exposure and white balance that it has found.
     """
 
     request: Request
@@ -112,6 +94,7 @@ class Session:
     driver: Driver | None = None
     relay: Relay | None = None
     unwritten: list[str] = field(default_factory=list)
+    gain_notes: list[str] = field(default_factory=list)
 
     @classmethod
     def prepare(cls, context: Any, request: Request) -> Session:
@@ -135,18 +118,11 @@ class Session:
             for name in driver.without_normals:
                 export.scene.meshes[name].normals = None
         wrt = names.paths(export, may_be_empty=driver is not None)
-        targets, notes = [], []
+        targets, notes = [], list[str]()
         for picture, camera, view in zip(request.pictures, cameras, export.views, strict=True):
-            transform, note = view_of(scene, absolute(picture.image), picture.view)
-            notes += [note] if note else []
-            found = images.read_target(absolute(picture.image), transform)
-            _check_size(picture.image, found.image, view, camera.name)
-            mask = found.weight
-            if picture.mask:
-                chosen = images.read_image(absolute(picture.mask))[..., :3].mean(axis=2)
-                _check_size(picture.mask, chosen, view, camera.name)
-                mask = chosen if mask is None else mask * chosen
-            targets.append(edgegrad.Target(found.image, camera=view, mask=mask))
+            target, found = read_picture(scene, picture, camera, view, export)
+            targets.append(target)
+            notes += found
         export.scene.validate()
         before = {path: np.array(values.get(export.scene, path), np.float64) for path in wrt}
         places = {path: parameters.destination(export, path, request.in_place) for path in wrt}
@@ -161,8 +137,9 @@ class Session:
 
     @property
     def late_notes(self) -> list[str]:
-        """Notes on properties that were made while the fit ran."""
-        return [] if self.driver is None else [note for note in self.driver.notes if note not in self.notes]
+        """Notes that were made while the fit ran: on properties, and on gains that were found."""
+        of_driver = [] if self.driver is None else [note for note in self.driver.notes if note not in self.notes]
+        return [*of_driver, *self.gain_notes]
 
     def serve(self) -> None:
         """Evaluate Blender for a fit in another thread that waits for it; for the main thread."""
@@ -178,7 +155,7 @@ class Session:
         """Run `edgegrad.fit` on the exported scene; Blender's data stay unchanged."""
         steps = {path: self.request.vertex_step for path in self.wrt
                  if path.endswith(".vertices") and self.request.vertex_step is not None}  # fmt: skip
-        return edgegrad.fit(
+        result = edgegrad.fit(
             self.export.scene,
             self.targets,
             wrt=self.wrt,
@@ -186,6 +163,7 @@ class Session:
             spp=self.request.samples,
             max_depth=self.export.settings.max_depth,
             bounces=self.export.settings.bounces,
+            loss=edgegrad.losses.named(self.request.loss),
             seed=self.request.seed,
             smoothness=self.request.smoothness,
             slide=self.request.slide,
@@ -196,6 +174,10 @@ class Session:
             progress=progress,
             driven=self.relay,
         )
+        self.gain_notes = [gain_note(picture, gain)
+                           for picture, gain in zip(self.request.pictures, result.gains, strict=True)
+                           if isinstance(picture.gain, str)]  # fmt: skip
+        return result
 
     def write(self, result: edgegrad.FitResult) -> bool:
         """Write a result into Blender's data; return whether anything was written.
@@ -248,18 +230,3 @@ def find_camera(scene: Any, name: str) -> Any:
         known = ", ".join(f"'{known}'" for known in camera_names(scene)) or "none"
         raise Problem(f"camera '{name}': there is no such camera in scene '{scene.name}' (known: {known})")
     return ob
-
-
-def absolute(path: str) -> Path:
-    """Resolve a path; // at the beginning means the folder of the .blend, as everywhere in Blender."""
-    if not path.strip():
-        raise Problem("a target has no picture; choose one")
-    return Path(bpy.path.abspath(path))
-
-
-def _check_size(path: str, image: NDArray[Any], view: edgegrad.Camera, camera: str) -> None:
-    height, width = image.shape[:2]
-    rendered = view.size
-    if (height, width) != rendered:
-        raise Problem(f"image '{path}': is {width} x {height} pixels, but camera '{camera}' renders "
-                      f"{rendered[1]} x {rendered[0]}; make the scene's resolution equal to the picture's")  # fmt: skip

@@ -2,7 +2,7 @@
 
 import sys
 
-from . import distance_fields
+from . import calibration, distance_fields
 from .expression import procedural
 from .fitting import losses, optimisers
 from .fitting.checkpoints import Checkpoint, read_checkpoint
@@ -52,6 +52,7 @@ __all__ = [
     "SunLight",
     "Target",
     "World",
+    "calibration",
     "differentiable",
     "distance_fields",
     "fit",

@@ -46,7 +46,7 @@ PYTHON = (
     ("expression",),  # numbers of a scene may be expressions
     ("scene",),
     ("geometry", "images"),  # of a scene's meshes and cameras; files and derivatives as pictures
-    ("distance_fields",),  # made from meshes and made into meshes
+    ("distance_fields", "calibration"),  # made from meshes and made into meshes; cameras and pictures of trackers
     ("tables",),
     ("derivatives",),
     ("reference",),  # an engine, which the renderer chooses among others

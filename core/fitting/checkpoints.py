@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ..rendering.renderer import Renderer
 from ..scene import parameters
 from .checkpoint_file import CheckpointError, read_tree, write_checkpoint
 from .fingerprint import Fingerprint, difference
@@ -158,6 +159,9 @@ def state_of(run: Run) -> State:
         "first_gradient": run.first_gradient,
         "missing": run.missing if run.planned else None,
         "learned": run.renderer.learned(),
+        "silhouettes": {str(k): one.learned() for k, one in enumerate(_silhouettes(run))},
+        "gains": np.array(run.gains.values),
+        "best_gains": np.array(run.best_gains),
         "steps": run.steps.state(),
         "driven": None if run.driven is None else {
             "asked": run.asked,
@@ -169,7 +173,8 @@ def state_of(run: Run) -> State:
 
 def restore(run: Run, state: State) -> None:
     """Take over what `state_of` has returned for a fit that began in the same way."""
-    _ = run.renderer.edges  # of the scene at the start, as in a fit without an interruption
+    for renderer in (run.renderer, *_silhouettes(run)):
+        _ = renderer.edges  # of the scene at the start, as in a fit without an interruption
     for item in run.unknowns:
         item.restore(state["unknowns"][item.path])
         parameters.put(run.work, item.path, state["values"][item.path])
@@ -182,6 +187,11 @@ def restore(run: Run, state: State) -> None:
             variable.restore(state["driven"]["variables"][variable.path])
     run.renderer.update(changed)
     run.renderer.restore_learned(state["learned"])
+    if run.silhouettes is not None:
+        run.silhouettes.update(changed)
+    for k, renderer in enumerate(_silhouettes(run)):
+        renderer.restore_learned(state["silhouettes"][str(k)])
+    run.gains.values, run.best_gains = list(state["gains"]), list(state["best_gains"])
     run.done, run.measured = state["done"], state["measured"]
     run.started -= state["seconds"]
     run.best, run.least, run.losses = state["best"], state["least"], state["losses"].tolist()
@@ -191,6 +201,11 @@ def restore(run: Run, state: State) -> None:
     run.first_gradient = state["first_gradient"]
     if state["missing"] is not None:
         run.missing = tuple(state["missing"])
+
+
+def _silhouettes(run: Run) -> list[Renderer]:
+    """The renderers of silhouettes, in the order of their targets."""
+    return [] if run.silhouettes is None else list(run.silhouettes.renderers.values())
 
 
 def _part(path: str | Path, tree: Mapping[str, Any], name: str) -> Any:

@@ -32,7 +32,9 @@ def of_views(views: Iterable[View]) -> Fingerprint:
     found: Fingerprint = {}
     for k, view in enumerate(views):
         found |= {f"the picture of target {k}": digest(view.image), f"the mask of target {k}": digest(view.mask),
-                  f"the camera of target {k}": digest(view.camera), f"the weight of target {k}": digest(view.weight)}
+                  f"the camera of target {k}": digest(view.camera), f"the weight of target {k}": digest(view.weight),
+                  f"the gain of target {k}": digest((view.gain, view.shared)),
+                  f"the silhouette of target {k}": digest(view.objects)}
     return found
 
 

@@ -8,14 +8,15 @@ sum_p rho'(I_p - T_p) dI_p. If the adjoint rho'(I - T) and the derivative dI cam
 correlated and the product biased; for L2, the bias is the covariance of I and dI. Therefore derivatives use random
 numbers that are independent of those of pictures, even for equal seeds. With these, the gradient of L2 is unbiased. The
 gradient of L1 stays biased in pixels whose noise exceeds the difference, since the sign of the difference is then
-random.
+random. `Huber` and `Charbonnier` have the same bias unless the width below which they are quadratic is well above the
+noise of a pixel.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import ClassVar, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -128,6 +129,125 @@ class Pyramid(Checked):
         return total, (adjoint * _weights(mask, adjoint.shape[:2])[..., None]).astype(np.float32)
 
 
+@dataclass(frozen=True)
+class Huber(Checked):
+    """Mean of the Huber loss: like `l2` for small differences d, like `l1` for large ones, which may be outliers.
+
+    The loss of a channel is d² for |d| <= delta, and delta (2 |d| - delta) beyond.
+
+    Attributes
+    ----------
+    delta
+        Difference from which the loss grows linearly; radiance, > 0. Differences that are to be explained should lie
+        below, and outliers, such as a reflection that the scene does not have, above.
+    """
+
+    delta: float = 0.1
+
+    checks: ClassVar[Mapping[str, Check]] = {"delta": by(number, above=0.0)}
+
+    def __post_init__(self) -> None:
+        self.check_fields("Huber")
+
+    def __call__(self, image: ArrayLike, target: ArrayLike, mask: ArrayLike | None = None) -> Result:
+        difference, weight = _difference(image, target, mask)
+        scale = weight[..., None] / (3.0 * weight.sum())
+        size = np.abs(difference)
+        value = np.where(size <= self.delta, size * size, self.delta * (2.0 * size - self.delta))
+        slope = 2.0 * np.clip(difference, -self.delta, self.delta)
+        return float((scale * value).sum()), (scale * slope).astype(np.float32)
+
+
+@dataclass(frozen=True)
+class Charbonnier(Checked):
+    """Mean of sqrt(d² + epsilon²) - epsilon over the differences d: a smooth `l1`.
+
+    Attributes
+    ----------
+    epsilon
+        Difference below which the loss is about quadratic; radiance, > 0.
+    """
+
+    epsilon: float = 0.01
+
+    checks: ClassVar[Mapping[str, Check]] = {"epsilon": by(number, above=0.0)}
+
+    def __post_init__(self) -> None:
+        self.check_fields("Charbonnier")
+
+    def __call__(self, image: ArrayLike, target: ArrayLike, mask: ArrayLike | None = None) -> Result:
+        difference, weight = _difference(image, target, mask)
+        scale = weight[..., None] / (3.0 * weight.sum())
+        value, slope = _charbonnier(difference, self.epsilon)
+        return float((scale * value).sum()), (scale * slope).astype(np.float32)
+
+
+@dataclass(frozen=True)
+class Gradients(Checked):
+    """Differences of neighbouring pixels, over an image pyramid: edges and texture count, smooth lighting hardly does.
+
+    Each level has the difference D = I - T, averaged over 2 x 2 pixels of the level before with the mask as weights.
+    The loss of a level is the mean of rho(D_a - D_b) over pairs of pixels a, b that are neighbours in a row or a
+    column; the weight of a pair is the smaller of the two masks. An error that is constant over the picture costs
+    nothing, and one that varies slowly costs little.
+
+    Attributes
+    ----------
+    levels
+        Number of levels, including the full resolution; None: down to 8 pixels along the shorter side.
+    epsilon
+        None: rho(d) = d², whose gradient is unbiased for noisy pictures. Otherwise rho(d) = sqrt(d² + epsilon²) -
+        epsilon (`Charbonnier`), which bears edges that the scene does not have.
+    """
+
+    levels: int | None = None
+    epsilon: float | None = None
+
+    checks: ClassVar[Mapping[str, Check]] = {
+        "levels": optional(by(whole, 1, 16)),
+        "epsilon": optional(by(number, above=0.0)),
+    }
+
+    def __post_init__(self) -> None:
+        self.check_fields("Gradients")
+
+    def __call__(self, image: ArrayLike, target: ArrayLike, mask: ArrayLike | None = None) -> Result:
+        difference, weight = _difference(image, target, mask)
+        count = self.levels or _automatic_levels(weight.shape)
+        total, slopes, chain = 0.0, [], []
+        for level in range(count):
+            if level:
+                chain.append((difference.shape, weight))
+                difference, weight = _average(difference, weight)
+            value, slope = self._level(difference, weight)
+            total += value / count
+            slopes.append(slope / count)
+        adjoint = slopes.pop()
+        while slopes:
+            adjoint = slopes.pop() + _average_transposed(adjoint, *chain.pop())
+        return total, adjoint.astype(np.float32)
+
+    def _level(self, difference: F64, weight: F64) -> tuple[float, F64]:
+        """Return the loss of one level and its derivative by the level's difference."""
+        adjoint, total, pairs = np.zeros_like(difference), 0.0, 0.0
+        parts = []
+        for axis in (0, 1):
+            ahead: tuple[Any, ...] = (slice(1, None),) if axis == 0 else (slice(None), slice(1, None))
+            behind: tuple[Any, ...] = (slice(None, -1),) if axis == 0 else (slice(None), slice(None, -1))
+            both = np.minimum(weight[ahead], weight[behind])
+            pairs += 3.0 * float(both.sum())
+            parts.append((ahead, behind, both[..., None]))
+        if pairs == 0.0:  # one pixel, or pixels without neighbours
+            return 0.0, adjoint
+        for ahead, behind, both in parts:
+            step = difference[ahead] - difference[behind]
+            value, slope = (step * step, 2.0 * step) if self.epsilon is None else _charbonnier(step, self.epsilon)
+            total += float((both * value).sum()) / pairs
+            adjoint[ahead] += both * slope / pairs
+            adjoint[behind] -= both * slope / pairs
+        return total, adjoint
+
+
 _Elementwise = Callable[[F64], F64]
 
 
@@ -168,6 +288,32 @@ def _double(y: F64, shape: tuple[int, ...]) -> F64:
     return _blur(spread[: shape[0], : shape[1]])
 
 
+def _charbonnier(difference: F64, epsilon: float) -> tuple[F64, F64]:
+    """Return sqrt(d² + epsilon²) - epsilon and its derivative."""
+    root = np.sqrt(difference * difference + epsilon * epsilon)
+    return difference * difference / (root + epsilon), difference / root
+
+
+def _blocks(x: F64) -> F64:
+    """Sum 2 x 2 pixels; zeros complete an odd row or column."""
+    x = np.pad(x, [(0, x.shape[0] % 2), (0, x.shape[1] % 2), (0, 0)])
+    return np.asarray(x[0::2, 0::2] + x[1::2, 0::2] + x[0::2, 1::2] + x[1::2, 1::2])
+
+
+def _average(difference: F64, weight: F64) -> tuple[F64, F64]:
+    """Return the weighted mean of 2 x 2 pixels, 0 without any weight, and their mean weight."""
+    total = _blocks(weight[..., None])
+    mean = _blocks(weight[..., None] * difference) / np.where(total > 0.0, total, 1.0)
+    return mean, 0.25 * total[..., 0]
+
+
+def _average_transposed(adjoint: F64, shape: tuple[int, ...], weight: F64) -> F64:
+    """Transpose of the mean of `_average`, for a difference of this shape and these weights."""
+    total = _blocks(weight[..., None])
+    spread = np.repeat(np.repeat(adjoint / np.where(total > 0.0, total, 1.0), 2, axis=0), 2, axis=1)
+    return np.asarray(weight[..., None] * spread[: shape[0], : shape[1]])
+
+
 def _difference(image: ArrayLike, target: ArrayLike, mask: ArrayLike | None) -> tuple[F64, F64]:
     a = light_values("loss", "image", image, (None, None, 3), np.float64)
     b = light_values("loss", "target", target, (None, None, 3), np.float64)
@@ -178,6 +324,19 @@ def _difference(image: ArrayLike, target: ArrayLike, mask: ArrayLike | None) -> 
     return a - b, _weights(mask, a.shape[:2])
 
 
+def named(name: str) -> Loss:
+    """Return the loss of this name with its default settings.
+
+    Raises
+    ------
+    ValueError
+        If there is none; lists the names.
+    """
+    if name not in NAMED:
+        raise ValueError(f"loss: there is no loss '{name}' (known: {', '.join(NAMED)})")
+    return NAMED[name]
+
+
 def _weights(mask: ArrayLike | None, shape: tuple[int, ...]) -> F64:
     if mask is None:
         return np.ones(shape)
@@ -185,3 +344,13 @@ def _weights(mask: ArrayLike | None, shape: tuple[int, ...]) -> F64:
     if not weight.any():
         raise ValueError("loss: mask must be above 0 somewhere")
     return weight
+
+
+NAMED: dict[str, Loss] = {
+    "pyramid": Pyramid(),
+    "l2": l2,
+    "l1": l1,
+    "huber": Huber(),
+    "charbonnier": Charbonnier(),
+    "gradients": Gradients(),
+}

@@ -1,9 +1,9 @@
 """The loop of a fit.
 
-Each iteration renders the picture of each target, evaluates the loss and its adjoint picture, pulls the adjoint back to
-a gradient by the parameters (`Renderer.render_backward`), and makes one step of each optimiser. Pictures and gradients
-are Monte Carlo estimates, so the loop shortens its steps towards the end and compares losses that are averaged over a
-few iterations.
+Each iteration renders the picture of each target, finds unknown gains (`gains`), evaluates the loss and its adjoint
+picture, pulls the adjoint back to a gradient by the parameters (`Renderer.render_backward`), and makes one step of each
+optimiser. Pictures and gradients are Monte Carlo estimates, so the loop shortens its steps towards the end and compares
+losses that are averaged over a few iterations.
 """
 
 from __future__ import annotations
@@ -27,7 +27,9 @@ from ..scene import parameters
 from ..scene.camera import Camera
 from ..scene.scene import Scene
 from .driven import Driven, Placement, Steps
+from .gains import Gains
 from .losses import Loss
+from .silhouettes import Silhouettes, moves_silhouettes
 from .targets import View
 from .variables import Unknown
 from .zero_gradients import why_untouched
@@ -85,12 +87,15 @@ class Run:
         self, work: Scene, renderer: Renderer, seen: list[View], unknowns: list[Unknown], loss: Loss, *,
         iterations: int, per_iteration: int, spp: int, gradient_spp: int, limits: dict[str, Any], seed: int,
         started: float, progress: Progress | None, driven: Driven | None = None, placement: Placement | None = None,
+        silhouettes: Silhouettes | None = None,
     ) -> None:
         self.work, self.renderer, self.seen, self.unknowns, self.loss = work, renderer, seen, unknowns, loss
         self.iterations, self.per_iteration = iterations, per_iteration
         self.spp, self.gradient_spp, self.limits = spp, gradient_spp, limits
         self.seed, self.started, self.progress = seed, started, progress
-        self.driven, self.placement = driven, placement
+        self.driven, self.placement, self.silhouettes = driven, placement, silhouettes
+        self.gains = Gains(seen)
+        self.best_gains = self.gains.values
         self.checkpoint: Callable[[], None] | None = None  # stores the state
         self.checkpoint_every = 1
         self.done = 0  # iterations
@@ -123,6 +128,8 @@ class Run:
             if self.driven is not None:
                 changed += self.place(self.steps.take(gradient, factor))
             self.renderer.update(changed)
+            if self.silhouettes is not None:
+                self.silhouettes.update(changed)
             self.done = k + 1
             if k == full_turn - 1:
                 self._warn_of_untouched()
@@ -151,8 +158,7 @@ class Run:
         """Render all pictures once more and record the loss after the last step, unless this was done."""
         if self.measured:
             return
-        for j in range(len(self.seen)):
-            self._value(self.iterations, j, 1.0)
+        self._adjoints(self.iterations, {j: self._pictures(self.iterations, j, 1.0) for j in range(len(self.seen))})
         self._record(True)
         self.measured = True
         if self.checkpoint is not None:
@@ -160,23 +166,30 @@ class Run:
 
     def _gradient(self, k: int) -> dict[str, F64]:
         """Return the gradient of the loss over the pictures of iteration k, and record their losses."""
-        count = len(self.seen)
         first = k * self.per_iteration
+        turn = [int(self.order[(first + n) % len(self.seen)]) for n in range(self.per_iteration)]
         total = {path: np.zeros(np.shape(value)) for path, value in self.start.items()}
         own = [item.path for item in self.unknowns]
-        for n in range(self.per_iteration):
-            j = int(self.order[(first + n) % count])
-            done = (k + n / self.per_iteration) / (self.iterations + 1)
-            adjoint = self._value(k, j, done)
+        part_of_view = 0.5 / self.per_iteration
+
+        def done(n: int) -> float:  # of the fit, after n halves of the work on a view
+            return (k + part_of_view * n) / (self.iterations + 1)
+
+        pictures = {j: self._pictures(k, j, done(n)) for n, j in enumerate(turn)}
+        for n, (j, adjoint) in enumerate(self._adjoints(k, pictures).items()):
+            view = self.seen[j]
             moving = () if self.placement is None else self.placement.paths[j]
-            wrt = list(dict.fromkeys((*own, *moving)))
+            wrt = [path for path in dict.fromkeys((*own, *moving)) if view.objects is None or moves_silhouettes(path)]
             if not adjoint.any() or not wrt:
                 continue
-            part = self.renderer.render_backward(
-                adjoint, wrt, spp=self.gradient_spp, **self.limits, seed=self._seed(k, j, 1),
-                camera=self._camera_of_gradient(j, wrt),
-                progress=self._part(done, 0.5 / self.per_iteration, 0.5),
+            renderer = self._renderer(j)
+            part = renderer.render_backward(
+                adjoint, wrt, spp=self.gradient_spp, **self._limits(j), seed=self._seed(k, j, 1),
+                camera=_camera_of_gradient(renderer, view.camera, wrt),
+                progress=self._part(done(self.per_iteration + n), 0.0, part_of_view),
             )
+            part = part | {path: np.zeros(np.shape(parameters.get(self.work, path)))
+                           for path in (*own, *moving) if path not in part}  # fmt: skip
             pulled = {} if self.placement is None else self.placement.pull(part, j)
             for path, value in ({path: part[path] for path in own} | pulled).items():
                 total[path] += value / self.per_iteration
@@ -190,38 +203,70 @@ class Run:
             self.first_gradient = {item.path: total[item.path] for item in self.driven.variables}
         return total
 
-    def _camera_of_gradient(self, j: int, wrt: list[str]) -> Camera | None:
-        """Camera argument of a gradient of picture j. Derivatives by a camera are those by the scene's own."""
-        camera = self.seen[j].camera
-        if not any(path.startswith("camera.") for path in wrt):
-            return camera
-        if self.work.camera is not camera:
-            self.work.camera = camera
-        self.renderer.update(["camera.to_world"])
-        return None
+    def _renderer(self, j: int) -> Renderer:
+        """The renderer of picture j: that of the scene, or of a silhouette."""
+        objects = self.seen[j].objects
+        if objects is None:
+            return self.renderer
+        assert self.silhouettes is not None
+        return self.silhouettes.renderers[objects]
 
-    def _value(self, k: int, j: int, done: float) -> NDArray[np.float32]:
-        """Render picture j, record its loss, and return the adjoint picture of this iteration.
+    def _limits(self, j: int) -> dict[str, Any]:
+        """Path length and bounces of picture j; a silhouette is seen directly."""
+        return self.limits if self.seen[j].objects is None else self.limits | {"max_depth": 1}
+
+    def _pictures(self, k: int, j: int, done: float) -> tuple[NDArray[np.float32], ...]:
+        """Render picture j, or two independent pictures of half the samples if its gain is unknown."""
+        view = self.seen[j]
+        halves = 2 if isinstance(view.gain, str) else 1
+        out = []
+        for half in range(halves):
+            part = 0.5 / (self.per_iteration * halves)
+            image = self._renderer(j).render(
+                spp=max(1, self.spp // halves), **self._limits(j), seed=self._seed(k, j, 2 * half), camera=view.camera,
+                progress=self._part(done, half * part, part),
+            )
+            if not np.isfinite(image).all():
+                raise FloatingPointError(f"fit: the picture of target {j} is not finite in iteration {k + 1}")
+            out.append(image)
+        return tuple(out)
+
+    def _adjoints(self, k: int, pictures: Mapping[int, tuple[NDArray[np.float32], ...]]) -> dict[int, NDArray[Any]]:
+        """Record the losses of pictures, and return their adjoints for this iteration.
 
         The recorded loss is the same function in all iterations. The adjoint is that of `loss.at(progress)`, if the
         loss has a schedule.
         """
-        view = self.seen[j]
-        image = self.renderer.render(
-            spp=self.spp, **self.limits, seed=self._seed(k, j, 0), camera=view.camera,
-            progress=self._part(done, 0.0, 0.5),
-        )
-        if not np.isfinite(image).all():
-            raise FloatingPointError(f"fit: the picture of target {j} is not finite in iteration {k + 1}")
-        value, adjoint = _checked_loss(self.loss(image, view.image, view.mask), image)
-        if not (np.isfinite(value) and np.isfinite(adjoint).all()):
-            raise FloatingPointError(f"fit: the loss of target {j} is not finite in iteration {k + 1}")
-        self.newest[j] = value
+        self.gains.values, out = self._compare(k, self.loss, pictures)
+        for j, (value, _) in out.items():
+            self.newest[j] = value
         at = getattr(self.loss, "at", None)
         if at is not None:
             loss = function("fit", "what loss.at returns", at(min(k / max(self.iterations - 1, 1), 1.0)))
-            adjoint = _checked_loss(loss(image, view.image, view.mask), image)[1]
-        return np.asarray(view.weight * adjoint, np.float32)
+            out = self._compare(k, loss, pictures)[1]
+        return {j: adjoint for j, (_, adjoint) in out.items()}
+
+    def _compare(
+        self, k: int, loss: Loss, pictures: Mapping[int, tuple[NDArray[np.float32], ...]]
+    ) -> tuple[list[F64], dict[int, tuple[float, NDArray[Any]]]]:
+        """Return the gains, and the loss of each picture with its adjoint, weighted."""
+
+        def checked(view: View, image: NDArray[Any]) -> tuple[float, NDArray[Any]]:
+            return _checked_loss(loss(image, view.image, view.mask), image)
+
+        values = self.gains.find(lambda view, image: checked(view, image)[1], pictures)
+        out = {}
+        for j, halves in pictures.items():
+            view, image = self.seen[j], halves[0]
+            factor = np.ones(3)
+            if len(halves) == 2:
+                factor = values[j]
+                image = np.asarray(0.5 * factor * (halves[0].astype(np.float64) + halves[1]), np.float32)
+            value, adjoint = checked(view, image)
+            if not (np.isfinite(value) and np.isfinite(adjoint).all()):
+                raise FloatingPointError(f"fit: the loss of target {j} is not finite in iteration {k + 1}")
+            out[j] = value, np.asarray(view.weight * factor * adjoint, np.float32)
+        return values, out
 
     def _record(self, complete: bool) -> None:
         """Record the loss of the current values, and keep the values if they are the best."""
@@ -232,7 +277,7 @@ class Run:
         # average the noise of many gradients.
         if complete and self.smoothed() <= self.least + self._noise():
             self.least, self.best = min(self.least, self.smoothed()), len(self.losses) - 1
-            self.best_values = self._values()
+            self.best_values, self.best_gains = self._values(), self.gains.values
 
     def smoothed(self) -> float:
         """Mean of the loss over the last few iterations."""
@@ -256,16 +301,18 @@ class Run:
         )
 
     def _seed(self, k: int, j: int, kind: int) -> int:
-        """Seed of iteration k, picture j and kind (0: picture, 1: derivative); all seeds are independent."""
+        """Seed of iteration k, picture j and kind (0: picture, 1: derivative, 2: second half of the picture).
+
+        All seeds are independent.
+        """
         return int(np.random.SeedSequence([self.seed, k, j, kind]).generate_state(1)[0])
 
     def _part(self, done: float, offset: float, fraction: float) -> Progress | None:
-        """Map the progress of one render to the progress of the whole fit."""
+        """Map the progress of one render to the progress of the whole fit; offset and fraction are of an iteration."""
         report = self.progress
         if report is None:
             return None
-        scale = 1.0 / (self.per_iteration * (self.iterations + 1))
-        return lambda part: report(min(done + (offset + fraction * part) * scale, 1.0))
+        return lambda part: report(min(done + (offset + fraction * part) / (self.iterations + 1), 1.0))
 
     @cached_property
     def plan(self) -> Plan:
@@ -289,7 +336,9 @@ class Run:
         for path, touched in self.touched.items():
             if not touched.any():
                 driven = self.driven is not None and any(path == item.path for item in self.driven.variables)
+                outlines = all(view.objects is not None for view in self.seen)
                 reason = ("nothing that the cameras see depends on it" if driven
+                          else "silhouettes do not depend on it" if outlines and not moves_silhouettes(path)
                           else why_untouched(self.work, self.newest, path, self.plan))  # fmt: skip
                 warnings.warn(
                     f"fit: no gradient for '{path}', because {reason}",
@@ -303,6 +352,16 @@ def _stop(answer: bool | str | None) -> str | None:
     if isinstance(answer, str):
         return choice("fit", "what the callback returns", answer, ON_CANCEL)
     return "callback" if answer is not None and not flag("fit", "what the callback returns", answer) else None
+
+
+def _camera_of_gradient(renderer: Renderer, camera: Camera, wrt: list[str]) -> Camera | None:
+    """Camera argument of a gradient of a picture. Derivatives by a camera are those by the scene's own."""
+    if not any(path.startswith("camera.") for path in wrt):
+        return camera
+    if renderer.scene.camera is not camera:
+        renderer.scene.camera = camera
+    renderer.update(["camera.to_world"])
+    return None
 
 
 def _checked_loss(found: Any, image: NDArray[np.float32]) -> tuple[float, NDArray[Any]]:

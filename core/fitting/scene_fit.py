@@ -35,6 +35,7 @@ from .field_variables import FieldSteps
 from .large_steps import MOST_SMOOTHNESS
 from .losses import Loss, Pyramid
 from .run import ON_CANCEL, Callback, Run
+from .silhouettes import Silhouettes
 from .targets import Targets, views
 from .variables import unknown
 from .zero_gradients import untouched_part
@@ -65,6 +66,9 @@ class FitResult:
         (`Plan.missing`), and parameters of which a part has no gradient, with the reason.
     first_gradient
         Gradient of the loss by the driven variables at the start.
+    gains
+        (3,) factors of the channels by which each target is brighter than the scene: those that were given, or those
+        that were found for the best values.
     """
 
     values: dict[str, Any]
@@ -75,6 +79,7 @@ class FitResult:
     untouched: dict[str, float]
     notes: tuple[str, ...]
     first_gradient: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    gains: tuple[NDArray[np.float64], ...] = ()
 
 
 def fit(
@@ -232,6 +237,8 @@ def fit(
     # No other code can change the copy
     requested = [*paths, *(moving or ())]
     renderer = Renderer(work, threads=threads, engine=engine, learn=True, wrt=requested, watched=False)
+    of = [view.objects for view in seen if view.objects is not None]
+    silhouettes = Silhouettes(work, of, requested, threads, engine) if of else None
     resume = flag("fit", "resume", resume)
     checkpoints = None
     if checkpoint is not None:
@@ -253,7 +260,7 @@ def fit(
         work, renderer, seen, unknowns, loss,
         iterations=iterations, per_iteration=per_iteration, spp=spp, gradient_spp=samples,
         limits={"max_depth": max_depth, "bounces": bounces}, seed=seed, started=started, progress=progress,
-        driven=driven, placement=placement,
+        driven=driven, placement=placement, silhouettes=silhouettes,
     )
     if checkpoints is not None:
         checkpoints.attach(run, resume)
@@ -281,6 +288,7 @@ def fit(
         (*(() if checkpoints is None else checkpoints.notes),
          *(f"not computed: {sentence}" for sentence in run.missing), *(part for part in parts if part is not None)),
         run.first_gradient,
+        tuple(np.copy(gain) for gain in run.best_gains),
     )
 
 

@@ -2,8 +2,9 @@
 
 from .derivative_picture import derivative_image, write_derivative
 from .files import READABLE, WRITABLE, read_image, write_image
+from .resampling import resample, same_aspect
 from .srgb import linear_to_srgb, srgb_to_linear
-from .targets import TargetPicture, made_by_blender, read_target
+from .targets import TargetPicture, made_by_blender, mask_of, read_mask, read_target, target_of_codes
 from .view_transform import ViewTransform
 
 __all__ = [
@@ -14,9 +15,14 @@ __all__ = [
     "derivative_image",
     "linear_to_srgb",
     "made_by_blender",
+    "mask_of",
     "read_image",
+    "read_mask",
     "read_target",
+    "resample",
+    "same_aspect",
     "srgb_to_linear",
+    "target_of_codes",
     "write_derivative",
     "write_image",
 ]

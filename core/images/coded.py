@@ -12,8 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageCms, ImageOps
 
-from .png import read_deep
+from .code_values import read_deep
 
+# Tag of EXIF that says how a picture is turned.
+ORIENTATION = 0x0112
 CODED = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
 
 
@@ -48,6 +50,8 @@ def read_coded(path: Path) -> Coded:
         deep = read_deep(path)
         with Image.open(path) as opened:
             opened.load()
+            if deep is not None:
+                deep = _turned(deep, opened.getexif().get(ORIENTATION, 1))
             picture = ImageOps.exif_transpose(opened)
     except MemoryError:
         raise
@@ -55,10 +59,14 @@ def read_coded(path: Path) -> Coded:
         raise ValueError(f"image '{path}': can't be read ({error})") from None
     profile = _profile(path, picture.info)
     blender = _made_by_blender(picture.info)
-    if deep is not None and profile is None:
-        return Coded(deep / 65535.0, 65535, blender)
+    if deep is not None and (profile is None or _is_srgb(profile)):
+        return Coded(deep, 65535, blender)
+    if picture.mode == "F":
+        raise ValueError(f"image '{path}': holds floating-point numbers, which are no code values; save it as EXR")
     if picture.mode.startswith("I"):  # 16-bit grey
         grey = np.asarray(picture, np.float64) / 65535.0
+        if not (grey.min() >= 0.0 and grey.max() <= 1.0):
+            raise ValueError(f"image '{path}': holds grey values of more than 16 bits; save it as EXR, or with 16 bits")
         return Coded(np.repeat(grey[..., None], 3, axis=2), 65535, blender)
     has_alpha = "A" in picture.getbands() or "transparency" in picture.info
     picture = picture.convert("RGBA" if has_alpha else "RGB")
@@ -84,6 +92,19 @@ def _profile(path: Path, info: dict[Any, Any]) -> ImageCms.ImageCmsProfile | Non
         return ImageCms.ImageCmsProfile(io.BytesIO(info["icc_profile"]))
     except (ImageCms.PyCMSError, OSError) as error:
         raise ValueError(f"image '{path}': {_BAD_PROFILE} ({error})") from None
+
+
+def _turned(values: NDArray[np.float64], orientation: int) -> NDArray[np.float64]:
+    """Turn or mirror a picture as its orientation in EXIF says."""
+    if orientation in (5, 6, 7, 8):
+        values = values.transpose(1, 0, 2)
+    rows, columns = -1 if orientation in (3, 4, 7, 8) else 1, -1 if orientation in (2, 3, 6, 7) else 1
+    return np.ascontiguousarray(values[::rows, ::columns])
+
+
+def _is_srgb(profile: ImageCms.ImageCmsProfile) -> bool:
+    """Whether the profile is one of the usual ones of sRGB, so that code values are as they should be."""
+    return "srgb" in str(ImageCms.getProfileDescription(profile)).lower()
 
 
 def _made_by_blender(info: Mapping[Any, Any]) -> bool:

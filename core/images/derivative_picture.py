@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from PIL import Image, ImageDraw
 
 from .._check import file_path, number, numeric
-from .png import write_codes
+from .code_values import write_codes
 
 # Luminance of linear Rec.709; its derivative defines "brighter".
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])

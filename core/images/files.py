@@ -17,10 +17,10 @@ from numpy.typing import ArrayLike, NDArray
 from .._check import file_path, flag, numeric
 from ..scene.camera import MAX_SIDE
 from .chromaticities import to_rec709
+from .code_values import write_codes
 from .coded import CODED, read_coded
 from .derivative_picture import derivative_image, write_derivative
 from .output_files import replacing
-from .png import write_codes
 from .srgb import linear_to_srgb, srgb_to_linear
 
 __all__ = ["derivative_image", "linear_to_srgb", "read_image", "srgb_to_linear", "write_derivative", "write_image"]

@@ -9,6 +9,7 @@ import pytest
 
 import edgegrad
 from edgegrad import Mesh, Scene
+from edgegrad.fitting.gains import Gains
 from edgegrad.fitting.run import Run
 from edgegrad.fitting.scene_fit import fit
 from edgegrad.fitting.targets import Target, View, views
@@ -172,7 +173,7 @@ def test_of_values_that_noise_alone_tells_apart_the_latest_are_kept() -> None:
     run = Run.__new__(Run)
     run.driven = None
     run.seen, run.unknowns, run.losses = [View(np.zeros((1, 1, 3), np.float32), shapes.camera(), None, 1.0)], [], []
-    run.best, run.least = 0, np.inf
+    run.best, run.least, run.gains = 0, np.inf, Gains(run.seen)
     kept = []
     noise = np.random.default_rng(0).normal(size=80)
     # The loss falls, stays, and rises: the rise is larger than the noise.
@@ -238,7 +239,7 @@ def test_a_target_is_as_large_as_the_camera_crop() -> None:
     scene.camera.crop = (4, 2, 24, 18)
     image = picture(scene)
     assert image.shape == (16, 20, 3) and len(fit(scene, Target(image), [COLOR], iterations=1, spp=1).losses) == 2
-    with pytest.raises(ValueError, match="is 32 x 24 pixels, but its camera's picture is 20 x 16"):
+    with pytest.raises(ValueError, match="is 32 x 24 pixels, but its camera's picture is 20 x 16, of another aspect"):
         fit(scene, Target(np.zeros((24, 32, 3))), [COLOR], iterations=1, spp=1)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from edgegrad.losses import Loss, Pyramid, l1, l2
+from edgegrad.losses import Charbonnier, Gradients, Huber, Loss, Pyramid, l1, l2, named
 
 LOSSES: dict[str, Loss] = {
     "l1": l1,
@@ -14,6 +14,11 @@ LOSSES: dict[str, Loss] = {
     "pyramid l1": Pyramid(power=1, levels=3),
     "pyramid coarse": Pyramid(levels=4, focus=0.0),
     "pyramid between": Pyramid(levels=4, focus=0.4),
+    "huber": Huber(0.7),
+    "charbonnier": Charbonnier(0.3),
+    "gradients": Gradients(),
+    "gradients, one level": Gradients(levels=1, epsilon=0.4),
+    "gradients, all levels": Gradients(levels=6, epsilon=0.4),
 }
 
 
@@ -61,6 +66,47 @@ def test_values_are_means(name: str) -> None:
         assert LOSSES[name](np.full(shape, 0.5), np.zeros(shape))[0] == pytest.approx(0.5 ** (1 if name == "l1" else 2))
 
 
+def test_robust_losses_are_quadratic_below_their_width_and_linear_above() -> None:
+    zero = np.zeros((4, 4, 3))
+    for robust, width in ((Huber(0.1), 0.1), (Charbonnier(0.1), 0.1)):
+        near, nearer = (robust(np.full_like(zero, d), zero)[0] for d in (1e-3 * width, 5e-4 * width))
+        assert near == pytest.approx(4.0 * nearer, rel=1e-5)
+        far, twice = (robust(np.full_like(zero, d), zero)[0] for d in (1e4 * width, 2e4 * width))
+        assert twice == pytest.approx(2.0 * far, rel=1e-3)
+    # A single bright outlier pulls a robust mean far less than the mean.
+    values = np.full((8, 8, 3), 0.2)
+    values[0, 0] = 20.0
+
+    def minimum(loss: Loss) -> float:
+        return min(np.linspace(0.0, 1.0, 1001), key=lambda x: loss(np.full_like(values, x), values)[0])
+
+    assert minimum(l2) == pytest.approx(values.mean(), abs=1e-3)
+    assert minimum(Huber(0.05)) == pytest.approx(0.2, abs=2e-3) == minimum(Charbonnier(0.01))
+
+
+def test_gradients_ignore_smooth_lighting_but_not_texture() -> None:
+    rng = np.random.default_rng(0)
+    target = rng.random((48, 48, 3))
+    ramp = np.broadcast_to(np.linspace(-0.5, 0.5, 48)[:, None, None], target.shape)
+    noise = rng.normal(size=target.shape)
+    noise *= ramp.std() / noise.std()  # of equal power
+    # A factor of the difference of neighbours, 1 / 48, squared, at the finest level, and more at coarser ones.
+    loss = Gradients(levels=1)
+    assert l2(target + ramp, target)[0] == pytest.approx(l2(target + noise, target)[0], rel=1e-2)
+    assert loss(target + ramp, target)[0] < 2e-3 * loss(target + noise, target)[0]
+    assert Gradients()(target + 0.3, target)[0] < 1e-20
+    # An error of lighting that the mask hides has no edge where the mask begins.
+    mask = np.zeros((48, 48))
+    mask[:, 20:] = 1.0
+    assert Gradients()(target + np.where(mask > 0.0, 0.3, 0.0)[..., None], target, mask)[0] < 1e-20
+
+
+def test_losses_have_names() -> None:
+    assert named("pyramid") == Pyramid() and named("huber") == Huber() and named("l1") is l1
+    with pytest.raises(ValueError, match=r"no loss 'L7' \(known: pyramid, l2"):
+        named("L7")
+
+
 def test_coarse_levels_see_a_far_edge() -> None:
     """A bar 14 pixels from its target: the full picture's L2 does not fall while it approaches, the pyramid's does."""
 
@@ -100,3 +146,7 @@ def test_wrong_input_is_named() -> None:
     for wrong in ({"levels": 0}, {"power": 3}, {"focus": 2.0}):
         with pytest.raises(ValueError, match=next(iter(wrong))):
             Pyramid(**wrong)
+    with pytest.raises(ValueError, match="Huber: delta must be above 0"):
+        Huber(0.0)
+    with pytest.raises(ValueError, match="Gradients: levels must be between 1 and 16"):
+        Gradients(levels=0)

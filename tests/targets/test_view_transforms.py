@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,31 +17,10 @@ from edgegrad_addon import view_transforms
 from edgegrad_addon.problem import Problem
 from edgegrad_addon.view_transforms import view_of
 from tests.support.scenes import blender_scenes as bs
+from tests.targets.cycles_targets import TRUTH, ball, recolored, saved
 
-TRUTH = (0.8, 0.1, 0.05)
 SETTINGS = [("Standard", "None", 0.0, 1.0), ("AgX", "None", 0.0, 1.0), ("AgX", "AgX - Punchy", 0.5, 1.0),
             ("Filmic", "None", -1.0, 1.3)]  # fmt: skip
-
-
-def saved(path: Path, scene: Any, depth: str = "8", file_format: str = "PNG") -> Path:
-    """The scene's picture by Cycles, saved with the scene's view transform."""
-    settings = scene.render.image_settings
-    settings.file_format, settings.color_mode = file_format, "RGB"
-    if file_format != "JPEG":
-        settings.color_depth = depth
-    scene.render.filepath = str(path)
-    bpy.ops.render.render(write_still=True)
-    return path
-
-
-def ball(color: Any = TRUTH, size: int = 32) -> Any:
-    """A cube in sunlight before a grey world, and the scene."""
-    scene = bs.empty(size)
-    bs.camera((0, 0, 6), name="Front")
-    bs.light("SUN", "Sun", rotation=(0.3, 0.4, 0), energy=3.0)
-    bs.world((0.2, 0.2, 0.2))
-    bs.add("Cube", bs.cube("Cube", bs.material("Clay", color)), rotation=(0.4, 0.3, 0))
-    return scene
 
 
 @pytest.mark.parametrize(("view", "look", "exposure", "gamma"), SETTINGS)
@@ -142,7 +120,7 @@ def test_color_is_recovered_from_agx_about_as_well_as_from_linear(tmp_path: Any)
     scene.render.resolution_x = scene.render.resolution_y = 24
     agx = saved(tmp_path / "agx.png", scene)
     linear = saved(tmp_path / "linear.exr", scene, "32", "OPEN_EXR")
-    bs.shader(bpy.data.materials["Clay"]).inputs["Color"].default_value = (0.3, 0.4, 0.5, 1.0)
+    recolored()
     from edgegrad_addon.parameters import Names
     from edgegrad_addon.session import Picture, Request, Session
 

@@ -1,0 +1,37 @@
+"""The settings of a target in the panel, below its row in the list."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from .frames import is_movie
+
+
+def draw_target(layout: Any, item: Any) -> None:
+    """Draw all settings of a target but its camera and file, which its row shows."""
+    layout.prop(item, "datablock")
+    if _has_frames(item):
+        layout.prop(item, "use_frame")
+        if item.use_frame:
+            layout.prop(item, "frame")
+    layout.prop(item, "kind")
+    layout.prop(item, "mask")
+    if item.kind == "SILHOUETTE":
+        layout.prop(item, "silhouette_object")
+        layout.prop(item, "silhouette_collection")
+    else:
+        layout.prop(item, "alpha")
+        layout.prop(item, "view")
+        layout.prop(item, "exposure")
+        if item.exposure == "FIXED":
+            layout.prop(item, "stops")
+        else:
+            layout.prop(item, "shared")
+    layout.prop(item, "weight")
+
+
+def _has_frames(item: Any) -> bool:
+    if item.datablock is not None:
+        return item.datablock.source in ("MOVIE", "SEQUENCE")
+    return is_movie(Path(item.image))

@@ -8,7 +8,7 @@ import bpy
 
 from . import command_line, panel, properties
 from .operators import fit, gradient, parameters, render, targets
-from .render_engine import engine, panels, settings
+from .render_engine import engine, panels, settings, view
 
 CLASSES: tuple[Any, ...] = (*properties.CLASSES, *targets.CLASSES, *parameters.CLASSES, render.Render,
                             gradient.Gradient, fit.Fit, *panel.CLASSES, *settings.CLASSES, *engine.CLASSES)
@@ -31,6 +31,7 @@ def unregister() -> None:
     while _commands:
         bpy.utils.unregister_cli_command(_commands.pop())
     bpy.types.UI_MT_button_context_menu.remove(parameters.draw_in_button_menu)
+    view.stop_all()
     panels.hide()
     del bpy.types.Scene.edgegrad_render, bpy.types.Scene.edgegrad
     for cls in reversed(CLASSES):

@@ -11,6 +11,7 @@ import edgegrad
 from ..operators._common import EXPECTED
 from .final import channels, render_frame
 from .settings import ENGINE
+from .view import View
 
 
 class EdgegradEngine(bpy.types.RenderEngine):
@@ -26,6 +27,8 @@ class EdgegradEngine(bpy.types.RenderEngine):
     bl_use_postprocess = True
     bl_use_custom_freestyle = False
 
+    _of_view: View | None = None
+
     def update_render_passes(self, scene: Any, renderlayer: Any) -> None:
         """Tell Blender which passes a view layer has."""
         self.register_pass(scene, renderlayer, "Combined", 4, "RGBA", "COLOR")
@@ -39,7 +42,27 @@ class EdgegradEngine(bpy.types.RenderEngine):
         except edgegrad.Cancelled:
             return
         except EXPECTED as error:
-            self.error_set(str(error))
+            self.error_set(str(error))  # for the render window
+            self.report({"ERROR"}, str(error))  # for the operator, which fails with it
+
+    def view_update(self, context: Any, depsgraph: Any) -> None:
+        """Read what has changed in a rendered view."""
+        self._view().update(context, depsgraph)
+
+    def view_draw(self, context: Any, depsgraph: Any) -> None:
+        """Draw a rendered view."""
+        self._view().draw(context, depsgraph)
+
+    def _view(self) -> View:
+        if self._of_view is None:
+            self._of_view = View(self)
+        return self._of_view
+
+    def __del__(self) -> None:
+        # Python calls this also for engines that it has not made
+        view = self.__dict__.get("_of_view")
+        if view is not None:
+            view.stop()
 
 
 CLASSES: tuple[Any, ...] = (EdgegradEngine,)

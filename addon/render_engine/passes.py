@@ -1,8 +1,8 @@
 """Render passes other than the picture: what the camera sees, as colours that surfaces emit.
 
 A channel is the picture of a scene in which each surface emits its value (depth, normal, colour) instead of scattering
-light. Transparent parts of materials stay transparent. So channels have the pixel filter, depth of field and textures of
-the picture, and with equal samples they show what its samples have hit.
+light. Transparent parts of materials stay transparent. So channels have the pixel filter, depth of field and textures
+of the picture, and with equal samples they show what its samples have hit.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def _depth(camera: edgegrad.Camera) -> Expression:
 
 
 def _emitting(scene: edgegrad.Scene, emitted: Callable[[str, Closures], Operand], world: float = 0.0) -> edgegrad.Scene:
-    """Make a scene whose materials emit `emitted(name, closures)` where they are opaque, in a world of this radiance."""
+    """Make a scene whose materials emit `emitted(name, closures)` where they are opaque; `world`: its radiance."""
     used = {name for mesh in scene.meshes.values() for name in mesh.materials}
     materials: dict[str, edgegrad.Material | edgegrad.Mixture] = {}
     for name in used:
@@ -160,7 +160,7 @@ def _sum(terms: list[Operand]) -> Operand:
 
 def _opaqueness(closures: Closures) -> Operand:
     clear = _sum([product(weight, _clearness(part)) for part, weight in closures])
-    return _rest(clear if isinstance(clear, Expression) else min(clear, 1.0))  # type: ignore[type-var]
+    return _rest(clear if isinstance(clear, Expression) else min(clear, 1.0))
 
 
 def _scaled(value: Operand, factor: Operand) -> Operand:
@@ -201,7 +201,7 @@ def _normal(name: str, closures: Closures) -> Operand:
              if part.kind != "TRANSPARENT"]  # fmt: skip
     if not solid:
         return (0.0, 0.0, 0.0)
-    mean = _shading_normal(solid[0][0])
+    mean: Operand = _shading_normal(solid[0][0])
     if len({_shading_normal(part) for part, _ in solid}) > 1:
         mean = e.VectorMath("NORMALIZE", _added([_scaled(_shading_normal(part), weight) for part, weight in solid]))
     return e.VectorMath("MULTIPLY_ADD", mean, (0.5, 0.5, 0.5), (0.5, 0.5, 0.5))

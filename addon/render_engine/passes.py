@@ -187,7 +187,7 @@ def _albedo(name: str, closures: Closures) -> Operand:
 
 
 def _diffuse_color(part: edgegrad.Material) -> Operand:
-    color = part.textures.get("base_color", tuple(float(c) for c in part.base_color))
+    color: Operand = part.textures.get("base_color", tuple(float(c) for c in part.base_color))
     if part.kind != "PRINCIPLED":
         return color
     for field in ("metallic", "transmission"):

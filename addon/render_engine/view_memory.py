@@ -13,7 +13,7 @@ import edgegrad
 
 from ..export.geometry.attributes import ObjectValues, is_of_object, read_attributes
 from ..export.geometry.memory import Memory
-from ..export.geometry.mesh import MeshArrays, read_mesh
+from ..export.geometry.mesh import MeshArrays, positions, read_mesh
 
 if TYPE_CHECKING:
     from ..export.geometry.meshes import Group
@@ -72,7 +72,7 @@ class ViewMemory(Memory):
         """Read an evaluated mesh of the object of this name, unless it is that of the last export."""
         key = name, mesh.as_pointer()
         kept = None if self._stale(name) else self._meshes.get(key)
-        if kept is None or len(kept.arrays.positions) != len(mesh.vertices):
+        if kept is None or not np.array_equal(kept.arrays.positions, positions(mesh)):
             kept = _Kept(read_mesh(mesh), {})
         self._used[key] = self._of_arrays[id(kept.arrays)] = kept
         return kept.arrays

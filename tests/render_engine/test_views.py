@@ -96,9 +96,16 @@ class Exporter:
         monkeypatch.setattr(view_memory, "read_mesh", counted)
 
     def __call__(self) -> Export:
+        changed: set[str] = set()
+
+        def note(scene: Any, depsgraph: Any) -> None:
+            changed.update(view._changed_objects(depsgraph))
+
+        bpy.app.handlers.depsgraph_update_post.append(note)
+        bpy.context.view_layer.update()
+        bpy.app.handlers.depsgraph_update_post.remove(note)
         depsgraph = bpy.context.evaluated_depsgraph_get()
-        depsgraph.update()
-        stale = None if self.first else view._changed_objects(depsgraph)
+        stale = None if self.first else changed
         self.first = False
         self.read.clear()
         self.memory.expect(lambda name: stale is None or name in stale)

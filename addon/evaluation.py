@@ -34,9 +34,10 @@ class Evaluation:
     scene
         Blender's scene (original).
     camera
-        The camera object (original) of the render: the given one, or the active one at this frame.
+        The camera object (original) of the render: the given one, or the active one at this frame; None: the view of an
+        editor.
     depsgraph
-        Dependency graph with mode "RENDER".
+        Dependency graph of a render, or of an editor.
     unread_layers
         Names of further view layers that a render would render.
     """

@@ -8,9 +8,11 @@ import bpy
 
 from . import command_line, panel, properties
 from .operators import fit, gradient, kept, parameters, render, targets
+from .render_engine import engine, panels, settings, view
 
 CLASSES: tuple[Any, ...] = (*properties.CLASSES, *targets.CLASSES, *parameters.CLASSES, render.Render,
-                            gradient.Gradient, fit.Fit, *kept.CLASSES, *panel.CLASSES)
+                            gradient.Gradient, fit.Fit, *kept.CLASSES, *panel.CLASSES, *settings.CLASSES,
+                            *engine.CLASSES)
 _commands: list[Any] = []
 
 
@@ -19,6 +21,8 @@ def register() -> None:
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     bpy.types.Scene.edgegrad = bpy.props.PointerProperty(type=properties.Settings)
+    bpy.types.Scene.edgegrad_render = bpy.props.PointerProperty(type=settings.RenderEngineSettings)
+    panels.show()
     bpy.types.UI_MT_button_context_menu.append(parameters.draw_in_button_menu)
     _commands.append(bpy.utils.register_cli_command("edgegrad", command_line.main))
 
@@ -28,6 +32,8 @@ def unregister() -> None:
     while _commands:
         bpy.utils.unregister_cli_command(_commands.pop())
     bpy.types.UI_MT_button_context_menu.remove(parameters.draw_in_button_menu)
-    del bpy.types.Scene.edgegrad
+    view.stop_all()
+    panels.hide()
+    del bpy.types.Scene.edgegrad_render, bpy.types.Scene.edgegrad
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

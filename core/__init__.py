@@ -14,6 +14,7 @@ from .planning.scene_plan import Plan, plan
 from .reference.simplify import differentiable
 from .rendering.one_shot import render, render_backward, render_forward
 from .rendering.options import TERMS
+from .rendering.progressive import Progressive
 from .rendering.renderer import Cancelled, Renderer
 from .scene import parameters
 from .scene.bounces import Bounces
@@ -46,6 +47,7 @@ __all__ = [
     "Mixture",
     "Plan",
     "PointLight",
+    "Progressive",
     "Renderer",
     "Scene",
     "SpotLight",

@@ -81,6 +81,9 @@ class Scene:
         self, origins: F32, directions: F32, far: float, shadow: bool
     ) -> tuple[NDArray[np.int32], F32]: ...
     def render(self, options: RenderOptions, progress: Progress) -> tuple[NDArray[np.float32], int, int]: ...
+    def add_samples(
+        self, options: RenderOptions, first: int, sums: NDArray[np.float64], progress: Progress
+    ) -> tuple[NDArray[np.float32], int, int]: ...
     def forward(
         self,
         tangent: dict[str, NDArray[np.float64]],

@@ -122,18 +122,24 @@ def export_scene(scene: Any, cameras: Sequence[Any] = (), bake: int = BAKE_RESOL
 
 
 def export_evaluated(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int = BAKE_RESOLUTION,
-                     coded: bool = True, memory: Memory | None = None) -> Export:  # fmt: skip
+                     coded: bool = True, memory: Memory | None = None, view: edgegrad.Camera | None = None,
+                     attributes: frozenset[str] = frozenset()) -> Export:  # fmt: skip
     """Export a scene that is evaluated; see `export_scene`.
 
     Parameters
     ----------
     memory
         Of earlier exports of the scene, which is seldom worth a second report: its warnings are not complete.
+    view
+        What sees the scene instead of the evaluation's camera.
+    attributes
+        Names of attributes (`geometry.attributes`) that all meshes get, besides those that their materials read.
     """
     scene, depsgraph = evaluation.scene, evaluation.depsgraph
     report = Report()
-    views = [export_camera(camera.evaluated_get(depsgraph), scene, report)
-             for camera in (evaluation.camera, *more_cameras)]  # fmt: skip
+    cameras = (evaluation.camera, *more_cameras) if view is None else more_cameras
+    views = [] if view is None else [view]
+    views += [export_camera(camera.evaluated_get(depsgraph), scene, report) for camera in cameras]
     view, seen = views[0], CameraView.of(views[0])
     out = Export(edgegrad.Scene(camera=view), read_settings(scene), report=report, views=views)
     if evaluation.unread_layers:
@@ -149,14 +155,14 @@ def export_evaluated(evaluation: Evaluation, more_cameras: Sequence[Any], bake: 
         out.materials[_key(material)] = read_material(material, images, report, seen)
         if material is not None:
             name_settings(material, f"material '{material.name}'", scene, report)
-    world = read_world(scene, depsgraph.view_layer, images, report)
+    world = read_world(scene, depsgraph, images, report)
     name_scene(scene, depsgraph.view_layer, evaluation.camera, world.world, report)
     displacements = {}
     for material in materials:
         found = read_displacement(material, images, report, seen)
         if found is not None:
             displacements[_key(material)] = found
-    needed = {name: reading.attributes() for name, reading in out.materials.items()}
+    needed = {name: reading.attributes() | attributes for name, reading in out.materials.items()}
     # Bakes and displacements are made for a mesh, not for each of its instances.
     single = {name for name, reading in out.materials.items() if reading.baked}
     single |= {name for name, found in displacements.items() if any(map(is_of_object, found.attributes()))}
@@ -213,14 +219,14 @@ class _Walk:
             yield instance, ob, instance.parent if instance.is_instance else ob
 
     def materials(self) -> list[Any]:
-        """List all used original materials; None stands for faces without a material."""
+        """List all used materials, evaluated at the frame; None stands for faces without a material."""
         found: dict[str, Any] = {}
         for instance, ob, _ in self._instances():
             warn_about_type(ob, self.out.report)
             if self.others.shows(instance) or (ob.type == "MESH" and instance.show_self):
                 for material in self._slots(ob):
                     found[_key(material)] = material
-        return list(found.values())
+        return [None if material is None else material.evaluated_get(self.depsgraph) for material in found.values()]
 
     def meshes_and_lights(self, needed: dict[str, set[str]], single: set[str]) -> PlacedMeshes:
         """Read the meshes, with the attributes that each material needs, and write the lights into the export.

@@ -88,6 +88,18 @@ class Engine:
             return np.zeros((tables.height, tables.width, 3), np.float32)
         return render(Film.of(tables), self._lighting, **_numbers(options), progress=progress).astype(np.float32)
 
+    def add_samples(
+        self,
+        tables: Tables,
+        options: RenderOptions,
+        first: int,
+        sums: Floats,
+        *,
+        progress: Progress | None = None,
+    ) -> NDArray[np.float32]:
+        """Return the picture of the first samples and the new ones, all of which are rendered again."""
+        return self.render(tables, replace(options, spp=first + options.spp), progress=progress)
+
     def forward(
         self,
         tables: Tables,

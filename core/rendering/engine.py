@@ -32,6 +32,15 @@ class EngineLike(Protocol):
     def render(
         self, tables: flat.Tables, options: RenderOptions, *, progress: Progress | None
     ) -> NDArray[np.float32]: ...
+    def add_samples(
+        self,
+        tables: flat.Tables,
+        options: RenderOptions,
+        first: int,
+        sums: NDArray[np.float64],
+        *,
+        progress: Progress | None,
+    ) -> NDArray[np.float32]: ...
     def forward(
         self,
         tables: flat.Tables,

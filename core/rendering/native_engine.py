@@ -167,6 +167,23 @@ class Engine:
             warn_of_light(dropped, *divmod(pixel, tables.width))
         return np.asarray(image)
 
+    def add_samples(
+        self,
+        tables: Tables,
+        options: RenderOptions,
+        first: int,
+        sums: NDArray[np.float64],
+        *,
+        progress: Progress | None = None,
+    ) -> NDArray[np.float32]:
+        """Add samples, from number `first` on, to `sums` (H, W, 3), and return the picture of all samples."""
+        with self._turns.lock():
+            self._hold_to_trace(tables)
+            image, dropped, pixel = self._scene.add_samples(options, first, sums, progress)
+        if dropped:
+            warn_of_light(dropped, *divmod(pixel, tables.width))
+        return np.asarray(image)
+
     def forward(
         self,
         tables: Tables,

@@ -15,6 +15,7 @@ Progress = Callable[[float], None]
 # Terms of a derivative (docs/concepts.md).
 TERMS = ("interior", "primary", "shadow", "indirect")
 MOST_THREADS = 4096
+MOST_SAMPLES = 1 << 24  # float32 counts no further
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,7 @@ def checked_options(
     """The options of a picture."""
     return RenderOptions(
         bounces=checked_bounces("render", bounces) or UNLIMITED,
-        spp=whole("render", "spp", spp, 1, 1 << 24),
+        spp=whole("render", "spp", spp, 1, MOST_SAMPLES),
         max_depth=whole("render", "max_depth", max_depth, 1, deepest),
         seed=whole("render", "seed", seed, 0, 0xFFFFFFFF),
     )

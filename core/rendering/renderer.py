@@ -125,6 +125,23 @@ class Renderer(PreparedScene):
         warn_of_picture(picture, "render")
         return picture
 
+    def add_samples(self, sums: NDArray[np.float64], first: int, spp: int, options: RenderOptions,
+                    camera: Camera | None, progress: Progress | None) -> NDArray[np.float32]:  # fmt: skip
+        """Render `spp` samples from number `first` on, for `Progressive`; the other options are those of all samples.
+
+        Returns
+        -------
+        The picture of all samples, whose sums the engine keeps in `sums` (height, width, 3).
+        """
+        progress = checked_progress("progressive", progress)
+        self._settle(camera)
+        if self._may_be_convex():
+            _ = self.edges
+        tables = self._seen(self._tables, camera)
+        picture = self._engine.add_samples(tables, replace(options, spp=spp), first, sums, progress=progress)
+        warn_of_picture(picture, "progressive")
+        return picture
+
     def render_caustics(
         self,
         *,

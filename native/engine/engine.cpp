@@ -294,20 +294,57 @@ bool Engine::hides_no_surface() const {
 }
 
 DroppedSamples Engine::render(const RenderOptions& options, const Progress& progress, float* image) const {
+    if (options.samples > kBlockPaths) {
+        // The samples of a pixel are in several tasks, whose sums are added without rounding
+        std::vector<double> sums(static_cast<size_t>(tables_.camera.width) *
+                                 static_cast<size_t>(tables_.camera.height) * 3);
+        return add_samples(options, 0, progress, sums.data(), image);
+    }
+    const ImagePlan plan(tables_.camera, options);
+    std::fill_n(image, plan.pixels * 3, 0.0f);
+    return trace_picture(plan, progress, [&](const SceneView& scene, const ImageTask& task, Workspace& work) {
+        kernels_.radiance(scene, task, work, image);
+    });
+}
+
+DroppedSamples Engine::add_samples(const RenderOptions& options, int32_t first, const Progress& progress,
+                                   double* sums, float* image) const {
+    const ImagePlan plan = ImagePlan(tables_.camera, options).from(first);
+    const auto trace = [&](const SceneView& scene, const ImageTask& task, Workspace& work) {
+        kernels_.radiance(scene, task, work, nullptr);
+        for (int c = 0; c < 3; ++c) {
+            const float* value = work.radiance[c];
+            for (int pixel = 0; pixel < task.pixel_count; ++pixel) {
+                double& sum = sums[3 * static_cast<int64_t>(task.first_pixel + pixel) + c];
+                for (int k = 0; k < task.samples; ++k) sum += static_cast<double>(*value++);
+            }
+        }
+    };
+    const DroppedSamples dropped = trace_picture(plan, progress, trace);
+    // Round as the kernel does, so that the mean has the same bits (path/radiance.h)
+    const float weight = 1.0f / static_cast<float>(first + options.samples);
+    for (int64_t k = 0; k < plan.pixels * 3; ++k) {
+        const auto rounded = static_cast<float>(sums[k]);
+        image[k] = std::isfinite(rounded) ? rounded * weight
+                                          : static_cast<float>(sums[k] * static_cast<double>(weight));
+    }
+    return dropped;
+}
+
+template <typename Trace>
+DroppedSamples Engine::trace_picture(const ImagePlan& plan, const Progress& progress,
+                                     const Trace& trace) const {
     require_settled();
     const bool convex = hides_no_light();
     const PreparedScene prepared(api_, &bvh(), tables_, nullptr, convex, lights());
     const SceneView& scene = prepared.view();
-    const ImagePlan plan(scene.camera, options);
-    std::fill_n(image, plan.pixels * 3, 0.0f);
     auto memory = thread_memory();
     DropCount dropped;
     parallel_for(threads_, plan.chunks, progress, [&](int thread, int64_t chunk) {
         Workspace& work = (*memory)[static_cast<size_t>(thread)].paths();
         DroppedSamples lost;
         work.dropped = &lost;
-        plan.for_each_task(chunk,
-                           [&](const ImageTask& task) { kernels_.radiance(scene, task, work, image); });
+        plan.for_each_task(chunk, [&](const ImageTask& task) { trace(scene, task, work); });
         work.dropped = nullptr;
         dropped.add(lost);
     });

@@ -24,6 +24,7 @@
 namespace edgegrad {
 
 class ThreadMemory;
+struct ImagePlan;
 
 // Samples that a term of a derivative leaves out, with the place of the first one.
 struct DroppedTerm {
@@ -65,6 +66,11 @@ class Engine {
 
     // Renders a (height, width, 3) picture. Returns the light that is left out.
     DroppedSamples render(const RenderOptions& options, const Progress& progress, float* image) const;
+    // Adds the options' samples, from number `first` of each pixel on, to the sums (height, width, 3) of
+    // those before, and sets the picture to the mean of all. It has the bits of one call of `render` for all
+    // of them. The sums are useless after an exception.
+    DroppedSamples add_samples(const RenderOptions& options, int32_t first, const Progress& progress,
+                               double* sums, float* image) const;
     // Derivatives (engine/derivatives.cpp): forward mode along tangents of the tables, and gradients of the
     // requested tables for an adjoint picture. `dropped` receives the samples that are left out. `learned`,
     // if not null, contains sample weights from earlier gradients: both modes use it, and gradients add to
@@ -108,6 +114,9 @@ class Engine {
     bool hides_no_light() const;
     bool hides_no_surface() const;
 
+    // Calls trace(scene, task, workspace) for each task of a picture. Returns the light that is left out.
+    template <typename Trace>
+    DroppedSamples trace_picture(const ImagePlan& plan, const Progress& progress, const Trace& trace) const;
     // Memory by thread, which the caller gives back.
     std::shared_ptr<std::vector<ThreadMemory>> thread_memory() const;
 

@@ -31,6 +31,13 @@ struct ImagePlan {
         return p;
     }
 
+    // The same with the samples from number `first` on.
+    ImagePlan from(int32_t first) const {
+        ImagePlan p = *this;
+        p.first_sample = first;
+        return p;
+    }
+
     // The same with samples that mirror each other in pairs.
     ImagePlan in_pairs() const {
         ImagePlan p = *this;
@@ -84,7 +91,7 @@ struct ImagePlan {
         const int most =
             task.pixel_count * samples <= paths ? samples : std::max(1, paths / task.pixel_count);
         for (int sample = 0; sample < samples && !cancelled(); sample += most) {
-            task.first_sample = sample;
+            task.first_sample = first_sample + sample;
             task.samples = std::min(most, samples - sample);
             run(task);
         }
@@ -102,6 +109,7 @@ struct ImagePlan {
     int paths;  // most paths of a task
     int per_chunk;
     int64_t chunks;
+    int32_t first_sample = 0;
     int32_t sample_bits = -1;
     bool mirrored_pairs = false;
     std::vector<int32_t> numbers;  // samples per pixel by chunk; empty: the options'

@@ -26,9 +26,10 @@ static void accumulate(const ImageTask& task, const Workspace& work, float* imag
     }
 }
 
+// Leaves the values of the paths in work.radiance, and adds them to the picture; null: there is none.
 static void radiance_kernel(const SceneView& scene, const ImageTask& task, Workspace& work, float* image) {
     run_paths(scene, task, work, start_paths(scene, task, work));
-    accumulate(task, work, image);
+    if (image) accumulate(task, work, image);
 }
 
 // Traces the same paths, or paths that sample rims, and records their vertices in work.vertices.

@@ -173,6 +173,22 @@ class Scene {
         return nb::make_tuple(pixels.array(), dropped.count, dropped.first);
     }
 
+    nb::tuple add_samples(nb::handle given, int32_t first, nb::handle sums, nb::object progress) {
+        const OutputArray<float> pixels = picture_array(engine_->tables().camera);
+        const edgegrad::ArrayMemory sum(sums, "sums", edgegrad::ElementType::of<double>(), true);
+        if (sum.bytes() != pixels.size() * sizeof(double))
+            throw std::invalid_argument("the array 'sums' must have the size of the picture");
+        const RenderOptions options = read_options(given);
+        const Progress report = edgegrad::make_progress(std::move(progress));
+        edgegrad::DroppedSamples dropped;
+        {
+            const WithoutInterpreter without;
+            dropped =
+                engine_->add_samples(options, first, report, static_cast<double*>(sum.data()), pixels.data());
+        }
+        return nb::make_tuple(pixels.array(), dropped.count, dropped.first);
+    }
+
     nb::tuple forward(nb::dict tangent, nb::dict requested, nb::handle given,
                       edgegrad::LearnedSampling* learned, nb::object progress) {
         const OutputArray<float> pixels = picture_array(engine_->tables().camera);
@@ -310,6 +326,7 @@ NB_MODULE(_native, m) {
         .def("move_vertices", &Scene::move_vertices, "mesh"_a, "vertices"_a, "origin"_a)
         .def("set_camera", &Scene::set_camera, "tables"_a)
         .def("render", &Scene::render, "options"_a, "progress"_a.none())
+        .def("add_samples", &Scene::add_samples, "options"_a, "first"_a, "sums"_a, "progress"_a.none())
         .def("forward", &Scene::forward, "tangent"_a, "requested"_a, "options"_a, "learned"_a.none(),
              "progress"_a.none())
         .def("backward", &Scene::backward, "adjoint"_a, "requested"_a, "options"_a, "learned"_a.none(),

@@ -16,7 +16,7 @@ def thinnest(material: Any) -> tuple[str, float]:
     """
     found = ("", 0.0)
     for ob in bpy.data.objects:
-        if ob.type not in WITH_FACES or not any(slot.material == material for slot in ob.material_slots):
+        if ob.type not in WITH_FACES or not any(slot.material == material.original for slot in ob.material_slots):
             continue
         extents = sorted(float(d) for d in ob.dimensions)
         size = next((d for d in extents if d > 1e-3 * extents[2]), 0.0)

@@ -10,15 +10,19 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import edgegrad
 from edgegrad.scene.changes import StructureChange
 
+from .attributes import ObjectValues, read_attributes
 from .mesh import MeshArrays, corner_vertices, positions, read_mesh
 from .normals import corner_normals, usable
+
+if TYPE_CHECKING:
+    from .meshes import Group
 
 
 @dataclass
@@ -77,12 +81,17 @@ class Memory:
             known.last = replace(known.first, positions=now, normals=normals)
         return known.last
 
-    def built(self, name: str, arrays: MeshArrays, matrices: list[Any], attributes: dict[str, Any],
-              own: dict[str, Any], build: Callable[[bool | None], edgegrad.Mesh]) -> edgegrad.Mesh:  # fmt: skip
+    def attributes(self, mesh: Any, arrays: MeshArrays, names: list[str], of: ObjectValues) -> dict[str, Any]:
+        """Read attributes of a mesh, as `read_attributes` does."""
+        return read_attributes(mesh, arrays, names, of)
+
+    def built(self, name: str, group: Group, matrices: list[Any],
+              build: Callable[[bool | None], edgegrad.Mesh]) -> edgegrad.Mesh:  # fmt: skip
         """Return the last mesh if nothing has changed; else build it.
 
         `build` is given whether the mesh has custom normals; None: it decides.
         """
+        arrays, attributes, own = group.arrays, group.attributes, group.own
         known = self._built.get(name)
         if known is not None and known.arrays is arrays and known.own == own:
             same = len(known.matrices) == len(matrices) and all(map(np.array_equal, known.matrices, matrices))

@@ -124,7 +124,8 @@ class PlacedMeshes:
             self._arrays[pointer] = read_mesh(data) if known is None else known.read(placed.source.object, data)
         arrays = self._arrays[pointer]
         self.place(placed, pointer, arrays, len(data.loops), names,
-                   lambda values: read_attributes(data, arrays, sorted(names), values))  # fmt: skip
+                   partial(read_attributes if self._memory is None else self._memory.attributes,
+                           data, arrays, sorted(names)))  # fmt: skip
 
     def place(self, placed: Placed, shape: Any, arrays: MeshArrays, corner_count: int, names: set[str],
               attributes: Callable[[ObjectValues], dict[str, F32]]) -> None:  # fmt: skip
@@ -199,7 +200,7 @@ class PlacedMeshes:
         if self._memory is None:
             return _built(group)
         matrices = [source.matrix for source in group.sources]
-        return self._memory.built(name, group.arrays, matrices, group.attributes, group.own, partial(_built, group))
+        return self._memory.built(name, group, matrices, partial(_built, group))
 
     def _warn_of_coarse(self, group: Group) -> None:
         """Warn of meshes without a terminator offset whose smooth normals lie far from those of their triangles.

@@ -53,7 +53,8 @@ def name_scene(scene: Any, view_layer: Any, camera: Any, world: Any, report: Rep
     for struct in (scene.render, getattr(scene, "cycles", None), getattr(bpy.data, "colorspace", None)):
         name_settings(struct, where, scene, report)
     name_settings(view_layer, f"view layer '{view_layer.name}'", scene, report)
-    name_settings(camera.data, f"camera '{camera.name}'", scene, report)
+    if camera is not None:
+        name_settings(camera.data, f"camera '{camera.name}'", scene, report)
     if world is not None:
         name_settings(world, f"world '{world.name}'", scene, report)
 

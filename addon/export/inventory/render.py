@@ -19,11 +19,15 @@ def _sequenced(struct: Any, scene: Any) -> bool:
     return len(strips) > 0
 
 
+def _is_other_engine(render: Any, scene: Any) -> bool:
+    return not render.engine.startswith("EDGEGRAD")
+
+
 RENDER = Table(
     read="resolution_x resolution_y resolution_percentage pixel_aspect_x pixel_aspect_y film_transparent use_border "
          "border_min_x border_min_y border_max_x border_max_y use_crop_to_border filter_size",
     named={
-        "engine": Named("is rendered like Cycles, although its engine is {value}", "CYCLES", warns=False),
+        "engine": Named("is rendered like Cycles, although its engine is {value}", "CYCLES", _is_other_engine, False),
         "use_freestyle": Named("Freestyle's lines are left out"),
         "use_motion_blur": Named("motion blur is left out; everything is rendered at the current frame"),
         "use_multiview": Named("one picture is rendered by the camera itself; its stereo or multiple views are left "

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from ..scene import Export
 
 CAMERA = e.LightPath("CAMERA")
+HELD = " (holdout)"  # end of the names of these materials
 OTHERS = e.Math("SUBTRACT", 1.0, CAMERA)
 
 
@@ -37,7 +38,7 @@ def hold_out(out: Export, meshes: PlacedMeshes) -> None:
 
 
 def _name(material: str) -> str:
-    return f"{material} (holdout)"
+    return f"{material}{HELD}"
 
 
 def _held_out(reading: MaterialReading, name: str) -> MaterialReading:

@@ -149,7 +149,7 @@ def read_material(material: Any, images: Images, report: Report, view: CameraVie
     Parameters
     ----------
     material
-        Blender's material (original), or None for faces without one.
+        Blender's evaluated material, or None for faces without one.
     images
         Receives the images that the material reads.
     view

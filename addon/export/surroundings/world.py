@@ -48,11 +48,12 @@ class WorldReading:
     backdrop: WorldReading | None = None
 
 
-def read_world(scene: Any, view_layer: Any, images: Images, report: Report) -> WorldReading:
-    """Read the world that a view layer of Blender's scene shows."""
-    world = getattr(view_layer, "world_override", None) or scene.world
-    if world is None or not view_layer.use_sky:
+def read_world(scene: Any, depsgraph: Any, images: Images, report: Report) -> WorldReading:
+    """Read the world that the evaluated view layer of Blender's scene shows."""
+    world = getattr(depsgraph.view_layer, "world_override", None) or scene.world
+    if world is None or not depsgraph.view_layer.use_sky:
         return WorldReading(edgegrad.World())
+    world = world.evaluated_get(depsgraph)
     flags = getattr(world, "cycles_visibility", None)
     kinds = frozenset(ray for ray in RAYS if ray == "shadow" or getattr(flags, ray, True))
     if scene.render.film_transparent:
@@ -84,8 +85,8 @@ def _seen(world: Any, surface: nodes.Feed, kind: str, images: Images, where: str
     for text in (*reader.approximations, *(reader.notes if value is not None else ())):
         report.warn(where, text)
     if value is None:
-        return WorldReading(edgegrad.World(), world, baked=True, seen_by=kind)
-    return WorldReading(value, world, seen_by=kind)
+        return WorldReading(edgegrad.World(), world.original, baked=True, seen_by=kind)
+    return WorldReading(value, world.original, seen_by=kind)
 
 
 def _merged(readings: list[tuple[list[str], WorldReading]], where: str, report: Report) -> WorldReading:

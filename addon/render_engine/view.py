@@ -1,0 +1,205 @@
+"""A rendered view: what its editor shows is exported on Blender's main thread and rendered in a thread of its own."""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Iterable
+from typing import Any
+
+import bpy
+import numpy as np
+
+import edgegrad
+from edgegrad.scene.changes import StructureChange, changes
+
+from ..evaluation import Evaluation
+from ..export.scene import Export, export_evaluated
+from ..export.surroundings.camera import export_camera
+from ..operators._common import EXPECTED
+from ..problem import Report
+from .drawing import Picture
+from .view_camera import camera_of_view, with_lens
+from .view_memory import ViewMemory
+from .view_thread import Request, ViewThread
+
+# How long a redraw waits for a picture of what has changed, seconds.
+PATIENCE = 0.04
+# How often new pictures are looked for, seconds.
+POLL_SECONDS = 1.0 / 60.0
+
+_views: weakref.WeakSet[View] = weakref.WeakSet()
+
+
+class View:
+    """A 3D view that is rendered.
+
+    Parameters
+    ----------
+    engine
+        Blender's engine of the view, which owns this object.
+    """
+
+    def __init__(self, engine: Any) -> None:
+        self._engine = weakref.ref(engine)
+        self._thread = ViewThread()
+        self._memory = ViewMemory()
+        self._export: Export | None = None
+        self._transparent = False
+        self._error: str | None = None
+        self._exported_for: edgegrad.Camera | None = None
+        self._request: Request | None = None
+        self._drawn: Any = None
+        self._picture = Picture()
+        _views.add(self)
+        if not bpy.app.timers.is_registered(_poll):
+            bpy.app.timers.register(_poll, first_interval=POLL_SECONDS)
+
+    def stop(self) -> None:
+        """End the thread."""
+        _views.discard(self)
+        self._thread.stop()
+
+    def update(self, context: Any, depsgraph: Any) -> None:
+        """Export what Blender has changed."""
+        stale = None if self._export is None else _changed_objects(depsgraph)
+        self._memory.expect(lambda name: stale is None or name in stale)
+        self._export_for(_camera(context, depsgraph), depsgraph)
+
+    def _export_for(self, camera: edgegrad.Camera, depsgraph: Any) -> None:
+        scene, before = depsgraph.scene, self._export
+        self._exported_for = camera
+        try:
+            # Bakes take long, and run operators, which drawing must not.
+            out = export_evaluated(Evaluation(scene, None, depsgraph), (), bake=0, memory=self._memory, view=camera)
+            self._memory.end()
+            out.scene.validate()
+        except EXPECTED as error:
+            self._export, self._error, self._request = None, str(error), None
+            return
+        self._error = None
+        transparent = bool(scene.render.film_transparent)
+        same = before is not None and self._transparent == transparent and _is_same(before, out)
+        self._transparent = transparent
+        if not same:
+            self._export = out
+
+    def draw(self, context: Any, depsgraph: Any) -> None:
+        """Ask for a picture of the view, and draw the last one."""
+        camera = _camera(context, depsgraph)
+        request = self._request
+        if self._exported_for is not None and _is_equal(camera, self._view) and not _is_equal(
+                camera, self._exported_for):  # fmt: skip
+            # Materials may depend on the view, which rests now
+            self._memory.expect(lambda name: False)
+            self._export_for(camera, depsgraph)
+        self._view = camera
+        engine = self._engine()
+        if self._export is None:
+            if engine is not None and self._error:
+                engine.update_stats("", self._error)
+            return
+        settings = depsgraph.scene.edgegrad_render
+        wanted = Request(self._export.scene, self._export.settings, camera, self._transparent,
+                         settings.preview_samples, settings.seed)  # fmt: skip
+        if request is None or not _is_equal_request(request, wanted):
+            self._request = request = wanted
+            self._thread.post(request)
+            self._thread.wait(request, PATIENCE)
+        shown = self._drawn = self._thread.shown
+        if shown is not None:
+            self._picture.draw(engine, depsgraph.scene, shown, context.region.width, context.region.height)
+        if engine is not None:
+            engine.update_stats("", self._status(request))
+
+    _view: edgegrad.Camera | None = None
+
+    def _status(self, request: Request) -> str:
+        if self._thread.error is not None:
+            return self._thread.error
+        shown = self._thread.shown
+        done = shown.samples if shown is not None and shown.request is request else 0
+        return f"Sample {done} of {request.samples}"
+
+    def redraw_if_new(self) -> None:
+        """Have Blender draw the view if there is another picture than the drawn one."""
+        if self._thread.shown is not self._drawn or self._thread.error is not None:
+            engine = self._engine()
+            if engine is not None:
+                engine.tag_redraw()
+
+
+def _poll() -> float | None:
+    for view in list(_views):
+        try:
+            view.redraw_if_new()
+        except ReferenceError:  # Blender has freed the engine
+            view.stop()
+    return POLL_SECONDS if len(_views) else None
+
+
+def stop_all() -> None:
+    """End the threads of all views."""
+    for view in list(_views):
+        view.stop()
+    if bpy.app.timers.is_registered(_poll):
+        bpy.app.timers.unregister(_poll)
+
+
+def _camera(context: Any, depsgraph: Any) -> edgegrad.Camera:
+    """The camera of the view that is drawn."""
+    region, space = context.region, context.region_data
+    pixel = max(1, int(_pixel_size(context, depsgraph.scene)))
+    view, projection = (np.array(matrix, np.float64) for matrix in (space.view_matrix, space.window_matrix))
+    camera = camera_of_view(view, projection, max(region.width // pixel, 1), max(region.height // pixel, 1))
+    ob = context.space_data.camera or depsgraph.scene.camera
+    if space.view_perspective != "CAMERA" or ob is None or ob.type != "CAMERA":
+        return camera
+    try:
+        return with_lens(camera, export_camera(ob.evaluated_get(depsgraph), depsgraph.scene, Report()))
+    except EXPECTED:  # a panorama of another type, which the view shows in perspective
+        return camera
+
+
+def _pixel_size(context: Any, scene: Any) -> float:
+    size = scene.render.preview_pixel_size
+    return float(context.preferences.system.pixel_size if size == "AUTO" else size)
+
+
+def _changed_objects(depsgraph: Any) -> set[str]:
+    """Names of the objects whose geometry Blender has evaluated anew."""
+    names: set[str] = set()
+    data: set[str] = set()
+    for update in depsgraph.updates:
+        if not update.is_updated_geometry:
+            continue
+        changed = update.id.original
+        (names if isinstance(changed, bpy.types.Object) else data).add(changed.name)
+    if data:
+        names |= {ob.name for ob in depsgraph.scene.objects if ob.data is not None and ob.data.name in data}
+    return names
+
+
+def _is_same(before: Export, after: Export) -> bool:
+    """Whether two exports have the same picture."""
+    try:
+        found = changes(before.scene, after.scene)
+    except StructureChange:
+        return False
+    # The view has a camera of its own.
+    return before.settings == after.settings and all(path.startswith("camera.") for path in found)
+
+
+def _is_equal(one: edgegrad.Camera | None, other: edgegrad.Camera | None) -> bool:
+    if one is None or other is None:
+        return one is other
+    return _fields_equal(one.__dict__.items(), other.__dict__)
+
+
+def _fields_equal(items: Iterable[tuple[str, Any]], other: dict[str, Any]) -> bool:
+    return all(np.array_equal(value, other[name]) for name, value in items)
+
+
+def _is_equal_request(one: Request, other: Request) -> bool:
+    return (one.scene is other.scene and one.settings == other.settings and _is_equal(one.camera, other.camera)
+            and (one.film_transparent, one.samples, one.seed) ==
+            (other.film_transparent, other.samples, other.seed))  # fmt: skip

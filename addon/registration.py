@@ -6,11 +6,11 @@ from typing import Any
 
 import bpy
 
-from . import command_line, panel, properties
+from . import command_line, panel, preferences, properties
 from .operators import fit, gradient, parameters, render, targets
 
-CLASSES: tuple[Any, ...] = (*properties.CLASSES, *targets.CLASSES, *parameters.CLASSES, render.Render,
-                            gradient.Gradient, fit.Fit, *panel.CLASSES)
+CLASSES: tuple[Any, ...] = (preferences.Preferences, *properties.CLASSES, *targets.CLASSES, *parameters.CLASSES,
+                            render.Render, gradient.Gradient, fit.Fit, *panel.CLASSES)
 _commands: list[Any] = []
 
 

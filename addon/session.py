@@ -22,6 +22,7 @@ from .animated.relay import Relay
 from .animated.stored import remember_sensitivities
 from .differentiable import export_differentiable, not_computed
 from .export import Export
+from .preferences import threads
 from .problem import Problem
 from .view_transforms import AUTO, view_of
 
@@ -94,6 +95,8 @@ class Session:
         they may be non-zero (`edgegrad.plan`), and properties that were left out.
     driver, relay
         Owner of the animatable properties, and the same for a fit in another thread; None: there are none.
+    threads
+        Number of threads of the fit; 0: one per core.
     """
 
     request: Request
@@ -104,6 +107,7 @@ class Session:
     before: dict[str, Any] = field(default_factory=dict)
     driver: Driver | None = None
     relay: Relay | None = None
+    threads: int = 0
 
     @classmethod
     def prepare(cls, context: Any, request: Request) -> Session:
@@ -142,7 +146,8 @@ class Session:
         export.scene.validate()
         before = {path: np.array(values.get(export.scene, path), np.float64) for path in wrt}
         notes += [*not_computed(export, wrt), *([] if driver is None else driver.notes)]
-        return cls(request, export, targets, wrt, notes, before, driver, None if driver is None else Relay(driver))
+        return cls(request, export, targets, wrt, notes, before, driver, None if driver is None else Relay(driver),
+                   threads())
 
     @property
     def late_notes(self) -> list[str]:
@@ -172,6 +177,7 @@ class Session:
             max_depth=self.export.settings.max_depth,
             bounces=self.export.settings.bounces,
             seed=self.request.seed,
+            threads=self.threads,
             smoothness=self.request.smoothness,
             slide=self.request.slide,
             step_sizes=steps,

@@ -7,10 +7,12 @@ from typing import Any
 import bpy
 
 from . import command_line, panel, preferences, properties
-from .operators import fit, gradient, parameters, render, targets
+from .field_fit.panel import FieldPanel
+from .operators import fit, fit_as_field, gradient, parameters, render, targets
 
 CLASSES: tuple[Any, ...] = (preferences.Preferences, *properties.CLASSES, *targets.CLASSES, *parameters.CLASSES,
-                            render.Render, gradient.Gradient, fit.Fit, *panel.CLASSES)
+                            render.Render, gradient.Gradient, fit.Fit, fit_as_field.FitAsField, *panel.CLASSES,
+                            FieldPanel)
 _commands: list[Any] = []
 
 

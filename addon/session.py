@@ -22,6 +22,7 @@ from .animated.relay import Relay
 from .animated.stored import remember_sensitivities
 from .differentiable import export_differentiable, not_computed
 from .export import Export
+from .field_fit import FieldRequest, Replacement, replace_by_field
 from .preferences import threads
 from .problem import Problem
 from .view_transforms import AUTO, view_of
@@ -69,6 +70,8 @@ class Request:
         Whether to write vertices into the mesh itself, instead of a new shape key.
     animated
         Animatable properties to fit.
+    field
+        An object to fit as a distance field; None: there is none.
     """
 
     pictures: list[Picture]
@@ -82,6 +85,7 @@ class Request:
     views_per_iteration: int | None = None
     in_place: bool = False
     animated: tuple[Wanted, ...] = ()
+    field: FieldRequest | None = None
 
 
 @dataclass
@@ -97,6 +101,8 @@ class Session:
         Owner of the animatable properties, and the same for a fit in another thread; None: there are none.
     threads
         Number of threads of the fit; 0: one per core.
+    field
+        The field that replaces an object in the exported scene; None: there is none.
     """
 
     request: Request
@@ -108,6 +114,7 @@ class Session:
     driver: Driver | None = None
     relay: Relay | None = None
     threads: int = 0
+    field: Replacement | None = None
 
     @classmethod
     def prepare(cls, context: Any, request: Request) -> Session:
@@ -123,15 +130,22 @@ class Session:
             raise Problem("there is no target; add a camera and its target picture")
         cameras = [find_camera(scene, picture.camera) for picture in request.pictures]
         names, controls = request.names.with_controls(scene, request.in_place, bool(request.animated))
+        if request.field is not None and (request.animated or controls):
+            raise Problem(f"object '{request.field.object}': can't be fitted as a field together with animatable "
+                          "properties or with vertices below modifiers; fit them one after the other")
         export = export_differentiable(scene, cameras)
+        replaced = None if request.field is None else replace_by_field(scene, export, request.field)
         driver = None
         if request.animated or controls:
             driver = Driver(scene, cameras, request.animated, controls, lambda control: control_variable(
                 control, request.vertex_step, request.smoothness))  # fmt: skip
             for name in driver.without_normals:
                 export.scene.meshes[name].normals = None
-        wrt = names.paths(export, may_be_empty=driver is not None)
+        wrt = names.paths(export, may_be_empty=driver is not None or replaced is not None)
         targets, notes = [], []
+        if replaced is not None:
+            wrt.append(replaced.path)
+            notes += replaced.notes
         for picture, camera, view in zip(request.pictures, cameras, export.views, strict=True):
             transform, note = view_of(scene, absolute(picture.image), picture.view)
             notes += [note] if note else []
@@ -147,7 +161,7 @@ class Session:
         before = {path: np.array(values.get(export.scene, path), np.float64) for path in wrt}
         notes += [*not_computed(export, wrt), *([] if driver is None else driver.notes)]
         return cls(request, export, targets, wrt, notes, before, driver, None if driver is None else Relay(driver),
-                   threads())
+                   threads(), replaced)
 
     @property
     def late_notes(self) -> list[str]:
@@ -180,18 +194,36 @@ class Session:
             threads=self.threads,
             smoothness=self.request.smoothness,
             slide=self.request.slide,
+            field_steps=None if self.field is None else self.field.steps,
             step_sizes=steps,
             views_per_iteration=self.request.views_per_iteration,
             on_cancel=on_cancel,
-            callback=callback,
+            callback=self._callback(callback),
             progress=progress,
             driven=self.relay,
         )
+
+    def _callback(
+        self, callback: Callable[[edgegrad.FitStep], bool | str | None] | None
+    ) -> Callable[[edgegrad.FitStep], bool | str | None] | None:
+        """Return the callback that tells the field of each step, too."""
+        replaced = self.field
+        if replaced is None:
+            return callback
+
+        def tell(step: edgegrad.FitStep) -> bool | str | None:
+            replaced.tell(step)
+            return None if callback is None else callback(step)
+
+        return tell
 
     def write(self, result: edgegrad.FitResult) -> bool:
         """Write a result into Blender's data; return whether anything was written."""
         kept = [path for path in self.wrt if not np.array_equal(result.values[path], self.before[path])]
         for path in kept:
+            if self.field is not None and path == self.field.path:
+                self.field.write(result.values[path])
+                continue
             parameters.write(self.export, path, self.before[path], result.values[path], self.request.in_place)
         moved = False
         if self.driver is not None:

@@ -10,7 +10,7 @@ import bpy
 import edgegrad
 
 from ..properties import request
-from ..session import Session
+from ..session import Request, Session
 from ..status import STATUS, redraw
 from . import _common
 
@@ -71,10 +71,14 @@ class Fit(bpy.types.Operator):
 
     _job: Job | None = None
 
+    def requested(self, context: Any) -> Request:
+        """Return the fit that is set in the panel."""
+        return request(context)
+
     def execute(self, context: Any) -> set[str]:
         """Run the fit while Blender waits (background mode, scripts)."""
         try:
-            session = Session.prepare(context, request(context))
+            session = Session.prepare(context, self.requested(context))
             result = session.run()
             session.write(result)
         except _common.EXPECTED as error:
@@ -86,7 +90,7 @@ class Fit(bpy.types.Operator):
     def invoke(self, context: Any, _: Any) -> set[str]:
         """Run the fit in a thread, with a progress bar, until it ends or the user stops it."""
         try:
-            session = Session.prepare(context, request(context))
+            session = Session.prepare(context, self.requested(context))
         except _common.EXPECTED as error:
             return _common.refuse(self, error)
         _common.tell(self, session.export.report, session.notes)

@@ -62,13 +62,10 @@ class Job:
         self._thread.join()
 
 
-class Fit(bpy.types.Operator):
-    """Change the chosen parameters until the pictures match their targets. Esc: cancel; Enter: stop, keep the best"""
+class RunsFit:
+    """Part of the operators that run a fit; Blender does not allow that an operator inherits from another."""
 
-    bl_idname = "edgegrad.fit"
-    bl_label = "Fit"
-    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
-
+    report: Any  # of Blender's Operator
     _job: Job | None = None
 
     def requested(self, context: Any) -> Request:
@@ -159,3 +156,11 @@ class Fit(bpy.types.Operator):
         STATUS.fraction = None
         redraw()
         self._job = None
+
+
+class Fit(RunsFit, bpy.types.Operator):
+    """Change the chosen parameters until the pictures match their targets. Esc: cancel; Enter: stop, keep the best"""
+
+    bl_idname = "edgegrad.fit"
+    bl_label = "Fit"
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012

@@ -5,19 +5,22 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+import bpy
+
 from ..field_fit import FieldRequest
 from ..field_fit.preview import Preview
 from ..problem import Problem
 from ..properties import request
 from ..session import Request
-from .fit import Fit
+from .fit import RunsFit
 
 
-class FitAsField(Fit):
+class FitAsField(RunsFit, bpy.types.Operator):
     """Hide the active object, and make a new one that matches the targets; its parts may merge and come apart"""
 
     bl_idname = "edgegrad.fit_as_field"
     bl_label = "Fit as Field"
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
 
     _preview: Preview | None = None
 

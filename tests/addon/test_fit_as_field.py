@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -189,11 +190,17 @@ def test_the_command_line_saves_the_new_object(target: Path, tmp_path: Path) -> 
     assert command_line.main([*arguments, "--vertices", "Cube", "--field", "Cube"]) == 1
 
 
-def test_the_operator_fits_the_active_object(target: Path) -> None:
+@pytest.fixture
+def registered(target: Path) -> Iterator[Path]:
     edgegrad_addon.register()
+    yield target
+    edgegrad_addon.unregister()
+
+
+def test_the_operator_fits_the_active_object(registered: Path) -> None:
     settings = bpy.context.scene.edgegrad
     item = settings.targets.add()
-    item.camera, item.image = bpy.data.objects["Front"], str(target)
+    item.camera, item.image = bpy.data.objects["Front"], str(registered)
     settings.iterations, settings.samples, settings.field_resolution = 2, 4, 16
     bpy.context.view_layer.objects.active = bpy.data.objects["Cube"]
     assert bpy.ops.edgegrad.fit_as_field() == {"FINISHED"}

@@ -3,7 +3,7 @@
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 SHELL := /bin/bash
-.PHONY: help demo recover test test-slow test-gui lint docs benchmark benchmark-derivatives benchmark-triangles throughput compare-cycles stability torture sanitize sanitize-threads check-machine which-python clean
+.PHONY: help demo recover test test-slow test-gui extension lint docs benchmark benchmark-derivatives benchmark-triangles throughput compare-cycles stability torture sanitize sanitize-threads check-machine which-python clean
 
 # A pyenv shim exists for every version and fails for those that are not active: run it to know.
 # 3.11 comes first, because its Blender module is the oldest that is supported.
@@ -27,7 +27,8 @@ help:
 	@echo "make recover     find again what was lost, from pictures: shapes, materials, lamps, textures, cameras"
 	@echo "make test        run the tests"
 	@echo "make test-slow   run the slow tests"
-	@echo "make test-gui    run the tests in a real Blender: BLENDER=blender EXTENSION=dist/edgegrad-0.1.0.zip"
+	@echo "make extension   build the Blender extension for this platform in dist/ (needs Python 3.11 and 3.12 or newer)"
+	@echo "make test-gui    run the tests in a real Blender: BLENDER=blender EXTENSION=dist/edgegrad-0.1.0-linux_x64.zip"
 	@echo "make lint        ruff, clang-format, mypy"
 	@echo "make docs        build the documentation in build/docs"
 	@echo "make benchmark   times beside Mitsuba 3 (installs it; needs LLVM >= 17)"
@@ -104,6 +105,17 @@ $(VENV)/installed-%: pyproject.toml $(VENV)/installed
 	$(PIP) --group $*
 	@touch $@
 
+# ---- The Blender extension, built in an environment of its own ----
+PACKAGING := .venv-extension
+
+extension: $(PACKAGING)/installed
+	$(PACKAGING)/bin/python -m extension.build $(if $(BLENDER),--blender $(BLENDER))
+
+$(PACKAGING)/installed: pyproject.toml | check-machine
+	test -x $(PACKAGING)/bin/python || $(PYTHON) -m venv --upgrade-deps $(PACKAGING)
+	$(PACKAGING)/bin/python -m pip install --quiet --disable-pip-version-check --group extension
+	@touch $@
+
 # ---- Debug build under the sanitizers, in its own environment, without the tests that need bpy ----
 SANITIZED := .venv-sanitize
 # Python itself is not built with ASan, so its run-time comes first in the process; libstdc++ beside it, so that
@@ -131,4 +143,4 @@ $(SANITIZED)/installed $(SANITIZED)-threads/installed: %/installed: $(PACKAGE) |
 	@touch $@
 
 clean:
-	rm -rf $(VENV) $(SANITIZED) $(SANITIZED)-threads build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) $(PACKAGING) $(SANITIZED) $(SANITIZED)-threads build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis

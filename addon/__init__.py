@@ -5,6 +5,10 @@ from __future__ import annotations
 
 def register() -> None:
     """Called by Blender when the add-on is enabled."""
+    from . import load_failure
+
+    if load_failure.register():
+        return
     from . import registration
 
     registration.register()
@@ -12,6 +16,10 @@ def register() -> None:
 
 def unregister() -> None:
     """Called by Blender when the add-on is disabled."""
+    from . import load_failure
+
+    if load_failure.unregister():
+        return
     from . import registration
 
     registration.unregister()

@@ -27,6 +27,7 @@ from .animated.stored import stored_wanted, wanted_of
 from .blend_file import open_blend
 from .derivative import DIRECTIONS, derivative_picture
 from .export import export_scene, render_export
+from .field_fit import FieldRequest
 from .fit_output import FitOutput
 from .parameters import Names
 from .problem import Problem
@@ -82,6 +83,13 @@ def _parser() -> argparse.ArgumentParser:
                      help="first step of vertices, as a fraction of the object's size")  # fmt: skip
     fit.add_argument("--slide", type=float, metavar="F",
                      help="factor in [0, 1] for the motion of vertices along the surface")  # fmt: skip
+    fit.add_argument("--field", metavar="OBJECT",
+                     help="fit this object as a distance field, whose topology may change; an empty that shows a cube "
+                     "is a box in which the shape begins as a ball")  # fmt: skip
+    fit.add_argument("--resolution", type=_resolution, metavar="N", help="cells of the field along its longest side "
+                     "(default: 64)")  # fmt: skip
+    fit.add_argument("--field-start", choices=["shape", "ball"], help="begin with the shape of the object (default), "
+                     "or with a ball in its bounding box")  # fmt: skip
     fit.add_argument("--out", type=Path, metavar="DIR",
                      help="folder for pictures before and after the fit, and report.json")  # fmt: skip
     fit.add_argument("--save", type=Path, metavar="BLEND", help="save the fitted scene as this .blend")
@@ -147,6 +155,13 @@ def _positive(text: str) -> int:
     return value
 
 
+def _resolution(text: str) -> int:
+    value = int(text)
+    if not 16 <= value <= 512:
+        raise argparse.ArgumentTypeError(f"must be 16 to 512, not {value}")
+    return value
+
+
 def _names(arguments: argparse.Namespace) -> Names:
     return Names(tuple(arguments.vertices), tuple(arguments.base_color), tuple(arguments.emission),
                  tuple(arguments.power))  # fmt: skip
@@ -159,7 +174,8 @@ def _wanted(arguments: argparse.Namespace) -> tuple[Wanted, ...]:
         found, notes = wanted_of(text)
         out += [one for one in found if one.path not in {other.path for other in out}]
         _print_notes([f"left out: {note}" for note in notes])
-    given = out or any(getattr(arguments, name, ()) for name in ("vertices", "base_color", "emission", "power"))
+    others = ("field", "vertices", "base_color", "emission", "power")
+    given = out or any(getattr(arguments, name, ()) for name in others)
     return tuple(out if given else stored_wanted(bpy.context.scene))
 
 
@@ -183,7 +199,19 @@ def _request(arguments: argparse.Namespace) -> Request:
         in_place=arguments.in_place,
         animated=_wanted(arguments),
         loss=arguments.loss,
+        field=_field(arguments),
     )
+
+
+def _field(arguments: argparse.Namespace) -> FieldRequest | None:
+    if arguments.field is None:
+        for option in ("resolution", "field_start"):
+            if getattr(arguments, option) is not None:
+                raise Problem(f"--{option.replace('_', '-')}: there is no --field; name the object to fit as a field")
+        return None
+    if arguments.field in arguments.vertices:
+        raise Problem(f"object '{arguments.field}': is named by --field and --vertices; leave one of them out")
+    return FieldRequest(arguments.field, arguments.resolution or 64, (arguments.field_start or "shape").upper())
 
 
 def _fit(arguments: argparse.Namespace) -> list[str]:

@@ -14,6 +14,7 @@ from edgegrad.scene import parameters as values
 from .differentiable import export_differentiable, not_computed
 from .export import Export
 from .parameters import Names, unit
+from .preferences import threads
 
 DIRECTIONS = ("NORMAL", "X", "Y", "Z")
 
@@ -50,7 +51,7 @@ def derivative_picture(context: Any, names: Names, direction: str, samples: int,
             tangent[path] = np.full(np.shape(value), unit(export, path))
     limits = export.settings
     picture = edgegrad.render_forward(scene, tangent, spp=samples, max_depth=limits.max_depth, bounces=limits.bounces,
-                                      seed=seed, progress=progress)  # fmt: skip
+                                      seed=seed, threads=threads(), progress=progress)  # fmt: skip
     return picture, export, not_computed(export, paths)
 
 

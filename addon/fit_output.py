@@ -144,7 +144,7 @@ class FitOutput:
         if self.folder is None:
             return
         try:
-            renderer, limits = edgegrad.Renderer(session.export.scene), session.export.settings
+            renderer, limits = edgegrad.Renderer(session.export.scene, threads=session.threads), session.export.settings
         except NOT_RENDERED as error:
             yield f"the pictures {prefix} the fit can't be rendered ({error})"
             return

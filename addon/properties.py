@@ -119,6 +119,12 @@ class Settings(bpy.types.PropertyGroup):
     write_to: bpy.props.EnumProperty(  # type: ignore[valid-type]
         name="Write to", items=(("SHAPE_KEY", "Shape Key", "A new shape key; the original shape stays as its basis"),
                                 ("MESH", "Mesh", "The mesh itself")))  # fmt: skip
+    field_resolution: bpy.props.IntProperty(  # type: ignore[valid-type]
+        name="Resolution", default=64, min=16, soft_max=128, max=512,
+        description="Cells of the field along the longest side of the object. Memory grows with the third power")
+    field_start: bpy.props.EnumProperty(  # type: ignore[valid-type]
+        name="Start", items=(("SHAPE", "Shape", "The shape of the object"),
+                             ("BALL", "Ball", "A ball in the object's bounding box")))  # fmt: skip
     direction: bpy.props.EnumProperty(  # type: ignore[valid-type]
         name="Direction", items=tuple((d, d.capitalize(), "Direction of the vertices in the gradient")
                                       for d in DIRECTIONS))  # fmt: skip

@@ -6,13 +6,14 @@ from typing import Any
 
 import bpy
 
-from . import command_line, panel, properties
-from .operators import fit, gradient, kept, parameters, render, targets
+from . import command_line, panel, preferences, properties
+from .field_fit.panel import FieldPanel
+from .operators import fit, fit_as_field, gradient, kept, parameters, render, targets
 from .render_engine import engine, panels, settings, view
 
-CLASSES: tuple[Any, ...] = (*properties.CLASSES, *targets.CLASSES, *parameters.CLASSES, render.Render,
-                            gradient.Gradient, fit.Fit, *kept.CLASSES, *panel.CLASSES, *settings.CLASSES,
-                            *engine.CLASSES)
+CLASSES: tuple[Any, ...] = (preferences.Preferences, *properties.CLASSES, *targets.CLASSES, *parameters.CLASSES,
+                            render.Render, gradient.Gradient, fit.Fit, fit_as_field.FitAsField, *kept.CLASSES,
+                            *panel.CLASSES, FieldPanel, *settings.CLASSES, *engine.CLASSES)
 _commands: list[Any] = []
 
 

@@ -19,6 +19,8 @@ from .animated.relay import Relay
 from .animated.stored import remember_sensitivities
 from .differentiable import export_differentiable, not_computed
 from .export import Export
+from .field_fit import FieldRequest, Replacement, replace_by_field
+from .preferences import threads
 from .problem import Problem
 from .targets.pictures import Picture, gain_note, read_picture
 from .write_back import kept
@@ -49,6 +51,8 @@ class Request:
         Animatable properties to fit.
     loss
         Name of the loss (`edgegrad.losses.named`).
+    field
+        An object to fit as a distance field; None: there is none.
     """
 
     pictures: list[Picture]
@@ -63,6 +67,7 @@ class Request:
     in_place: bool = False
     animated: tuple[Wanted, ...] = ()
     loss: str = "pyramid"
+    field: FieldRequest | None = None
 
 
 @dataclass
@@ -82,6 +87,10 @@ class Session:
         After `write`: a sentence on each value that could not be written.
     gain_notes
         After the fit: sentences on the exposure and white balance that it has found.
+    threads
+        Number of threads of the fit; 0: one per core.
+    field
+        The field that replaces an object in the exported scene; None: there is none.
     """
 
     request: Request
@@ -95,6 +104,8 @@ class Session:
     relay: Relay | None = None
     unwritten: list[str] = field(default_factory=list)
     gain_notes: list[str] = field(default_factory=list)
+    threads: int = 0
+    field: Replacement | None = None
 
     @classmethod
     def prepare(cls, context: Any, request: Request) -> Session:
@@ -110,22 +121,30 @@ class Session:
             raise Problem("there is no target; add a camera and its target picture")
         cameras = [find_camera(scene, picture.camera) for picture in request.pictures]
         names, controls = request.names.with_controls(scene, request.in_place, bool(request.animated))
+        if request.field is not None and (request.animated or controls):
+            raise Problem(f"object '{request.field.object}': can't be fitted as a field together with animatable "
+                          "properties or with vertices below modifiers; fit them one after the other")
         export = export_differentiable(scene, cameras)
+        replaced = None if request.field is None else replace_by_field(scene, export, request.field)
         driver = None
         if request.animated or controls:
             driver = Driver(scene, cameras, request.animated, controls, lambda control: control_variable(
                 control, request.vertex_step, request.smoothness))  # fmt: skip
             for name in driver.without_normals:
                 export.scene.meshes[name].normals = None
-        wrt = names.paths(export, may_be_empty=driver is not None)
+        wrt = names.paths(export, may_be_empty=driver is not None or replaced is not None)
         targets, notes = [], list[str]()
+        if replaced is not None:
+            wrt.append(replaced.path)
+            notes += replaced.notes
         for picture, camera, view in zip(request.pictures, cameras, export.views, strict=True):
             target, found = read_picture(scene, picture, camera, view, export)
             targets.append(target)
             notes += found
         export.scene.validate()
         before = {path: np.array(values.get(export.scene, path), np.float64) for path in wrt}
-        places = {path: parameters.destination(export, path, request.in_place) for path in wrt}
+        places: dict[str, Destination] = {} if replaced is None else {replaced.path: replaced}
+        places |= {path: parameters.destination(export, path, request.in_place) for path in wrt if path not in places}
         if driver is not None:
             before |= {one.path: one.read() for one in driver.parameters}
             before |= {one.path: one.read() for one in driver.controls}
@@ -133,7 +152,8 @@ class Session:
             places |= {one.path: VerticesOf.of(one.object, np.eye(4), request.in_place) for one in driver.controls}
         notes += [*not_computed(export, wrt), *([] if driver is None else driver.notes)]
         relay = None if driver is None else Relay(driver)
-        return cls(request, export, targets, wrt, notes, before, places, driver, relay)
+        return cls(request, export, targets, wrt, notes, before, places, driver, relay, threads=threads(),
+                   field=replaced)
 
     @property
     def late_notes(self) -> list[str]:
@@ -165,12 +185,14 @@ class Session:
             bounces=self.export.settings.bounces,
             loss=edgegrad.losses.named(self.request.loss),
             seed=self.request.seed,
+            threads=self.threads,
             smoothness=self.request.smoothness,
             slide=self.request.slide,
+            field_steps=None if self.field is None else self.field.steps,
             step_sizes=steps,
             views_per_iteration=self.request.views_per_iteration,
             on_cancel=on_cancel,
-            callback=callback,
+            callback=self._callback(callback),
             progress=progress,
             driven=self.relay,
         )
@@ -178,6 +200,20 @@ class Session:
                            for picture, gain in zip(self.request.pictures, result.gains, strict=True)
                            if isinstance(picture.gain, str)]  # fmt: skip
         return result
+
+    def _callback(
+        self, callback: Callable[[edgegrad.FitStep], bool | str | None] | None
+    ) -> Callable[[edgegrad.FitStep], bool | str | None] | None:
+        """Return the callback that tells the field of each step, too."""
+        replaced = self.field
+        if replaced is None:
+            return callback
+
+        def tell(step: edgegrad.FitStep) -> bool | str | None:
+            replaced.tell(step)
+            return None if callback is None else callback(step)
+
+        return tell
 
     def write(self, result: edgegrad.FitResult) -> bool:
         """Write a result into Blender's data; return whether anything was written.

@@ -10,6 +10,7 @@ import numpy as np
 
 import edgegrad
 
+from ..preferences import threads
 from ..problem import Problem
 from .arrays import F64
 from .driver import Driver
@@ -58,7 +59,7 @@ def compare(driver: Driver, samples: int, seed: int = 0) -> Iterator[Comparison]
     placement = driver.place(start)
     export = driver.export_at(start)
     limits: dict[str, Any] = {"max_depth": export.settings.max_depth, "bounces": export.settings.bounces}
-    renderer = edgegrad.Renderer(export.scene)
+    renderer = edgegrad.Renderer(export.scene, threads=threads())
     for one in driver.parameters:
         for k, place in enumerate(one.places):
             h = one.steps[k].size
@@ -68,7 +69,7 @@ def compare(driver: Driver, samples: int, seed: int = 0) -> Iterator[Comparison]
             for side in (h, -h):
                 values = start[one.path].copy()
                 values[k] += side
-                moved = edgegrad.Renderer(driver.export_at(start | {one.path: values}).scene)
+                moved = edgegrad.Renderer(driver.export_at(start | {one.path: values}).scene, threads=threads())
                 sides.append(_blocks([moved.render(spp=4 * samples, seed=seed + n, **limits) for n in range(SEEDS)]))
             taken = (sides[0] - sides[1]) / (2.0 * h)
             found = _blocks([renderer.render_forward(tangent, spp=samples, seed=seed + n, **limits)

@@ -10,7 +10,7 @@ import bpy
 import edgegrad
 
 from ..properties import request
-from ..session import Session
+from ..session import Request, Session
 from ..status import STATUS, redraw
 from . import _common
 
@@ -62,19 +62,20 @@ class Job:
         self._thread.join()
 
 
-class Fit(bpy.types.Operator):
-    """Change the chosen parameters until the pictures match their targets. Esc: cancel; Enter: stop, keep the best"""
+class RunsFit:
+    """Part of the operators that run a fit; Blender does not allow that an operator inherits from another."""
 
-    bl_idname = "edgegrad.fit"
-    bl_label = "Fit"
-    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
-
+    report: Any  # of Blender's Operator
     _job: Job | None = None
+
+    def requested(self, context: Any) -> Request:
+        """Return the fit that is set in the panel."""
+        return request(context)
 
     def execute(self, context: Any) -> set[str]:
         """Run the fit while Blender waits (background mode, scripts)."""
         try:
-            session = Session.prepare(context, request(context))
+            session = Session.prepare(context, self.requested(context))
             result = session.run()
             session.write(result)
         except _common.EXPECTED as error:
@@ -88,7 +89,7 @@ class Fit(bpy.types.Operator):
     def invoke(self, context: Any, _: Any) -> set[str]:
         """Run the fit in a thread, with a progress bar, until it ends or the user stops it."""
         try:
-            session = Session.prepare(context, request(context))
+            session = Session.prepare(context, self.requested(context))
         except _common.EXPECTED as error:
             return _common.refuse(self, error)
         _common.tell(self, session.export.report, session.notes)
@@ -134,7 +135,8 @@ class Fit(bpy.types.Operator):
             return _common.refuse(self, error)
         for sentence in job.session.unwritten:
             self.report({"ERROR"}, sentence)
-        _common.tell(self, job.session.export.report, [*job.session.unwritten, *job.result.notes, *job.session.late_notes])
+        notes = [*job.session.unwritten, *job.result.notes, *job.session.late_notes]
+        _common.tell(self, job.session.export.report, notes)
         self.report({"INFO"}, f"loss {job.result.losses[0]:.4g} -> {job.result.losses[job.result.best]:.4g}")
         return {"FINISHED"}
 
@@ -159,3 +161,11 @@ class Fit(bpy.types.Operator):
         STATUS.fraction = None
         redraw()
         self._job = None
+
+
+class Fit(RunsFit, bpy.types.Operator):
+    """Change the chosen parameters until the pictures match their targets. Esc: cancel; Enter: stop, keep the best"""
+
+    bl_idname = "edgegrad.fit"
+    bl_label = "Fit"
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012

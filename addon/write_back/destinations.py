@@ -17,6 +17,7 @@ from ..animated.refusals import check as check_property
 from ..export.materials.material import MaterialReading, SocketPath
 from ..problem import Problem
 from .held import Held
+from .new_object import check_object, make_free_object, make_object
 from .values import check_light, check_sockets, write_material, write_power
 from .vertices import Topology, check_editable, displacement, write_move
 
@@ -155,9 +156,9 @@ class StoredEntry:
     @property
     def name(self) -> str:
         """What it is the value of, in words."""
-        for kind in ("vertices", "material", "light"):
+        for kind, word in (("vertices", "object"), ("surface", "object"), ("material", "material"), ("light", "light")):
             if kind in self.entry:
-                return f"{'object' if kind == 'vertices' else kind} '{self.entry[kind]}'"
+                return f"{word} '{self.entry[kind]}'"
         return f"property '{self.entry['properties'][0]}'"
 
     def write(self) -> None:
@@ -175,6 +176,14 @@ class StoredEntry:
             if Topology.of(ob.data) != Topology(len(entry["move"]), entry["corners"]):
                 raise Problem(f"{self.name}: its mesh has another topology than when the fit began; undo that change")
             write_move(ob, np.array(entry["move"], np.float64).reshape(-1, 3), entry["in_place"])
+        elif "surface" in entry:
+            points, triangles = np.array(entry["points"], np.float64), np.array(entry["triangles"], np.int32)
+            ob = bpy.data.objects.get(entry["surface"])
+            if ob is None:
+                make_free_object(entry["surface"], points, triangles)
+            else:
+                check_object(ob)
+                make_object(ob, points, triangles)
         elif "material" in entry:
             material = _named(bpy.data.materials, entry["material"], self.name)
             sockets = {name: None if path is None else SocketPath(*path) for name, path in entry["sockets"].items()}

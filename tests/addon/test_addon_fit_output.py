@@ -149,7 +149,7 @@ def test_pictures_that_cannot_be_rendered_lose_nothing_else(tmp_path: Path, caps
     def run_out_of_memory(self: Session, *arguments: Any, **options: Any) -> Any:
         result = run(self, *arguments, **options)
 
-        def fail(*_: Any) -> Any:
+        def fail(*_: Any, **__: Any) -> Any:
             raise MemoryError("no more")
 
         monkeypatch.setattr(edgegrad, "Renderer", fail)

@@ -1,6 +1,6 @@
 """The add-on in a real Blender: its own Embree and TBB are in the process there, unlike with the bpy module.
 
-    make test-gui BLENDER=/path/to/blender EXTENSION=dist/edgegrad-0.1.0.zip
+    make test-gui BLENDER=/path/to/blender EXTENSION=dist/edgegrad-0.1.0-linux_x64.zip
 """
 
 from __future__ import annotations

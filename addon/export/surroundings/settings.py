@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 import edgegrad
 from edgegrad import expression as e
 
+from ...preferences import threads
+
 # Cycles counts scattering events between surfaces. A path has two more segments: to the camera and to the light.
 SEGMENTS_AROUND_BOUNCES = 2
 
@@ -47,8 +49,9 @@ def render_export(scene: edgegrad.Scene, settings: RenderSettings, samples: int,
     -------
     (H, W, 3) float32, as from `edgegrad.render`.
     """
-    return edgegrad.Renderer(scene).render(spp=samples, seed=seed, max_depth=settings.max_depth,
-                                           bounces=settings.bounces, progress=progress)  # fmt: skip
+    renderer = edgegrad.Renderer(scene, threads=threads())
+    return renderer.render(spp=samples, seed=seed, max_depth=settings.max_depth, bounces=settings.bounces,
+                           progress=progress)  # fmt: skip
 
 
 def read_settings(scene: Any) -> RenderSettings:

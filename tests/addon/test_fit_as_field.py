@@ -1,0 +1,271 @@
+"""Objects are fitted as distance fields: a new object is made, the old one is hidden, and errors say what helps."""
+
+# ruff: noqa: E402  (the imports below need bpy)
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
+
+import edgegrad
+import edgegrad_addon
+from edgegrad import distance_fields, images
+from edgegrad_addon import command_line
+from edgegrad_addon.export.geometry.mesh import positions
+from edgegrad_addon.field_fit import FieldRequest, start_shapes
+from edgegrad_addon.field_fit.preview import NAME, Preview
+from edgegrad_addon.parameters import Names
+from edgegrad_addon.problem import Problem
+from edgegrad_addon.session import Picture, Request, Session
+from tests.support.scenes import blender_scenes as bs
+
+SIZE = 32
+PARENT = (0.3, -0.1, 0.2)
+
+
+@pytest.fixture
+def target(tmp_path: Path) -> Path:
+    """A scene with a turned, scaled cube that has a parent, and the picture of a smaller one."""
+    bs.empty(SIZE)
+    bs.camera((0, 0, 6), name="Front")
+    bs.light("SUN", "Sun", rotation=(0.3, 0.4, 0), energy=3.0)
+    bs.world((0.4, 0.4, 0.4))
+    parent = bs.add("Parent", None, PARENT, (0.1, 0.0, 0.4))
+    clay = bs.material("Clay", (0.6, 0.3, 0.2))
+    ob = bs.add("Cube", bs.cube("Cube", clay), rotation=(0.4, 0.3, 0), scale=(0.7, 1, 1))
+    ob.parent = parent
+    bpy.context.view_layer.update()
+    ob.scale = (0.45, 0.7, 0.7)
+    bpy.context.view_layer.update()
+    images.write_image(tmp_path / "target.exr", edgegrad.render(bs.export().scene, spp=64))
+    ob.scale = (0.7, 1, 1)
+    bpy.context.view_layer.update()
+    return tmp_path / "target.exr"
+
+
+def request(target: Path, name: str = "Cube", iterations: int = 2, **options: Any) -> Request:
+    return Request([Picture("Front", str(target))], Names(), iterations=iterations, samples=4,
+                   field=FieldRequest(name, **{"resolution": 16, **options}))  # fmt: skip
+
+
+def prepare(target: Path, name: str = "Cube", **options: Any) -> Session:
+    return Session.prepare(bpy.context, request(target, name, **options))
+
+
+def in_world(ob: Any) -> Any:
+    matrix = np.array(ob.matrix_world, np.float64)
+    return positions(ob.data) @ matrix[:3, :3].T + matrix[:3, 3]
+
+
+def test_a_cube_shrinks_towards_its_picture(target: Path) -> None:
+    session = prepare(target, iterations=12)
+    assert session.wrt == ["fields.Cube.values"] and "Cube" not in session.export.scene.meshes
+    result = session.run()
+    assert result.losses[result.best] < 0.5 * result.losses[0]
+    assert session.write(result)
+    old, made = bpy.data.objects["Cube"], bpy.data.objects["Cube (field)"]
+    assert old.hide_render and old.hide_viewport and len(old.data.vertices) == 8
+    assert not made.hide_render and made.parent is bpy.data.objects["Parent"]
+    assert made.data.materials[0] is bpy.data.materials["Clay"]
+    assert np.allclose(np.array(made.matrix_world), np.array(old.matrix_world), atol=1e-6)
+    found = bs.export().scene.meshes["Cube (field)"]
+    assert distance_fields.topology(found).is_closed_manifold
+    assert np.ptp(in_world(made), axis=0).max() < np.ptp(in_world(old), axis=0).max()
+    # What is rendered now is the surface that was fitted.
+    surface = distance_fields.to_mesh(session.export.scene.fields["Cube"])
+    assert distance_fields.chamfer_distance(surface, found) < 1e-5
+
+
+def test_the_start_is_the_objects_shape_in_the_world(target: Path) -> None:
+    expected = bs.export().scene.meshes["Cube"]
+    session = prepare(target, resolution=40)
+    assert session.field is not None
+    surface = session.field.mesh(session.field.start.values)
+    cell = (session.field.start.upper - session.field.start.lower)[0] / session.field.start.cells[0]
+    assert distance_fields.chamfer_distance(surface, expected) < 0.2 * cell
+
+
+def test_an_empty_is_a_box_in_which_the_shape_begins_as_a_ball(target: Path) -> None:
+    bpy.data.objects.remove(bpy.data.objects["Cube"])
+    box = bs.add("Box", None, (0.5, 0, 0), (0, 0, 0.3), (1, 0.5, 0.5))
+    box.empty_display_type, box.empty_display_size = "CUBE", 0.8
+    bpy.context.view_layer.update()
+    session = prepare(target, "Box")
+    assert session.field is not None
+    surface = session.field.mesh(session.field.start.values)
+    own = (surface.vertices - (0.5, 0, 0)) @ np.array(box.matrix_world.to_3x3().normalized())
+    assert np.abs(own).max(axis=0) == pytest.approx(start_shapes.BALL * np.array([0.8, 0.4, 0.4]), rel=0.06)
+    session.write(session.run())
+    made = bpy.data.objects["Box (field)"]
+    assert not box.hide_viewport and len(made.data.polygons) > 50 and not made.data.materials
+
+
+def test_a_ball_may_replace_the_shape(target: Path) -> None:
+    session = prepare(target, start="BALL", resolution=32)
+    assert session.field is not None and session.field.steps.coarser == 2
+    surface = session.field.mesh(session.field.start.values)
+    centre = bs.export().scene.meshes["Cube"].vertices.mean(axis=0)
+    assert np.abs(surface.vertices.mean(axis=0) - centre).max() < 0.05
+
+
+def test_materials_uv_maps_and_colours_are_carried_over(target: Path) -> None:
+    mesh = bpy.data.objects["Cube"].data
+    mesh.materials.append(bs.material("Paint", (0.1, 0.2, 0.7)))
+    upper = [k for k, face in enumerate(mesh.polygons) if face.normal.z > 0.9]
+    mesh.polygons[upper[0]].material_index = 1
+    layer = mesh.uv_layers.new(name="Map")
+    colors = mesh.color_attributes.new("Tone", "FLOAT_COLOR", "POINT")
+    for loop in mesh.loops:
+        layer.data[loop.index].uv = mesh.vertices[loop.vertex_index].co[:2]
+    for vertex in mesh.vertices:
+        colors.data[vertex.index].color = (*(0.5 + 0.5 * np.array(vertex.co)), 1.0)
+    session = prepare(target, resolution=32)
+    assert any("a field has one material; the fit uses 'Clay'" in note for note in session.notes)
+    assert session.field is not None
+    made = session.field.write(session.field.start.values)
+    assert [slot.material.name for slot in made.material_slots] == ["Clay", "Paint"]
+    place = positions(made.data)
+    for face in made.data.polygons:
+        middle = place[list(face.vertices)].mean(axis=0)
+        if np.sort(np.abs(middle))[-2] < 0.75:  # away from the edges of the cube
+            assert face.material_index == (1 if middle[2] > 0.9 else 0)
+    tone, uv = made.data.color_attributes["Tone"].data, made.data.uv_layers["Map"].data
+    for loop in made.data.loops:
+        expected = np.clip(place[loop.vertex_index], -1.0, 1.0)
+        if np.sort(np.abs(expected))[-2] < 0.75:
+            assert np.array(tone[loop.vertex_index].color[:3]) == pytest.approx(0.5 + 0.5 * expected, abs=0.05)
+            assert np.array(uv[loop.index].uv) == pytest.approx(expected[:2], abs=0.1)
+
+
+def test_a_uv_mapped_colour_is_a_mean_while_the_object_is_a_field(target: Path) -> None:
+    made = bpy.data.materials["Clay"]
+    image = bpy.data.images.new("Halves", 4, 4, float_buffer=True)
+    image.pixels.foreach_set(np.tile([0.1, 0.2, 0.3, 1.0, 0.3, 0.4, 0.5, 1.0], 8).astype(np.float32))
+    node = made.node_tree.nodes.new("ShaderNodeTexImage")
+    node.image = image
+    made.node_tree.links.new(node.outputs["Color"], bs.shader(made).inputs["Color"])
+    bpy.data.objects["Cube"].data.uv_layers.new(name="Map")
+    session = prepare(target)
+    assert any("'Clay' is simplified: its base color is the mean of its texture" in note for note in session.notes)
+    used = session.export.scene.fields["Cube"].material
+    assert session.export.scene.materials[used].base_color == pytest.approx([0.2, 0.3, 0.4], abs=2e-3)
+    session.run()
+
+
+def test_a_preview_shows_the_surface_and_leaves_nothing(target: Path) -> None:
+    session = prepare(target, iterations=7)
+    assert session.field is not None
+    session.field.live = True
+    before = set(bpy.data.objects), set(bpy.data.meshes)
+    shown = Preview(bpy.context, "Cube")
+    steps: list[int] = []
+
+    def tell(step: Any) -> None:
+        if session.field.newest is not None:
+            shown.show(session.field.newest)
+            session.field.newest = None
+            steps.append(step.iteration)
+            assert bpy.data.objects[NAME].hide_render and bpy.data.objects["Cube"].hide_get()
+
+    session.run(callback=tell)
+    assert steps == [1, 6]
+    shown.remove()
+    assert (set(bpy.data.objects), set(bpy.data.meshes)) == before and not bpy.data.objects["Cube"].hide_get()
+
+
+def test_the_command_line_saves_the_new_object(target: Path, tmp_path: Path) -> None:
+    start, saved = tmp_path / "start.blend", tmp_path / "fitted.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(start))
+    arguments = ["fit", str(start), "--target", f"Front={target}", "--samples", "4", "--iterations", "2"]
+    assert command_line.main([*arguments, "--field", "Cube", "--resolution", "16", "--save", str(saved)]) == 0
+    bpy.ops.wm.open_mainfile(filepath=str(saved))
+    assert bpy.data.objects["Cube"].hide_render and len(bpy.data.objects["Cube (field)"].data.polygons) > 50
+    assert command_line.main([*arguments, "--vertices", "Cube", "--resolution", "16"]) == 1
+    assert command_line.main([*arguments, "--vertices", "Cube", "--field", "Cube"]) == 1
+
+
+@pytest.fixture
+def registered(target: Path) -> Iterator[Path]:
+    edgegrad_addon.register()
+    yield target
+    edgegrad_addon.unregister()
+
+
+def test_the_operator_fits_the_active_object(registered: Path) -> None:
+    settings = bpy.context.scene.edgegrad
+    item = settings.targets.add()
+    item.camera, item.image = bpy.data.objects["Front"], str(registered)
+    settings.iterations, settings.samples, settings.field_resolution = 2, 4, 16
+    bpy.context.view_layer.objects.active = bpy.data.objects["Cube"]
+    assert bpy.ops.edgegrad.fit_as_field() == {"FINISHED"}
+    assert "Cube (field)" in bpy.data.objects
+    settings.targets.clear()
+    with pytest.raises(RuntimeError, match="there is no target; add a camera"):
+        bpy.ops.edgegrad.fit_as_field()
+
+
+def hidden(ob: Any) -> None:
+    ob.hide_render = True
+
+
+def open_sheet(ob: Any) -> None:
+    ob.data = bs.plane("Sheet", 2.0)
+
+
+def instanced(ob: Any) -> None:
+    bs.add("Other", ob.data, (1, 0, 0))
+
+
+def glowing(ob: Any) -> None:
+    ob.data.materials[0] = bs.material("Lamp", (1, 1, 1), "ShaderNodeEmission")
+
+
+def turned_in(ob: Any) -> None:
+    ob.data.flip_normals()
+
+
+WRONG = {
+    hidden: "object 'Cube': has no surface that is rendered",
+    open_sheet: "object 'Cube': has no distance field: the mesh encloses nothing",
+    turned_in: "object 'Cube': has no distance field: the mesh encloses nothing",
+    instanced: "object 'Cube': is instanced or shares its mesh",
+    glowing: "field 'Cube': its material 'Lamp' emits light, which fields cannot do",
+}
+
+
+@pytest.mark.parametrize("change", WRONG, ids=lambda change: change.__name__)
+def test_objects_that_cannot_be_fields_are_refused(target: Path, change: Any) -> None:
+    change(bpy.data.objects["Cube"])
+    bpy.context.view_layer.update()
+    with pytest.raises((Problem, ValueError), match=WRONG[change]):
+        prepare(target)
+
+
+def test_a_name_that_is_not_there_is_refused(target: Path) -> None:
+    with pytest.raises(Problem, match="object 'Ball': there is no such object in scene 'Scene'"):
+        prepare(target, "Ball")
+
+
+def test_an_empty_that_shows_no_box_is_refused(target: Path) -> None:
+    with pytest.raises(Problem, match="object 'Parent': is an empty that does not show a box; set Display As to Cube"):
+        prepare(target, "Parent")
+
+
+def test_a_grid_that_is_too_fine_is_refused_before_it_is_made(target: Path) -> None:
+    with pytest.raises(Problem, match=r"its field of \d+ x \d+ x \d+ cells needs about [\d.]+ GB, more than 4 GB"):
+        prepare(target, resolution=400)
+
+
+def test_animated_properties_are_refused_beside_a_field(target: Path) -> None:
+    from edgegrad_addon.animated.parameter import Wanted
+
+    wanted = request(target)
+    wanted.animated = (Wanted.parse('objects["Cube"].location'),)
+    with pytest.raises(Problem, match="can't be fitted as a field together with animatable properties"):
+        Session.prepare(bpy.context, wanted)

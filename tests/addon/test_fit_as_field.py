@@ -23,6 +23,7 @@ from edgegrad_addon.field_fit.preview import NAME, Preview
 from edgegrad_addon.parameters import Names
 from edgegrad_addon.problem import Problem
 from edgegrad_addon.session import Picture, Request, Session
+from edgegrad_addon.write_back import kept
 from tests.support.scenes import blender_scenes as bs
 
 SIZE = 32
@@ -82,6 +83,26 @@ def test_a_cube_shrinks_towards_its_picture(target: Path) -> None:
     assert distance_fields.chamfer_distance(surface, found) < 1e-5
 
 
+@pytest.mark.parametrize("removed", [True, False])
+def test_a_result_that_has_no_place_is_kept_until_it_can_be_written(target: Path, removed: bool) -> None:
+    session = prepare(target)
+    result, old = session.run(), bpy.data.objects["Cube"]
+    expected = session.field.mesh(result.values["fields.Cube.values"]).vertices if session.field else np.zeros(0)
+    if removed:
+        bpy.data.objects.remove(old)
+    else:
+        bpy.context.view_layer.objects.active = old
+        bpy.ops.object.mode_set(mode="EDIT")
+    assert not session.write(result)
+    assert "Cube" in session.unwritten[0] and kept.TEXT in session.unwritten[0]
+    assert "Cube (field)" not in bpy.data.objects
+    if not removed:
+        bpy.ops.object.mode_set(mode="OBJECT")
+    assert kept.write_kept() == (["object 'Cube'"], [])
+    assert np.allclose(in_world(bpy.data.objects["Cube (field)"]), expected, atol=1e-5)
+    assert kept.TEXT not in bpy.data.texts
+
+
 def test_the_start_is_the_objects_shape_in_the_world(target: Path) -> None:
     expected = bs.export().scene.meshes["Cube"]
     session = prepare(target, resolution=40)
@@ -128,7 +149,8 @@ def test_materials_uv_maps_and_colours_are_carried_over(target: Path) -> None:
     session = prepare(target, resolution=32)
     assert any("a field has one material; the fit uses 'Clay'" in note for note in session.notes)
     assert session.field is not None
-    made = session.field.write(session.field.start.values)
+    session.field.write(session.field.start.values, session.field.start.values)
+    made = bpy.data.objects["Cube (field)"]
     assert [slot.material.name for slot in made.material_slots] == ["Clay", "Paint"]
     place = positions(made.data)
     for face in made.data.polygons:

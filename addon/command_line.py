@@ -240,7 +240,8 @@ def _fit(arguments: argparse.Namespace) -> list[str]:
         result = session.run(callback=tell, progress=_shown(bar, lambda: note))
     session.write(result)
     failures = [*session.unwritten, *output.write(session, result)]
-    _print_notes([*(note for note in result.notes if note not in session.notes), *session.late_notes])
+    late = [note for note in session.late_notes if note not in session.unwritten]  # these are failures
+    _print_notes([*(note for note in result.notes if note not in session.notes), *late])
     where = f", saved as '{arguments.save}'" if arguments.save in output.written else ""
     losses = f"{result.losses[0]:.5g} -> {result.losses[result.best]:.5g}"
     _say(f"loss {losses} in {result.seconds:.1f} s{where}", sys.stdout)

@@ -161,8 +161,9 @@ class Session:
 
     @property
     def late_notes(self) -> list[str]:
-        """Notes on properties that were made while the fit ran."""
-        return [] if self.driver is None else [note for note in self.driver.notes if note not in self.notes]
+        """Notes on properties that were made while the fit ran, and on what could not be written."""
+        made = [] if self.driver is None else [note for note in self.driver.notes if note not in self.notes]
+        return [*self.unwritten, *made]
 
     def serve(self) -> None:
         """Evaluate Blender for a fit in another thread that waits for it; for the main thread."""

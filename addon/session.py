@@ -175,8 +175,11 @@ class Session:
         callback: Callable[[edgegrad.FitStep], bool | str | None] | None = None,
         progress: Callable[[float], None] | None = None,
         on_cancel: str = "restore",
+        checkpoint: Path | None = None,
+        checkpoint_every: int = 25,
+        resume: bool = False,
     ) -> edgegrad.FitResult:
-        """Run `edgegrad.fit` on the exported scene; Blender's data stay unchanged."""
+        """Run `edgegrad.fit` on the exported scene; Blender's data stay unchanged. All arguments are those of it."""
         steps = {path: self.request.vertex_step for path in self.wrt
                  if path.endswith(".vertices") and self.request.vertex_step is not None}  # fmt: skip
         return edgegrad.fit(
@@ -196,6 +199,9 @@ class Session:
             callback=callback,
             progress=progress,
             driven=self.relay,
+            checkpoint=checkpoint,
+            checkpoint_every=checkpoint_every,
+            resume=resume,
         )
 
     def write(self, result: edgegrad.FitResult) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import struct
+import sys
 from pathlib import Path
 
 import bpy
@@ -54,6 +55,10 @@ def open_blend(blend: str | None, allow_scripts: bool) -> str | None:
         except RuntimeError as error:
             raise Problem(f"file '{blend}': can't be opened ({str(error).strip()})") from None
     if not path:
+        missed = _asked_of_blender()
+        if missed is not None:
+            raise Problem(f"file '{missed}': Blender has not opened it (there is no such file, or it is damaged or too "
+                          "new for this Blender); its messages above say why")  # fmt: skip
         return "no .blend is given or open, so the scene that Blender starts with is used"
     if not bpy.app.autoexec_fail:
         return None
@@ -64,6 +69,16 @@ def open_blend(blend: str | None, allow_scripts: bool) -> str | None:
     if allow_scripts:
         raise Problem(f"{skipped} when Blender opened it, before --allow-scripts was read; {cure}")
     return f"{skipped}; {cure}"
+
+
+def _asked_of_blender() -> str | None:
+    """Return the .blend that Blender's own arguments name, before --command; None: there is none."""
+    own: list[str] = []
+    for argument in sys.argv[1:]:
+        if argument in ("-c", "--command", "--"):
+            return next((one for one in own if one.lower().endswith(".blend")), None)
+        own.append(argument)
+    return None  # not started by Blender's --command
 
 
 def save_blend(path: Path) -> None:

@@ -1,7 +1,7 @@
 """``blender --background file.blend --command edgegrad …`` and ``python -m edgegrad … file.blend``.
 
 The .blend that is read stays unchanged, unless --save names it. Exit codes: 0 success; 1 failure, described in one
-sentence; 2 wrong arguments; 130 interrupted.
+sentence, or a result of which a part was not written; 2 wrong arguments or set-up; 130 interrupted.
 """
 
 from __future__ import annotations
@@ -11,12 +11,14 @@ import contextlib
 import sys
 import warnings
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TextIO
 
 import bpy
 
-from edgegrad import images, losses
+from edgegrad import FitStep, images, losses
+from edgegrad.fitting.checkpoint_file import check_checkpoint
 from edgegrad.images.output_files import check_outputs
 from edgegrad.progress import ProgressBar
 
@@ -29,10 +31,12 @@ from .derivative import DIRECTIONS, derivative_picture
 from .export import export_scene, render_export
 from .field_fit import FieldRequest
 from .fit_output import FitOutput
+from .fit_setup import stored_request, stored_settings, with_setup
+from .json_lines import write_line
 from .parameters import Names
 from .problem import Problem
 from .session import Request, Session, find_camera
-from .targets.options import add_arguments, check_given, pictures
+from .targets.options import add_arguments, has_targets, pictures
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -43,24 +47,38 @@ def main(argv: Sequence[str] | None = None) -> int:
     argv
         Arguments without the name of the program; None: those of the process.
     """
+    given = sys.argv[1:] if argv is None else list(argv)
     try:
         parser = _parser()
-        arguments = parser.parse_args(sys.argv[1:] if argv is None else list(argv))
-        if arguments.run is _fit:
-            check_given(parser, arguments)
+        arguments = parser.parse_args(given)
+        setup = getattr(arguments, "setup", None)
+        if setup is not None:
+            own = arguments.parser
+            arguments = parser.parse_args([given[0], *with_setup(own, given[1:], setup)])
+        if arguments.run is _fit and arguments.save is None and arguments.out is None:
+            arguments.parser.error("the result would be lost: give --save BLEND, --out DIR, or both")
     except SystemExit as end:  # argparse has printed the reason
         return end.code if isinstance(end.code, int) else 2
+    except Problem as problem:
+        _say(f"error: {problem}")
+        return 2
+    as_json = getattr(arguments, "json_progress", False)
     try:
         with warnings.catch_warnings():
             warnings.showwarning = _show_warning
             failures = arguments.run(arguments)
     except KeyboardInterrupt as interrupt:
-        _say(f"interrupted; {str(interrupt) or 'nothing was changed'}")
+        said = f"interrupted; {str(interrupt) or 'nothing was changed'}"
+        _say(said)
+        if as_json:
+            write_line("error", message=said)
         return 130
     except (Problem, ValueError, OSError, RuntimeError, FloatingPointError, ImportError) as error:
         failures = [str(error).strip()]
     for failure in failures:
         _say(f"error: {failure}")
+        if as_json:
+            write_line("error", message=failure)
     return 1 if failures else 0
 
 
@@ -69,13 +87,15 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     fit = commands.add_parser("fit", help="change parameters until the cameras' pictures match their targets")
-    _common(fit, 16)
+    _common(fit, 16, None)
     _parameters(fit)
     _animated(fit)
     add_arguments(fit)
-    fit.add_argument("--loss", choices=list(losses.NAMED), default="pyramid",
+    fit.add_argument("--setup", type=Path, metavar="FILE.json",
+                     help="options by name; those of the command line come first")  # fmt: skip
+    fit.add_argument("--loss", choices=list(losses.NAMED),
                      help="how pictures are compared with their targets (default: pyramid)")  # fmt: skip
-    fit.add_argument("--iterations", type=_positive, default=200)
+    fit.add_argument("--iterations", type=_positive, help="steps (default: 200)")
     fit.add_argument("--views-per-iteration", type=_positive, metavar="N", help="pictures per iteration (default: all)")
     fit.add_argument("--smoothness", type=float,
                      help="how strongly neighbouring vertices move together (default: by number)")  # fmt: skip
@@ -93,10 +113,15 @@ def _parser() -> argparse.ArgumentParser:
     fit.add_argument("--out", type=Path, metavar="DIR",
                      help="folder for pictures before and after the fit, and report.json")  # fmt: skip
     fit.add_argument("--save", type=Path, metavar="BLEND", help="save the fitted scene as this .blend")
+    fit.add_argument("--checkpoint", type=Path, metavar="FILE.npz", help="keep the state of the fit in this file")
+    fit.add_argument("--checkpoint-every", type=_positive, default=25, metavar="N",
+                     help="iterations between checkpoints (default: 25)")  # fmt: skip
+    fit.add_argument("--resume", action="store_true", help="go on from --checkpoint, if there is one")
+    fit.add_argument("--json-progress", action="store_true", help="print progress to stdout as lines of JSON")
     where = fit.add_mutually_exclusive_group()
     where.add_argument("--shape-key", action="store_true", help="write vertices into a new shape key (default)")
     where.add_argument("--in-place", action="store_true", help="write vertices into the mesh itself")
-    fit.set_defaults(run=_fit)
+    fit.set_defaults(run=_fit, parser=fit)
 
     render = commands.add_parser("render", help="render a camera's picture")
     _common(render, 64)
@@ -122,11 +147,11 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _common(parser: argparse.ArgumentParser, samples: int) -> None:
+def _common(parser: argparse.ArgumentParser, samples: int, default: int | None = 64) -> None:
     parser.add_argument("blend", nargs="?", help="the .blend to open (default: the open file)")
-    parser.add_argument("--samples", type=_positive, default=samples, help=f"samples per pixel (default: {samples})")
+    parser.add_argument("--samples", type=_positive, default=default, help=f"samples per pixel (default: {samples})")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--allow-scripts", action="store_true",
+    parser.add_argument("--allow-scripts", "--enable-autoexec", action="store_true",
                         help="run Python scripts in the .blend: drivers and registered texts (default: off; a file "
                         "that Blender opens before --command follows Blender's --enable-autoexec)")  # fmt: skip
 
@@ -186,21 +211,17 @@ def _open(arguments: argparse.Namespace) -> None:
 
 
 def _request(arguments: argparse.Namespace) -> Request:
-    return Request(
-        pictures=pictures(arguments),
-        names=_names(arguments),
-        iterations=arguments.iterations,
-        samples=arguments.samples,
-        seed=arguments.seed,
-        smoothness=arguments.smoothness,
-        vertex_step=arguments.vertex_step,
-        slide=arguments.slide,
-        views_per_iteration=arguments.views_per_iteration,
-        in_place=arguments.in_place,
-        animated=_wanted(arguments),
-        loss=arguments.loss,
-        field=_field(arguments),
-    )
+    """The fit of the arguments; without a target, that of the .blend, of which arguments change parts."""
+    own = has_targets(arguments)
+    request = Request(pictures(arguments), Names()) if own else stored_request()
+    names, animated, field = _names(arguments), _wanted(arguments), _field(arguments)
+    if own or names != Names() or arguments.parameter or arguments.all_of or field is not None:
+        request = replace(request, names=names, animated=animated, field=field)
+    given = {name: getattr(arguments, name) for name in ("iterations", "samples", "smoothness", "vertex_step", "slide",
+                                                         "views_per_iteration", "loss")}  # fmt: skip
+    if arguments.in_place or arguments.shape_key:
+        given["in_place"] = arguments.in_place
+    return replace(request, seed=arguments.seed, **{name: one for name, one in given.items() if one is not None})
 
 
 def _field(arguments: argparse.Namespace) -> FieldRequest | None:
@@ -217,29 +238,55 @@ def _field(arguments: argparse.Namespace) -> FieldRequest | None:
 def _fit(arguments: argparse.Namespace) -> list[str]:
     output = FitOutput(arguments.out, arguments.save)
     output.check()
+    if arguments.checkpoint is not None:
+        check_checkpoint(arguments.checkpoint)
+    elif arguments.resume:
+        raise Problem("--resume needs a --checkpoint; name its file")
     _open(arguments)
-    session = Session.prepare(bpy.context, _request(arguments))
+    with stored_settings():
+        session = Session.prepare(bpy.context, _request(arguments))
     output.prepare(session)
-    _print_warnings(session.export.report.lines)
-    _print_notes(session.notes)
+    warned, notes = session.export.report.lines, list(session.notes)
     if arguments.save is None:
-        _print_notes(["the fitted scene will not be saved; --save BLEND saves it as a file"])
+        notes.append("the fitted scene will not be saved; --save BLEND saves it as a file")
+    _print_warnings(warned)
+    _print_notes(notes)
+    tell = _tell_json if arguments.json_progress else None
+    if tell is not None:
+        write_line("begin", iterations=session.request.iterations, parameters=list(session.destinations),
+                   warnings=warned, notes=notes)  # fmt: skip
     output.write_before(session)
-    with ProgressBar("fit") as bar:
-        note = ""
+    keep = {"checkpoint": arguments.checkpoint, "checkpoint_every": arguments.checkpoint_every,
+            "resume": arguments.resume}  # fmt: skip
+    if tell is not None:
+        result = session.run(callback=tell, **keep)
+    else:
+        with ProgressBar("fit") as bar:
+            note = ""
 
-        def tell(step: Any) -> None:
-            nonlocal note
-            note = f"{step.iteration} / {step.iterations}   loss {step.smoothed:.4g}"
+            def show(step: FitStep) -> None:
+                nonlocal note
+                note = f"{step.iteration} / {step.iterations}   loss {step.smoothed:.4g}"
 
-        result = session.run(callback=tell, progress=_shown(bar, lambda: note))
-    session.write(result)
+            result = session.run(callback=show, progress=_shown(bar, lambda: note), **keep)
+    with stored_settings():
+        session.write(result)
     failures = [*session.unwritten, *output.write(session, result)]
-    _print_notes([*(note for note in result.notes if note not in session.notes), *session.late_notes])
+    late = [note for note in session.late_notes if note not in session.unwritten]  # these are failures
+    late = [*(note for note in result.notes if note not in session.notes), *late]
+    _print_notes(late)
     where = f", saved as '{arguments.save}'" if arguments.save in output.written else ""
     losses = f"{result.losses[0]:.5g} -> {result.losses[result.best]:.5g}"
-    _say(f"loss {losses} in {result.seconds:.1f} s{where}", sys.stdout)
+    _say(f"loss {losses} in {result.seconds:.1f} s{where}", sys.stderr if arguments.json_progress else sys.stdout)
+    if arguments.json_progress:
+        write_line("end", first_loss=result.losses[0], best_loss=result.losses[result.best], best=result.best,
+                   seconds=result.seconds, notes=late, written=[str(path) for path in output.written])  # fmt: skip
     return failures
+
+
+def _tell_json(step: FitStep) -> None:
+    write_line("step", iteration=step.iteration, iterations=step.iterations, loss=step.loss, smoothed=step.smoothed,
+               best=step.best, seconds=step.seconds)  # fmt: skip
 
 
 def _render(arguments: argparse.Namespace) -> list[str]:
@@ -256,7 +303,8 @@ def _render(arguments: argparse.Namespace) -> list[str]:
 
 def _check(arguments: argparse.Namespace) -> list[str]:
     _open(arguments)
-    wanted = _wanted(arguments)
+    with stored_settings():
+        wanted = _wanted(arguments)
     if not wanted:
         raise Problem("no property is given; name one by --parameter, or store a list in the .blend")
     camera = _camera(arguments.camera) or bpy.context.scene.camera

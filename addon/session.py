@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import bpy
@@ -157,9 +158,9 @@ class Session:
 
     @property
     def late_notes(self) -> list[str]:
-        """Notes that were made while the fit ran: on properties, and on gains that were found."""
-        of_driver = [] if self.driver is None else [note for note in self.driver.notes if note not in self.notes]
-        return [*of_driver, *self.gain_notes]
+        """Notes on what could not be written, and those that were made while the fit ran: on properties and on gains."""
+        made = [] if self.driver is None else [note for note in self.driver.notes if note not in self.notes]
+        return [*self.unwritten, *made, *self.gain_notes]
 
     def serve(self) -> None:
         """Evaluate Blender for a fit in another thread that waits for it; for the main thread."""
@@ -171,8 +172,11 @@ class Session:
         callback: Callable[[edgegrad.FitStep], bool | str | None] | None = None,
         progress: Callable[[float], None] | None = None,
         on_cancel: str = "restore",
+        checkpoint: Path | None = None,
+        checkpoint_every: int = 25,
+        resume: bool = False,
     ) -> edgegrad.FitResult:
-        """Run `edgegrad.fit` on the exported scene; Blender's data stay unchanged."""
+        """Run `edgegrad.fit` on the exported scene; Blender's data stay unchanged. All arguments are those of it."""
         steps = {path: self.request.vertex_step for path in self.wrt
                  if path.endswith(".vertices") and self.request.vertex_step is not None}  # fmt: skip
         result = edgegrad.fit(
@@ -195,6 +199,9 @@ class Session:
             callback=self._callback(callback),
             progress=progress,
             driven=self.relay,
+            checkpoint=checkpoint,
+            checkpoint_every=checkpoint_every,
+            resume=resume,
         )
         self.gain_notes = [gain_note(picture, gain)
                            for picture, gain in zip(self.request.pictures, result.gains, strict=True)

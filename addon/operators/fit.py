@@ -82,7 +82,7 @@ class RunsFit:
             return _common.refuse(self, error)
         for sentence in session.unwritten:
             self.report({"ERROR"}, sentence)
-        _common.tell(self, session.export.report, [*session.unwritten, *result.notes, *session.late_notes])
+        _common.tell(self, session.export.report, [*result.notes, *session.late_notes])
         self.report({"INFO"}, f"loss {result.losses[0]:.4g} -> {result.losses[result.best]:.4g}")
         return {"FINISHED"}
 
@@ -135,8 +135,7 @@ class RunsFit:
             return _common.refuse(self, error)
         for sentence in job.session.unwritten:
             self.report({"ERROR"}, sentence)
-        notes = [*job.session.unwritten, *job.result.notes, *job.session.late_notes]
-        _common.tell(self, job.session.export.report, notes)
+        _common.tell(self, job.session.export.report, [*job.result.notes, *job.session.late_notes])
         self.report({"INFO"}, f"loss {job.result.losses[0]:.4g} -> {job.result.losses[job.result.best]:.4g}")
         return {"FINISHED"}
 

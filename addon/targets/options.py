@@ -46,10 +46,22 @@ def add_arguments(fit: argparse.ArgumentParser) -> None:
         fit.add_argument(f"--{option}", action="append", default=[], metavar=metavar, help=text)
 
 
-def check_given(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> None:
-    """End the program as wrong usage does, if a command with these options has no target."""
-    if not arguments.target and not arguments.silhouette and not arguments.cameras:
-        parser.error("the following arguments are required: --target, --cameras, or --silhouette and --silhouette-of")
+def has_targets(arguments: argparse.Namespace) -> bool:
+    """Whether the arguments name targets.
+
+    Raises
+    ------
+    Problem
+        If they do not, but have an option that describes one; names it.
+    """
+    if arguments.target or arguments.silhouette or arguments.cameras:
+        return True
+    for option in OPTIONS:
+        texts = getattr(arguments, option.replace("-", "_"))
+        if texts:
+            raise Problem(f"--{option} '{texts[0]}': there is no target that it belongs to; name one by --target, "
+                          "--cameras or --silhouette")  # fmt: skip
+    return False
 
 
 def pictures(arguments: argparse.Namespace) -> list[Picture]:

@@ -46,7 +46,8 @@ def start(tmp_path: Any) -> Any:
 
 def arguments(start: Any, *more: Any) -> Any:
     target = f"Front={start.parent / 'target.exr'}"
-    return ["fit", str(start), "--target", target, "--samples", "4", "--iterations", "3", *more]
+    save = [] if "--save" in more else ["--save", str(start.parent / "unasked.blend")]
+    return ["fit", str(start), "--target", target, "--samples", "4", "--iterations", "3", *save, *more]
 
 
 def digest(path: Any) -> Any:
@@ -103,6 +104,7 @@ def test_bad_arguments_are_said_in_one_sentence(name: Any, start: Any, capsys: A
 
 def test_wrong_usage_has_its_own_exit_code(start: Any, capsys: Any) -> None:
     assert command_line.main(["fit", str(start)]) == 2
+    assert "--save" in capsys.readouterr().err
     assert command_line.main(["fold"]) == 2
     assert command_line.main(arguments(start, "--iterations", "0")) == 2
     assert "usage" in capsys.readouterr().err

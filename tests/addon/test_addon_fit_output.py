@@ -44,6 +44,8 @@ def saved(folder: Path, *cameras: str) -> Path:
 def fit(start: Path, *more: Any, cameras: tuple[str, ...] = ("Front",)) -> int:
     targets = [word for name in cameras for word in ("--target", f"{name}={start.parent / 'target.exr'}")]
     few = ["--base-color", "Clay", "--samples", "1", "--iterations", "2"]
+    if "--save" not in more and "--out" not in more:
+        few += ["--save", str(start.parent / "fitted.blend")]
     return command_line.main(["fit", str(start), *targets, *few, *map(str, more)])
 
 

@@ -181,7 +181,7 @@ def test_command_line_fits_and_checks_the_stored_list(enabled: None, tmp_path: P
     bpy.context.scene.edgegrad.parameters.clear()
     bpy.ops.wm.save_as_mainfile(filepath=str(start))
     parameter = ["--parameter", 'objects["Cube"].location[2] in -1:1', "--parameter", 'lights["Lamp"].energy']
-    assert command_line.main(["fit", *options[:-2], *parameter, "--iterations", "2"]) == 0
+    assert command_line.main(["fit", *options, *parameter, "--iterations", "2"]) == 0
     capsys.readouterr()
     assert command_line.main(["check", str(start), *parameter, "--samples", "64"]) == 0
     said = capsys.readouterr().out

@@ -63,6 +63,7 @@ class MainPanel(bpy.types.Panel):
         column.operator("edgegrad.target_add", text="", icon="ADD")
         column.operator("edgegrad.target_remove", text="", icon="REMOVE")
         column.operator("edgegrad.cameras_import", text="", icon="CAMERA_DATA")
+        column.operator("edgegrad.cameras_from_clip", text="", icon="TRACKER")
         if settings.active_target < len(settings.targets):
             draw_target(layout, settings.targets[settings.active_target])
         row = layout.row()

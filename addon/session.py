@@ -158,7 +158,7 @@ class Session:
 
     @property
     def late_notes(self) -> list[str]:
-        """Notes on what could not be written, and those that were made while the fit ran: on properties and on gains."""
+        """Notes on what could not be written, and those made while the fit ran: on properties and gains."""
         made = [] if self.driver is None else [note for note in self.driver.notes if note not in self.notes]
         return [*self.unwritten, *made, *self.gain_notes]
 

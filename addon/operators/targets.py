@@ -6,9 +6,7 @@ from typing import Any
 
 import bpy
 
-from edgegrad.calibration import read_calibration
-
-from ..targets.calibrated_cameras import HOLDER, add_cameras
+from ..targets.calibrated_cameras import CLIP, HOLDER, add_calibration
 from . import _common
 
 
@@ -61,21 +59,55 @@ class ImportCameras(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def execute(self, context: Any) -> set[str]:
-        settings = context.scene.edgegrad
-        try:
-            found = read_calibration(self.filepath)
-            cameras = add_cameras(context.scene, found)
-        except _common.EXPECTED as error:
-            return _common.refuse(self, error)
-        missing = [one.name for one in found if not one.image.is_file()]
-        for camera, one in zip(cameras, found, strict=True):
-            if self.as_targets and one.image.is_file():
-                item = settings.targets.add()
-                item.camera, item.image = camera, str(one.image)
-        if missing:
-            self.report({"WARNING"}, f"{len(missing)} of {len(found)} pictures are not there, such as '{missing[0]}'")
-        self.report({"INFO"}, f"{len(found)} cameras were added below '{HOLDER}', which places and scales them all")
-        return {"FINISHED"}
+        return _import(self, context, self.filepath)
 
 
-CLASSES: tuple[Any, ...] = (AddTarget, RemoveTarget, ImportCameras)
+class ImportClip(bpy.types.Operator):
+    """Add solved frames of a movie clip as cameras, with their pictures as backgrounds and targets"""
+
+    bl_idname = "edgegrad.cameras_from_clip"
+    bl_label = "Cameras from Movie Clip"
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+
+    clip: bpy.props.StringProperty(  # type: ignore[valid-type]
+        name="Clip", description="Movie clip whose camera motion is solved; empty: the active clip of the scene")
+    every: bpy.props.IntProperty(  # type: ignore[valid-type]
+        name="Step", default=10, min=1, description="Use each so-many-th frame")
+    as_targets: bpy.props.BoolProperty(  # type: ignore[valid-type]
+        name="As Targets", default=True, description="Add each frame to the list of targets")
+
+    def invoke(self, context: Any, _: Any) -> set[str]:
+        active = context.scene.active_clip or next(iter(bpy.data.movieclips), None)
+        if not self.clip and active is not None:
+            self.clip = active.name
+        return set(context.window_manager.invoke_props_dialog(self))
+
+    def draw(self, context: Any) -> None:
+        self.layout.prop_search(self, "clip", bpy.data, "movieclips")
+        self.layout.prop(self, "every")
+        self.layout.prop(self, "as_targets")
+
+    def execute(self, context: Any) -> set[str]:
+        active = context.scene.active_clip
+        return _import(self, context, CLIP + (self.clip or (active.name if active else "")), self.every)
+
+
+def _import(operator: Any, context: Any, source: str, every: int = 1) -> set[str]:
+    """Add the cameras of a calibration, and a target for each picture that is there."""
+    try:
+        found = add_calibration(context.scene, source, every)
+    except _common.EXPECTED as error:
+        return _common.refuse(operator, error)
+    missing = [one.image.name for one in found if not one.image.is_file()]
+    for one in found:
+        if operator.as_targets and one.image.is_file():
+            item = context.scene.edgegrad.targets.add()
+            item.camera, item.image = one.camera, str(one.image)
+            item.use_frame, item.frame = one.frame is not None, one.frame or 1
+    if missing:
+        operator.report({"WARNING"}, f"{len(missing)} of {len(found)} pictures are not there, such as '{missing[0]}'")
+    operator.report({"INFO"}, f"{len(found)} cameras were added below '{HOLDER}', which places and scales them all")
+    return {"FINISHED"}
+
+
+CLASSES: tuple[Any, ...] = (AddTarget, RemoveTarget, ImportCameras, ImportClip)

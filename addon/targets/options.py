@@ -8,12 +8,11 @@ from typing import Any, TypeVar
 
 import bpy
 
-from edgegrad.calibration import read_calibration
 from edgegrad.fitting.targets import AS_MASK, EXPOSURE, OVER_WORLD, WHITE_BALANCE
 
 from ..problem import Problem
 from ..view_transforms import AUTO
-from .calibrated_cameras import add_cameras
+from .calibrated_cameras import CLIP, Imported, add_calibration
 from .pictures import Picture
 
 T = TypeVar("T")
@@ -25,7 +24,8 @@ FOUND = {"fit": EXPOSURE, "balance": WHITE_BALANCE}
 OPTIONS = {
     "target": ("CAMERA=FILE", "target picture or movie of a camera; names may contain ="),
     "cameras": ("FILE", "calibration whose cameras are added to the scene, with their pictures as targets: "
-                "transforms.json of NeRF, or the folder of COLMAP's text model"),
+                "transforms.json of NeRF, the folder of COLMAP's text model, or clip:NAME:STEP, each STEP-th frame of "
+                "a solved movie clip"),
     "mask": ("CAMERA=FILE", "mask of a camera's target: black pixels are ignored"),
     "silhouette": ("CAMERA=FILE", "mask that the silhouette of the objects of --silhouette-of should match"),
     "silhouette-of": ("NAME", "object or collection of the silhouettes"),
@@ -72,13 +72,10 @@ def pictures(arguments: argparse.Namespace) -> list[Picture]:
     Problem
         For a wrong option; names it.
     """
-    calibrated: dict[str, str] = {}
-    for path in arguments.cameras:
-        found = read_calibration(path)
-        objects = add_cameras(bpy.context.scene, found)
-        calibrated |= {ob.name: str(one.image) for ob, one in zip(objects, found, strict=True) if one.image.is_file()}
+    imported = [one for text in arguments.cameras for one in _imported(text)]
+    there = [one for one in imported if one.image.is_file()]
     targets, masks = by_camera("--target", arguments.target), by_camera("--mask", arguments.mask)
-    targets = {**calibrated, **targets}
+    targets = {**{one.camera.name: str(one.image) for one in there}, **targets}
     outlines = by_camera("--silhouette", arguments.silhouette)
     if not targets and not outlines:
         raise Problem(f"--cameras '{arguments.cameras[0]}': none of its pictures is there; put them beside the "
@@ -96,6 +93,7 @@ def pictures(arguments: argparse.Namespace) -> list[Picture]:
     everywhere = {**targets, **outlines}
     weights = _each("--weight", arguments.weight, everywhere, _weight, 1.0)
     frames: dict[str, int | None] = _each("--frame", arguments.frame, everywhere, _frame, None)
+    frames = {**frames, **{one.camera.name: one.frame for one in there if frames[one.camera.name] is None}}
     out = [
         Picture(camera, path, masks.get(camera, ""), views[camera], weights[camera], *gains[camera], alphas[camera],
                 frame=frames[camera]) for camera, path in targets.items()
@@ -103,6 +101,14 @@ def pictures(arguments: argparse.Namespace) -> list[Picture]:
     of = tuple(arguments.silhouette_of)
     return out + [Picture(camera, path, weight=weights[camera], frame=frames[camera], silhouette_of=of)
                   for camera, path in outlines.items()]  # fmt: skip
+
+
+def _imported(text: str) -> list[Imported]:
+    """Add the cameras of a calibration; clips may have a step: clip:NAME:STEP."""
+    name, _, step = text.rpartition(":")
+    if text.startswith(CLIP) and name.startswith(CLIP) and step.isdecimal():
+        return add_calibration(bpy.context.scene, name, int(step))
+    return add_calibration(bpy.context.scene, text)
 
 
 def by_camera(option: str, texts: Sequence[str], what: str = "FILE") -> dict[str, str]:

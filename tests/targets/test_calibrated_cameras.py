@@ -69,7 +69,7 @@ def test_cameras_are_exported_as_they_were_calibrated(tmp_path: Any) -> None:
     scene = bs.empty(100)
     path = calibration(tmp_path)
     found = read_calibration(path)
-    cameras = add_cameras(scene, found)
+    cameras = [one.camera for one in add_cameras(scene, found)]
     bs.add("Cube", bs.cube("Cube", bs.material("Clay")))
     bs.world((1, 1, 1))
     assert [camera.name for camera in cameras] == ["left", "right"]
@@ -104,7 +104,7 @@ def test_targets_are_read_without_the_distortion_of_their_camera(tmp_path: Any) 
     scene = ball(size=64)
     path = calibration(tmp_path)
     photographs(path)
-    camera = add_cameras(scene, read_calibration(path))[0]
+    camera = add_cameras(scene, read_calibration(path))[0].camera
     mask = (images.read_image(tmp_path / "left.exr")[..., 1] < 0.15).astype(np.float32)
     images.write_image(tmp_path / "mask.png", np.repeat(mask[..., None], 3, axis=2))
 

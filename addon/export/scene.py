@@ -209,6 +209,7 @@ class _Walk:
         self.linking = uses_linking(depsgraph.view_layer)
         self.meshes = PlacedMeshes(out.report, memory)
         self.others = OtherGeometry(self.meshes, out.scene.camera, depsgraph, out.report)
+        self.complete = memory is None
         self.named: set[str] = set()
         self.instancers = Instancers(out.report)
 
@@ -242,7 +243,8 @@ class _Walk:
             source = Source(ob.original.name, ob.original.data.name if ob.original.data else "", matrix,
                             instance.is_instance, (ob.original.name,), holder.original.name_full)  # fmt: skip
             visible = visible_to(ob, holder, self.depsgraph.view_layer)
-            self._name(ob.original)
+            if self.complete:
+                self._name(ob.original)
             if ob.type == "LIGHT":
                 light = export_light(ob, matrix, visible, out.report) if instance.show_self else None
                 if light is not None:
@@ -306,13 +308,15 @@ def _warn_of_frames(out: Export) -> None:
 def _link_lights(out: Export) -> None:
     """Set receivers and blockers of the lights; warn of meshes with light linking, which is not supported."""
     holders = {name: source.holder for name, source in out.meshes.items()}
+    # Of equal names of different files, the first one counts.
+    objects = {ob.name: ob for ob in reversed(list(bpy.data.objects))}
     for name, source in out.lights.items():
-        light, ob = out.scene.lights[name], bpy.data.objects.get(source.object)
+        light, ob = out.scene.lights[name], objects.get(source.object)
         if ob is not None:
             light.receivers = linked(ob.light_linking.receiver_collection, holders)
             light.blockers = linked(ob.light_linking.blocker_collection, holders)
     for source in out.meshes.values():
-        ob = bpy.data.objects.get(source.object)
+        ob = objects.get(source.object)
         linking = None if ob is None else ob.light_linking
         if linking is not None and (linking.receiver_collection or linking.blocker_collection):
             out.report.warn(f"object '{source.object}'", "its light linking is left out; only lights are linked")

@@ -89,6 +89,8 @@ def _default(rna: Any) -> Any:
 def _equal(value: Any, neutral: Any) -> bool:
     if value is None or neutral is None or isinstance(value, (bool, int, str)):
         return bool(value == neutral)
+    if isinstance(value, float) and isinstance(neutral, (float, int)):
+        return abs(value - neutral) <= 1e-9 + 1e-6 * abs(neutral)
     return bool(np.allclose(value, neutral, rtol=1e-6, atol=1e-9))  # values of Blender are in single precision
 
 

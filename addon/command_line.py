@@ -20,14 +20,14 @@ from edgegrad import images
 from edgegrad.images.output_files import check_outputs
 from edgegrad.progress import ProgressBar
 
-from .animated.check import compare
 from .animated.driver import Driver
 from .animated.parameter import Wanted
 from .animated.stored import stored_wanted, wanted_of
 from .blend_file import open_blend
-from .derivative import DIRECTIONS, derivative_picture
 from .export import export_scene, render_export
 from .fit_output import FitOutput
+from .look.check import compare
+from .look.derivative import DIRECTIONS, derivative_picture
 from .parameters import Names
 from .problem import Problem
 from .session import Picture, Request, Session, camera_names, find_camera

@@ -6,11 +6,17 @@ from typing import Any
 
 import bpy
 
-from . import command_line, panel, properties
+from . import command_line, properties
 from .operators import fit, gradient, parameters, render, targets
+from .panel import fit as fit_panel
+from .panel import icons, look
+from .panel import parameters as parameters_panel
+from .panel import targets as targets_panel
+from .running import current
 
 CLASSES: tuple[Any, ...] = (*properties.CLASSES, *targets.CLASSES, *parameters.CLASSES, render.Render,
-                            gradient.Gradient, fit.Fit, *panel.CLASSES)
+                            *gradient.CLASSES, *fit.CLASSES, *targets_panel.CLASSES, *parameters_panel.CLASSES,
+                            *fit_panel.CLASSES, *look.CLASSES)  # fmt: skip
 _commands: list[Any] = []
 
 
@@ -20,13 +26,16 @@ def register() -> None:
         bpy.utils.register_class(cls)
     bpy.types.Scene.edgegrad = bpy.props.PointerProperty(type=properties.Settings)
     bpy.types.UI_MT_button_context_menu.append(parameters.draw_in_button_menu)
+    icons.register()
     _commands.append(bpy.utils.register_cli_command("edgegrad", command_line.main))
 
 
 def unregister() -> None:
-    """Undo `register`."""
+    """Undo `register`; a running job is ended."""
+    current.shut_down("the add-on was disabled")
     while _commands:
         bpy.utils.unregister_cli_command(_commands.pop())
+    icons.unregister()
     bpy.types.UI_MT_button_context_menu.remove(parameters.draw_in_button_menu)
     del bpy.types.Scene.edgegrad
     for cls in reversed(CLASSES):

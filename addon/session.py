@@ -38,12 +38,15 @@ class Picture:
         File of the mask, whose black pixels are ignored; empty: none.
     view
         View transform that is undone in the picture (`view_transforms.view_of`).
+    weight
+        Weight of this picture among the targets.
     """
 
     camera: str
     image: str
     mask: str = ""
     view: str = AUTO
+    weight: float = 1.0
 
 
 @dataclass
@@ -138,7 +141,7 @@ class Session:
                 chosen = images.read_image(absolute(picture.mask))[..., :3].mean(axis=2)
                 _check_size(picture.mask, chosen, view, camera.name)
                 mask = chosen if mask is None else mask * chosen
-            targets.append(edgegrad.Target(found.image, camera=view, mask=mask))
+            targets.append(edgegrad.Target(found.image, camera=view, mask=mask, weight=picture.weight))
         export.scene.validate()
         before = {path: np.array(values.get(export.scene, path), np.float64) for path in wrt}
         notes += [*not_computed(export, wrt), *([] if driver is None else driver.notes)]

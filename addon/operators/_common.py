@@ -9,6 +9,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from edgegrad import images
+
 from ..problem import Problem, Report
 from ..status import STATUS
 
@@ -31,24 +33,29 @@ def refuse(operator: Any, error: BaseException) -> set[str]:
     return {"CANCELLED"}
 
 
-def show(name: str, pixels: NDArray[Any]) -> Any:
+def show(name: str, pixels: NDArray[Any], open_editor: bool = True) -> Any:
     """Show a linear picture (H, W, 3), row 0 on top, as an image in Blender; replace an image of the same name."""
     height, width = pixels.shape[:2]
     image = bpy.data.images.get(name)
     if image is not None and tuple(image.size) != (width, height):
-        bpy.data.images.remove(image)
-        image = None
+        image.scale(width, height)
     if image is None:
         image = bpy.data.images.new(name, width, height, alpha=False, float_buffer=True, is_data=False)
     full = np.ones((height, width, 4), np.float32)
     full[..., :3] = pixels[::-1]
     image.pixels.foreach_set(full.ravel())
     image.update()
-    _open(image)
+    if open_editor:
+        open_image(image)
     return image
 
 
-def _open(image: Any) -> None:
+def show_codes(name: str, codes: NDArray[np.uint8], open_editor: bool = True) -> Any:
+    """Show an sRGB picture (H, W, 3) of 8-bit codes, row 0 on top, as an image in Blender."""
+    return show(name, images.srgb_to_linear(codes / np.float32(255.0)), open_editor)
+
+
+def open_image(image: Any) -> None:
     """Show the image in an Image Editor; if there is none, open one as set in the preferences for renders."""
     if bpy.app.background:
         return

@@ -1,0 +1,20 @@
+"""Sentences that fit into the width of a panel."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import Any
+
+# Mean width of a character, and width of the margins and an icon of a panel; pixels at scale 1.
+CHARACTER, MARGINS = 6.6, 52
+
+
+def wrapped(context: Any, layout: Any, sentence: str, icon: str = "NONE", alert: bool = False) -> None:
+    """Draw a sentence on as many lines as it needs."""
+    scale = context.preferences.system.ui_scale
+    width = max(16, int((context.region.width / scale - MARGINS) / CHARACTER))
+    column = layout.column(align=True)
+    column.scale_y = 0.8
+    column.alert = alert
+    for k, line in enumerate(textwrap.wrap(sentence, width)):
+        column.label(text=line, icon=icon if k == 0 or icon == "NONE" else "BLANK1")

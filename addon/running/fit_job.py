@@ -1,0 +1,136 @@
+"""A fit as a job: its losses and pictures, and the shapes that it has reached."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import edgegrad
+from edgegrad import images
+
+from ..session import Session
+from .job import Job
+
+# Iterations at each end of the recent losses whose means give the trend.
+TREND_OVER = 10
+# Seconds between two updates of pictures that show the state.
+NEWS_SECONDS = 1.0
+# Relative change of the loss below which it counts as constant.
+CONSTANT = 0.01
+
+
+class FitJob(Job):
+    """A fit in a thread.
+
+    Attributes
+    ----------
+    session
+        The prepared fit.
+    step
+        The last step; None: there was none.
+    losses
+        Of all iterations so far.
+    """
+
+    def __init__(self, session: Session) -> None:
+        super().__init__("Fit", self._fit)
+        self.session = session
+        self.step: edgegrad.FitStep | None = None
+        self.losses: list[float] = []
+        self._waited = 0.0
+        self._told, self._due = 0, 0.0
+
+    def _fit(self, _: Job) -> Any:
+        return self.session.run(callback=self._tell, progress=self.check)
+
+    def _tell(self, step: edgegrad.FitStep) -> str | None:
+        self.losses.append(step.loss)
+        self.step = step
+        began = time.monotonic()
+        self.wait_while_paused()
+        self._waited += time.monotonic() - began
+        return self.ending
+
+    def serve(self) -> None:
+        self.session.serve()
+
+    def wait(self) -> None:
+        """Wait until the thread has ended; Blender is no longer evaluated for it."""
+        if self.session.relay is not None:
+            self.session.relay.close()
+        super().wait()
+
+    # ---- what the panel shows ----
+    @property
+    def pace(self) -> float:
+        """Seconds of each iteration, without pauses; 0 before the first."""
+        step = self.step
+        return 0.0 if step is None else max(step.seconds - self._waited, 0.0) / step.iteration
+
+    def news(self) -> bool:
+        """Whether there is a step that was not shown yet, and it is time to show it."""
+        if self.step is None or self.step.iteration == self._told:
+            return False
+        if self.running and time.monotonic() < self._due:
+            return False
+        self._told, self._due = self.step.iteration, time.monotonic() + NEWS_SECONDS
+        return True
+
+    @property
+    def difference(self) -> NDArray[np.uint8] | None:
+        """False-color picture of render minus target, for the last target that was rendered; None before the first."""
+        step = self.step
+        if step is None:
+            return None
+        target = np.asarray(self.session.targets[step.view].image)[..., :3]
+        return images.derivative_image(step.picture - target) if target.shape == step.picture.shape else None
+
+    def shapes(self) -> dict[str, NDArray[np.float64]]:
+        """World-space vertices of the exported meshes that the fit has moved, by name."""
+        scene, moved = self.session.export.scene, {}
+        relay = self.session.relay
+        latest: dict[str, Any] = {} if relay is None or relay.latest is None else dict(relay.latest.parameters)
+        latest |= {} if self.step is None else {
+            path: value for path, value in self.step.values.items() if path.startswith("meshes.")}  # fmt: skip
+        for name, mesh in scene.meshes.items():
+            vertices, matrix = latest.get(f"meshes.{name}.vertices"), latest.get(f"meshes.{name}.transform")
+            if vertices is None and matrix is None:
+                continue
+            points = np.asarray(mesh.vertices if vertices is None else vertices)
+            matrix = np.asarray(mesh.transform if matrix is None else matrix)
+            moved[name] = points @ matrix[:3, :3].T + matrix[:3, 3]
+        return moved
+
+
+def trend(losses: list[float]) -> str:
+    """Arrow for the change of the loss over the last iterations."""
+    if len(losses) < 2:
+        return ""
+    count = min(TREND_OVER, len(losses) // 2)
+    before, after = np.mean(losses[-2 * count : -count]), np.mean(losses[-count:])
+    if abs(after - before) <= CONSTANT * abs(before):
+        return "→"
+    return "↓" if after < before else "↑"
+
+
+def duration(seconds: float) -> str:
+    """Write a time as a person reads it."""
+    if seconds < 10.0:
+        return f"{seconds:.2g} s"
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    if seconds < 5400.0:
+        return f"{seconds / 60.0:.0f} min"
+    return f"{seconds / 3600.0:.1f} h"
+
+
+def fit_text(job: FitJob) -> str:
+    """Text of the progress bar of a fit."""
+    step = job.step
+    if step is None:
+        return "First iteration"
+    left = (step.iterations - step.iteration) * job.pace
+    return f"{step.iteration} / {step.iterations}   {duration(job.pace)} each   {duration(left)} left"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import bpy
@@ -34,17 +35,23 @@ def refuse(operator: Any, error: BaseException) -> set[str]:
 
 
 def show(name: str, pixels: NDArray[Any], open_editor: bool = True) -> Any:
-    """Show a linear picture (H, W, 3), row 0 on top, as an image in Blender; replace an image of the same name."""
-    height, width = pixels.shape[:2]
+    """Show a linear picture (H, W, 3), row 0 on top, as an image in Blender; replace an image of the same name.
+
+    The pixels are in a file of Blender's temporary folder: Blender would ask at each save of the .blend whether to save
+    an image whose pixels a script has set.
+    """
+    file = Path(bpy.app.tempdir) / f"{name}.exr"
+    images.write_image(file, pixels)
     image = bpy.data.images.get(name)
-    if image is not None and tuple(image.size) != (width, height):
-        image.scale(width, height)
+    if image is not None and (image.source != "FILE" or bpy.path.abspath(image.filepath) != str(file)):
+        bpy.data.images.remove(image)
+        image = None
     if image is None:
-        image = bpy.data.images.new(name, width, height, alpha=False, float_buffer=True, is_data=False)
-    full = np.ones((height, width, 4), np.float32)
-    full[..., :3] = pixels[::-1]
-    image.pixels.foreach_set(full.ravel())
-    image.update()
+        image = bpy.data.images.load(str(file))
+        image.name = name
+        image.alpha_mode = "NONE"
+    else:
+        image.reload()
     if open_editor:
         open_image(image)
     return image

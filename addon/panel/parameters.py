@@ -20,13 +20,12 @@ class ParameterList(bpy.types.UIList):
                   active_property: str) -> None:  # fmt: skip
         mark, owner, words = rows.title(item)
         row = layout.row(align=True)
+        row.use_property_split = False
         row.prop(item, "enabled", text="")
         names = row.row(align=True)
         names.active = item.enabled
-        split = names.split(factor=0.34, align=True)
-        split.label(text=owner, icon=mark)
-        split = split.split(factor=0.62, align=True)
-        split.label(text=words)
+        split = names.split(factor=0.76, align=True)
+        split.label(text=f"{owner}: {words}", icon=mark)
         if item.sensitivity >= 0.0:
             split.progress(factor=item.sensitivity, type="BAR", text=f"{item.sensitivity:.0%}")
         else:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edgegrad import images
+from edgegrad.images.png import write_codes
 
 from ..problem import Problem, Report
 from ..status import STATUS
@@ -35,13 +36,24 @@ def refuse(operator: Any, error: BaseException) -> set[str]:
 
 
 def show(name: str, pixels: NDArray[Any], open_editor: bool = True) -> Any:
-    """Show a linear picture (H, W, 3), row 0 on top, as an image in Blender; replace an image of the same name.
-
-    The pixels are in a file of Blender's temporary folder: Blender would ask at each save of the .blend whether to save
-    an image whose pixels a script has set.
-    """
+    """Show a linear picture (H, W, 3), row 0 on top, as an image in Blender; replace an image of the same name."""
     file = Path(bpy.app.tempdir) / f"{name}.exr"
     images.write_image(file, pixels)
+    return _shown(name, file, open_editor)
+
+
+def show_codes(name: str, codes: NDArray[np.uint8], open_editor: bool = True) -> Any:
+    """Show an sRGB picture (H, W, 3) of 8-bit codes, row 0 on top, as an image in Blender."""
+    file = Path(bpy.app.tempdir) / f"{name}.png"
+    write_codes(file, codes)
+    return _shown(name, file, open_editor)
+
+
+def _shown(name: str, file: Path, open_editor: bool) -> Any:
+    """Show a file in Blender's temporary folder as an image.
+
+    Blender would ask at each save of the .blend whether to save an image whose pixels a script has set.
+    """
     image = bpy.data.images.get(name)
     if image is not None and (image.source != "FILE" or bpy.path.abspath(image.filepath) != str(file)):
         bpy.data.images.remove(image)
@@ -55,11 +67,6 @@ def show(name: str, pixels: NDArray[Any], open_editor: bool = True) -> Any:
     if open_editor:
         open_image(image)
     return image
-
-
-def show_codes(name: str, codes: NDArray[np.uint8], open_editor: bool = True) -> Any:
-    """Show an sRGB picture (H, W, 3) of 8-bit codes, row 0 on top, as an image in Blender."""
-    return show(name, images.srgb_to_linear(codes / np.float32(255.0)), open_editor)
 
 
 def open_image(image: Any) -> None:

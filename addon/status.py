@@ -57,7 +57,7 @@ class Status:
 
     def ended(self, sentence: str, failed: bool = False) -> None:
         """Say how a job ended."""
-        self.said, self.failed = sentence, failed
+        self.said, self.failed = sentence[:1].upper() + sentence[1:], failed
         redraw()
 
     @property

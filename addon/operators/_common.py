@@ -37,19 +37,19 @@ def refuse(operator: Any, error: BaseException) -> set[str]:
 
 def show(name: str, pixels: NDArray[Any], open_editor: bool = True) -> Any:
     """Show a linear picture (H, W, 3), row 0 on top, as an image in Blender; replace an image of the same name."""
-    file = Path(bpy.app.tempdir) / f"{name}.exr"
+    file = file_of(name, ".exr")
     images.write_image(file, pixels)
-    return _shown(name, file, open_editor)
+    return show_file(name, file, open_editor)
 
 
 def show_codes(name: str, codes: NDArray[np.uint8], open_editor: bool = True) -> Any:
     """Show an sRGB picture (H, W, 3) of 8-bit codes, row 0 on top, as an image in Blender."""
-    file = Path(bpy.app.tempdir) / f"{name}.png"
+    file = file_of(name, ".png")
     write_codes(file, codes)
-    return _shown(name, file, open_editor)
+    return show_file(name, file, open_editor)
 
 
-def _shown(name: str, file: Path, open_editor: bool) -> Any:
+def show_file(name: str, file: Path, open_editor: bool) -> Any:
     """Show a file in Blender's temporary folder as an image.
 
     Blender would ask at each save of the .blend whether to save an image whose pixels a script has set.
@@ -67,6 +67,11 @@ def _shown(name: str, file: Path, open_editor: bool) -> Any:
     if open_editor:
         open_image(image)
     return image
+
+
+def file_of(name: str, suffix: str) -> Path:
+    """Return the file in Blender's temporary folder for an image."""
+    return Path(bpy.app.tempdir) / f"{name}{suffix}"
 
 
 def open_image(image: Any) -> None:

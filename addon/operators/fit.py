@@ -34,7 +34,7 @@ class Fit(InBackground, bpy.types.Operator):
         problem = guard.problem()
         if problem is not None:
             raise Problem(f"a fit can't start, since {problem}; leave that mode first")
-        return FitJob(session), guard
+        return FitJob(session, _common.file_of(DIFFERENCE, ".png")), guard
 
     def modal(self, context: Any, event: Any) -> set[str]:
         job = STATUS.job
@@ -45,6 +45,7 @@ class Fit(InBackground, bpy.types.Operator):
     def finish(self, context: Any, job: Job) -> set[str]:
         assert isinstance(job, FitJob)
         job.session.write(job.result)
+        job.draw()
         show_state(context, job)
         notes = [*job.session.notes, *job.result.notes, *job.session.late_notes]
         _common.tell(self, job.session.export.report, list(dict.fromkeys(notes)))
@@ -64,9 +65,8 @@ def show_state(context: Any, job: FitJob) -> None:
     rendered = job.session.request.samples * (job.session.request.views_per_iteration or len(job.session.targets))
     STATUS.cost = job.pace / rendered
     remember_effects(context.scene, job.session, job.step.effects)
-    difference = job.difference
-    if difference is not None:
-        _common.show_codes(DIFFERENCE, difference, open_editor=False)
+    if job.file.is_file():
+        _common.show_file(DIFFERENCE, job.file, open_editor=False)
 
 
 class _Running:

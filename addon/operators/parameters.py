@@ -183,10 +183,8 @@ class SetUp(bpy.types.Operator):
             said = setups.apply(context, self.task)
         except _common.EXPECTED as error:
             return _common.refuse(self, error)
-        sentence = "; ".join(said)
-        sentence = sentence[0].upper() + sentence[1:]
-        STATUS.ended(sentence)
-        self.report({"INFO"}, sentence)
+        STATUS.ended("; ".join(said))
+        self.report({"INFO"}, STATUS.said)
         return {"FINISHED"}
 
 

@@ -85,6 +85,7 @@ def _progress(context: Any, layout: Any, job: FitJob) -> None:
     if len(job.losses) > 1:
         layout.template_icon(icon_value=icons.loss_curve(job.losses), scale=CURVE_SCALE)
     row = layout.row(align=True)
+    row.use_property_split = False
     row.prop(context.scene.edgegrad, "show_shapes")
     row.operator("edgegrad.show_difference", text="", icon="IMAGE_DATA")
 

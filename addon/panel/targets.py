@@ -21,10 +21,10 @@ class TargetList(bpy.types.UIList):
                   active_property: str) -> None:  # fmt: skip
         mark, words = targets.state(item, context.scene)
         row = layout.row(align=True)
-        split = row.split(factor=0.42, align=True)
+        split = row.split(factor=0.4, align=True)
         split.label(text=item.camera.name if item.camera else "no camera",
                     icon="CAMERA_DATA" if item.camera else "ERROR")  # fmt: skip
-        split = split.split(factor=0.62, align=True)
+        split = split.split(factor=0.7, align=True)
         split.label(text=words, icon_value=icons.thumbnail(item.image))
         right = split.row(align=True)
         right.alignment = "RIGHT"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
 import bpy
@@ -23,6 +24,7 @@ class _Held:
 
     guard: Guard | None = None
     timer: Any = None
+    due = 0.0
 
 
 _HELD = _Held()
@@ -52,6 +54,9 @@ def poll(context: Any) -> bool:
     job.serve()
     if not job.running:
         return True
+    if time.monotonic() < _HELD.due:
+        return False
+    _HELD.due = time.monotonic() + POLL_SECONDS
     overlay.update(job)
     context.workspace.status_text_set(f"Edgegrad: {text_of(job)}   Esc: back to the start")
     redraw()

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,14 +12,15 @@ from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad import images
+from edgegrad.images.png import write_codes
 
 from ..session import Session
 from .job import Job
 
 # Iterations at each end of the recent losses whose means give the trend.
 TREND_OVER = 10
-# Seconds between two updates of pictures that show the state.
-NEWS_SECONDS = 1.0
+# Seconds between two pictures of the difference, and how much longer than its making they must be apart.
+NEWS_SECONDS, SHARE = 1.0, 20.0
 # Relative change of the loss below which it counts as constant.
 CONSTANT = 0.01
 
@@ -33,15 +36,19 @@ class FitJob(Job):
         The last step; None: there was none.
     losses
         Of all iterations so far.
+    file
+        File to which the picture of the difference is written now and then.
     """
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: Session, file: Path) -> None:
         super().__init__("Fit", self._fit)
+        self.file = file
         self.session = session
         self.step: edgegrad.FitStep | None = None
         self.losses: list[float] = []
         self._waited = 0.0
-        self._told, self._due = 0, 0.0
+        self._drawn = self._told = 0
+        self._due = 0.0
 
     def _fit(self, _: Job) -> Any:
         return self.session.run(callback=self._tell, progress=self.check)
@@ -49,6 +56,8 @@ class FitJob(Job):
     def _tell(self, step: edgegrad.FitStep) -> str | None:
         self.losses.append(step.loss)
         self.step = step
+        if time.monotonic() >= self._due:
+            self.draw()
         began = time.monotonic()
         self.wait_while_paused()
         self._waited += time.monotonic() - began
@@ -71,22 +80,23 @@ class FitJob(Job):
         return 0.0 if step is None else max(step.seconds - self._waited, 0.0) / step.iteration
 
     def news(self) -> bool:
-        """Whether there is a step that was not shown yet, and it is time to show it."""
-        if self.step is None or self.step.iteration == self._told:
-            return False
-        if self.running and time.monotonic() < self._due:
-            return False
-        self._told, self._due = self.step.iteration, time.monotonic() + NEWS_SECONDS
-        return True
+        """Whether there is a picture that was not shown yet."""
+        told, self._told = self._told, self._drawn
+        return self._drawn != told
 
-    @property
-    def difference(self) -> NDArray[np.uint8] | None:
-        """False-color picture of render minus target, for the last target that was rendered; None before the first."""
-        step = self.step
+    def draw(self) -> None:
+        """Write a false-color picture of render minus target, for the last target that was rendered."""
+        began, step = time.monotonic(), self.step
         if step is None:
-            return None
+            return
         target = np.asarray(self.session.targets[step.view].image)[..., :3]
-        return images.derivative_image(step.picture - target) if target.shape == step.picture.shape else None
+        # A picture that can't be written must not end the fit.
+        with contextlib.suppress(OSError):
+            if target.shape == step.picture.shape:
+                write_codes(self.file, images.derivative_image(step.picture - target))
+        self._drawn = step.iteration
+        ended = time.monotonic()
+        self._due = ended + max(NEWS_SECONDS, SHARE * (ended - began))
 
     def shapes(self) -> dict[str, NDArray[np.float64]]:
         """World-space vertices of the exported meshes that the fit has moved, by name."""

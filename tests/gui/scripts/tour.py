@@ -95,9 +95,9 @@ def main() -> Script:
     call(bpy.ops.edgegrad.set_up, "EXEC_DEFAULT", task="MATERIALS")
     FOUND["set up"] = status().said
     yield from pictured("ready")
-    bpy.ops.ed.undo_push(message="Before")
+    settings.iterations, settings.samples = 80, 8
     assert call(bpy.ops.edgegrad.fit) == {"RUNNING_MODAL"}
-    yield from wait_for(lambda: len(status().job.losses) > 60)
+    yield from wait_for(lambda: len(status().job.losses) > 40)
     yield from pictured("running")
     yield from ended()
     FOUND["fit"], FOUND["color"] = status().said, [*stage.color().default_value]

@@ -37,7 +37,8 @@ def test_the_curve_falls_with_the_logarithm_of_the_loss() -> None:
 
 
 def test_the_curve_is_whole_and_bears_what_cannot_be_drawn() -> None:
-    assert np.isfinite(drawn([1.0, 1e-6, 1.0])).all()
+    steep = (curve([1.0, 1e-6, 1.0], 8, 200) == np.float32(LINE)).all(axis=2)
+    assert all((one & other).any() for one, other in zip(steep.T, steep.T[1:]))  # neighbouring columns touch
     assert np.isfinite(drawn([1.0])).all() and np.isfinite(drawn([1.0, np.nan, 0.0, 2.0])).all()
     assert np.isnan(drawn([])).all() and np.isnan(drawn([0.0, np.inf])).all()
 

@@ -8,7 +8,7 @@ import bpy
 
 from tests.gui.scripts import stage
 from tests.gui.scripts.stage import ended, status
-from tests.gui.window import OUT, Script, call, open_tab, redraw, refused, region, shot, wait_for
+from tests.gui.window import OUT, Script, call, open_tab, redraw, refused, shot, wait_for
 
 FOUND: dict[str, Any] = {}
 
@@ -25,15 +25,6 @@ def pictured(name: str) -> Script:
     """Save a picture of the screen when it is drawn."""
     yield from redraw(0.7)
     shot(name)
-
-
-def scrolled(lines: int) -> Script:
-    """Scroll the sidebar, down for positive numbers."""
-    side = region()
-    with bpy.context.temp_override(window=bpy.context.window_manager.windows[0], region=side):
-        for _ in range(abs(lines)):
-            (bpy.ops.view2d.scroll_down if lines > 0 else bpy.ops.view2d.scroll_up)()
-    yield 0.3
 
 
 def errors() -> Script:
@@ -64,22 +55,6 @@ def errors() -> Script:
     settings.parameters.clear()
 
 
-def looks() -> Script:
-    """Gradient, check, plan and vertex gradient."""
-    settings = bpy.context.scene.edgegrad
-    settings.active_parameter = next(k for k, row in enumerate(settings.parameters) if row.kind == "VERTICES")
-    settings.look_samples = 16
-    for name in ("gradient", "check", "plan", "gradient_colors"):
-        assert call(getattr(bpy.ops.edgegrad, name)) == {"RUNNING_MODAL"}
-        FOUND[f"{name} refuses"] = not bpy.ops.edgegrad.render.poll()
-        yield from ended()
-        FOUND[name] = status().said
-        yield from pictured(name)
-    FOUND["plan lines"], FOUND["check lines"] = len(status().plan), list(status().checks)
-    attribute = bpy.data.meshes["Cube"].color_attributes["Edgegrad Gradient"]
-    FOUND["colors"] = [[round(x, 3) for x in one.color] for one in attribute.data]
-
-
 def main() -> Script:
     """Take the tour."""
     yield from redraw(1.0)
@@ -103,9 +78,6 @@ def main() -> Script:
     FOUND["fit"], FOUND["color"] = status().said, [*stage.color().default_value]
     yield from pictured("finished")
     FOUND["sensitivities"] = [row.sensitivity for row in settings.parameters]
-    stage.cube()
-    call(bpy.ops.edgegrad.set_up, "EXEC_DEFAULT", task="SCULPT")
-    yield from looks()
     FOUND["no armature"] = refused(bpy.ops.edgegrad.set_up, task="POSE")
     FOUND["images"] = [image.name for image in bpy.data.images if image.is_dirty]
     FOUND["pictures"] = sorted(path.name for path in OUT.glob("*.png"))

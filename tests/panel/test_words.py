@@ -14,6 +14,7 @@ import pytest
 pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
 from edgegrad_addon import quality
+from edgegrad_addon.panel.words import spelt
 from edgegrad_addon.running.curve import BACK, LINE, curve
 from edgegrad_addon.running.fit_job import duration, trend
 from edgegrad_addon.running.job import BEST, RESTORE, Job
@@ -37,8 +38,9 @@ def test_the_curve_falls_with_the_logarithm_of_the_loss() -> None:
 
 
 def test_the_curve_is_whole_and_bears_what_cannot_be_drawn() -> None:
+    # Neighbouring columns touch.
     steep = (curve([1.0, 1e-6, 1.0], 8, 200) == np.float32(LINE)).all(axis=2)
-    assert all((one & other).any() for one, other in zip(steep.T, steep.T[1:]))  # neighbouring columns touch
+    assert all((one & other).any() for one, other in zip(steep.T, steep.T[1:], strict=False))
     assert np.isfinite(drawn([1.0])).all() and np.isfinite(drawn([1.0, np.nan, 0.0, 2.0])).all()
     assert np.isnan(drawn([])).all() and np.isnan(drawn([0.0, np.inf])).all()
 
@@ -100,3 +102,7 @@ def test_an_error_in_a_job_is_kept() -> None:
 def test_each_edge_is_drawn_once() -> None:
     faces = np.array([[0, 1, 2], [2, 1, 3]])
     assert edges_of(faces).tolist() == [[0, 1], [0, 2], [1, 2], [1, 3], [2, 3]]
+
+
+def test_sentences_are_spelt_as_blender_does() -> None:
+    assert spelt("Colours of 'My colour' and a colour's name") == "Colors of 'My colour' and a color's name"

@@ -3,7 +3,7 @@
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 SHELL := /bin/bash
-.PHONY: help demo recover test test-slow test-gui extension lint docs benchmark benchmark-derivatives benchmark-triangles throughput compare-cycles stability torture sanitize sanitize-threads check-machine which-python clean
+.PHONY: help demo recover test test-slow test-gui test-window extension lint docs benchmark benchmark-derivatives benchmark-triangles throughput compare-cycles stability torture sanitize sanitize-threads check-machine which-python clean
 
 # A pyenv shim exists for every version and fails for those that are not active: run it to know.
 # 3.11 comes first, because its Blender module is the oldest that is supported.
@@ -29,6 +29,7 @@ help:
 	@echo "make test-slow   run the slow tests"
 	@echo "make extension   build the Blender extension for this platform in dist/ (needs Python 3.11 and 3.12 or newer)"
 	@echo "make test-gui    run the tests in a real Blender: BLENDER=blender EXTENSION=dist/edgegrad-0.1.0-linux_x64.zip"
+	@echo "make test-window run the tests in a Blender with a window: EXTENSION=… WINDOW_DIR=folder for a chroot"
 	@echo "make lint        ruff, clang-format, mypy"
 	@echo "make docs        build the documentation in build/docs"
 	@echo "make benchmark   times beside Mitsuba 3 (installs it; needs LLVM >= 17)"
@@ -56,6 +57,9 @@ test-slow: $(VENV)/installed
 
 test-gui: $(VENV)/installed
 	$(RUN) -m pytest -m gui
+
+test-window: $(VENV)/installed
+	$(RUN) -m pytest -m window tests/gui
 
 lint: $(VENV)/installed $(VENV)/installed-lint
 	$(RUN) -m ruff check .

@@ -22,17 +22,17 @@ from edgegrad.fitting.checkpoint_file import check_checkpoint
 from edgegrad.images.output_files import check_outputs
 from edgegrad.progress import ProgressBar
 
-from .animated.check import compare
 from .animated.driver import Driver
 from .animated.parameter import Wanted
 from .animated.stored import stored_wanted, wanted_of
 from .blend_file import open_blend
-from .derivative import DIRECTIONS, derivative_picture
 from .export import export_scene, render_export
 from .field_fit import FieldRequest
 from .fit_output import FitOutput
 from .fit_setup import stored_request, stored_settings, with_setup
 from .json_lines import write_line
+from .look.check import compare
+from .look.derivative import DIRECTIONS, derivative_picture
 from .parameters import Names
 from .problem import Problem
 from .session import Request, Session, find_camera

@@ -5,16 +5,31 @@ from typing import Any
 
 import bpy
 
-from .animated.stored import stored_wanted
-from .derivative import DIRECTIONS
-from .parameters import Names
+from . import quality
+from .animated.stored import PROPERTY, stored_wanted
+from .look.derivative import DIRECTIONS
 from .problem import Problem
+from .rows import KINDS, names_of, switched_on
 from .session import Request
 from .targets.pictures import Picture
 from .view_transforms import VIEW_ITEMS
 
 # From 4.5 on, Blender warns about // in paths without this option. Older versions do not have the option.
 PATH_OPTIONS = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5, 0) else set()
+
+QUALITY_ITEMS = tuple((name, one.label, one.use) for name, one in quality.QUALITIES.items())
+DIRECTION_ITEMS = (
+    ("NORMAL", "All / Normal", "All numbers of the parameter together; vertices move outwards, along their normals"),
+    *((d, d, f"Vertices move along {d}; of a property, its number {d} alone") for d in DIRECTIONS if d != "NORMAL"),
+)
+TERM_ITEMS = (
+    ("TOTAL", "Total", "The whole derivative"),
+    ("interior", "Shading", "Shading that changes smoothly"),
+    ("primary", "Camera Edges", "Edges that the camera sees"),
+    ("shadow", "Shadow Edges", "Edges between a lit point and a light"),
+    ("indirect", "Indirect Edges", "Edges between surfaces that light each other"),
+)
+
 
 def _is_camera(_: Any, ob: Any) -> bool:
     return bool(ob.type == "CAMERA")
@@ -74,8 +89,11 @@ class TargetItem(bpy.types.PropertyGroup):
 
 
 class ParameterItem(bpy.types.PropertyGroup):
-    """A property of Blender that a fit may change. It holds the datablock itself, which may be renamed."""
+    """Values that a fit may change. The row holds the datablock itself, which may be renamed."""
 
+    kind: bpy.props.EnumProperty(  # type: ignore[valid-type]
+        name="Kind", items=((PROPERTY, "Property", "Any animatable property, by its data path"),
+                            *((name, kind.label, "") for name, kind in KINDS.items())))  # fmt: skip
     owner: bpy.props.PointerProperty(name="Datablock", type=bpy.types.ID)  # type: ignore[valid-type]
     path: bpy.props.StringProperty(  # type: ignore[valid-type]
         name="Data Path", description="Path of the property from its datablock")
@@ -103,10 +121,6 @@ class Settings(bpy.types.PropertyGroup):
     active_target: bpy.props.IntProperty()  # type: ignore[valid-type]
     parameters: bpy.props.CollectionProperty(type=ParameterItem)  # type: ignore[valid-type]
     active_parameter: bpy.props.IntProperty()  # type: ignore[valid-type]
-    vertices: bpy.props.BoolProperty(  # type: ignore[valid-type]
-        name="Vertices", default=True, description="Move the vertices of the selected meshes")
-    base_color: bpy.props.BoolProperty(  # type: ignore[valid-type]
-        name="Base Color", default=False, description="Change the base colors of the selected meshes' materials")
     loss: bpy.props.EnumProperty(  # type: ignore[valid-type]
         name="Loss", items=LOSS_ITEMS, description="How pictures are compared with their targets")
     iterations: bpy.props.IntProperty(name="Iterations", default=200, min=1, soft_max=1000)  # type: ignore[valid-type]
@@ -125,27 +139,29 @@ class Settings(bpy.types.PropertyGroup):
     field_start: bpy.props.EnumProperty(  # type: ignore[valid-type]
         name="Start", items=(("SHAPE", "Shape", "The shape of the object"),
                              ("BALL", "Ball", "A ball in the object's bounding box")))  # fmt: skip
+    quality: bpy.props.EnumProperty(  # type: ignore[valid-type]
+        name="Quality", items=QUALITY_ITEMS, get=quality.get, set=quality.put,
+        description="Sets iterations, samples and pictures per iteration")
+    views_per_iteration: bpy.props.IntProperty(  # type: ignore[valid-type]
+        name="Pictures per Iteration", default=0, min=0,
+        description="Targets that each iteration renders, in turns; 0: all of them")
+    vertex_step: bpy.props.FloatProperty(  # type: ignore[valid-type]
+        name="Vertex Step", default=0.0, min=0.0, soft_max=0.1, precision=4,
+        description="Largest displacement of a vertex in the first step, as a part of the object's size; 0: 0.02")
+    seed: bpy.props.IntProperty(  # type: ignore[valid-type]
+        name="Seed", default=0, min=0, description="Equal seeds give equal results")
+    show_shapes: bpy.props.BoolProperty(  # type: ignore[valid-type]
+        name="Show in Viewport", default=True,
+        description="Draw the shapes that a running fit has reached as lines in the 3D views")
+    look_samples: bpy.props.IntProperty(  # type: ignore[valid-type]
+        name="Samples", default=64, min=1, soft_max=1024, description="Samples per pixel of Render, Gradient and Check")
     direction: bpy.props.EnumProperty(  # type: ignore[valid-type]
-        name="Direction", items=tuple((d, d.capitalize(), "Direction of the vertices in the gradient")
-                                      for d in DIRECTIONS))  # fmt: skip
-
+        name="Direction", items=DIRECTION_ITEMS, description="What moves in the gradient")
+    term: bpy.props.EnumProperty(  # type: ignore[valid-type]
+        name="Term", items=TERM_ITEMS, description="Part of the derivative that is shown")
 
 
 CLASSES: tuple[Any, ...] = (TargetItem, ParameterItem, Settings)
-
-
-def chosen(context: Any) -> Names:
-    """Return the parameters chosen in the panel, of the selected mesh objects or else of the active one."""
-    settings = context.scene.edgegrad
-    objects = [ob for ob in context.view_layer.objects if ob.select_get() and ob.type == "MESH"]
-    active = context.view_layer.objects.active
-    if not objects and active is not None and active.type == "MESH":
-        objects = [active]
-    slots = [slot.material.name_full for ob in objects for slot in ob.material_slots if slot.material is not None]
-    return Names(
-        vertices=tuple(ob.name for ob in objects) if settings.vertices else (),
-        base_color=tuple(dict.fromkeys(slots)) if settings.base_color else (),
-    )
 
 
 def _picture(item: Any) -> Picture:
@@ -165,12 +181,16 @@ def _picture(item: Any) -> Picture:
 def request(context: Any) -> Request:
     """Return the fit that is set in the panel."""
     settings = context.scene.edgegrad
+    pictures = [_picture(item) for item in settings.targets]
     return Request(
-        pictures=[_picture(item) for item in settings.targets],
-        names=chosen(context),
+        pictures=pictures,
+        names=names_of(switched_on(context.scene)),
         iterations=settings.iterations,
         samples=settings.samples,
+        seed=settings.seed,
         smoothness=settings.smoothness or None,
+        vertex_step=settings.vertex_step or None,
+        views_per_iteration=min(settings.views_per_iteration, len(pictures)) or None,
         in_place=settings.write_to == "MESH",
         animated=tuple(stored_wanted(context.scene)),
         loss=settings.loss,

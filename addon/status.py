@@ -1,4 +1,4 @@
-"""Messages of the last operator and progress of the running fit, for the panel; not saved in the .blend."""
+"""Messages of the last operator, and the running job, for the panel; not saved in the .blend."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import bpy
+
+from .running.job import Job
 
 
 @dataclass
@@ -16,23 +18,46 @@ class Status:
     ----------
     warnings, notes
         Sentences on approximations of the export, and on terms that the derivatives lack.
+    plan, checks
+        Lines of the last plan, and of the last comparison with finite differences.
     scene
         File and name of the scene that the sentences are about.
-    fraction
-        Completed fraction of the running fit; None: no fit is running.
-    text
-        Text of the progress bar.
+    job
+        The running job; None: nothing runs.
+    said
+        How the last job ended; empty: nothing ran yet.
+    failed
+        Whether it ended with an error.
+    cost
+        Seconds that one sample per pixel of one picture takes in an iteration, from the last fit; 0: not known.
     """
 
     warnings: Sequence[str] = ()
     notes: Sequence[str] = ()
+    plan: Sequence[str] = ()
+    checks: Sequence[str] = ()
     scene: tuple[str, str] = ("", "")
-    fraction: float | None = None
-    text: str = ""
+    job: Job | None = None
+    said: str = ""
+    failed: bool = False
+    cost: float = 0.0
 
     def say(self, warnings: Sequence[str], notes: Sequence[str]) -> None:
         """Replace the sentences by those of an operator on the current scene."""
-        self.warnings, self.notes, self.scene = tuple(warnings), tuple(dict.fromkeys(notes)), _scene()
+        self._at_scene()
+        self.warnings, self.notes = tuple(warnings), tuple(dict.fromkeys(notes))
+        redraw()
+
+    def show(self, plan: Sequence[str] | None = None, checks: Sequence[str] | None = None) -> None:
+        """Replace the lines of the plan or of the comparisons by those of the current scene."""
+        self._at_scene()
+        self.plan = self.plan if plan is None else tuple(plan)
+        self.checks = self.checks if checks is None else tuple(checks)
+        redraw()
+
+    def ended(self, sentence: str, failed: bool = False) -> None:
+        """Say how a job ended."""
+        self.said, self.failed = sentence[:1].upper() + sentence[1:], failed
         redraw()
 
     @property
@@ -42,17 +67,27 @@ class Status:
             return []
         return [*(("ERROR", line) for line in self.warnings), *(("INFO", line) for line in self.notes)]
 
+    def of_scene(self, lines: Sequence[str]) -> Sequence[str]:
+        """Return lines of a plan or a comparison if they are about the current scene."""
+        return lines if self.scene == _scene() else ()
+
+    def _at_scene(self) -> None:
+        if self.scene != _scene():
+            self.warnings = self.notes = self.plan = self.checks = ()
+            self.scene = _scene()
+
 
 STATUS = Status()
 
 
-def redraw() -> None:
-    """Redraw the sidebars of 3D views: Blender does not notice changes of the status."""
-    for window in bpy.context.window_manager.windows:
+def redraw(all_regions: bool = False) -> None:
+    """Redraw the sidebars of 3D views, or all of their regions: Blender does not notice changes of the status."""
+    manager = bpy.context.window_manager
+    for window in () if manager is None else manager.windows:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":
                 for region in area.regions:
-                    if region.type == "UI":
+                    if all_regions or region.type == "UI":
                         region.tag_redraw()
 
 

@@ -13,7 +13,7 @@ import pytest
 
 from tests.support import block_statistics, shared_objects
 
-ONLY_WHEN_NAMED = ("slow", "gui")
+ONLY_WHEN_NAMED = ("slow", "gui", "window")
 # Comparisons made by the processes of a run that have ended.
 _made = 0
 # Checksums of what tests share, as the module before has left it.

@@ -17,6 +17,7 @@ import numpy as np
 from edgegrad.derivatives.table_derivatives import without_derivative
 from edgegrad.fitting.control_vertices import ControlVertices
 from edgegrad.fitting.driven import Numbers, Placement, Variable
+from edgegrad.fitting.run import effect
 from edgegrad.rendering.engine import engine_class
 from edgegrad.scene.changes import StructureChange
 
@@ -142,13 +143,8 @@ class Driver:
 
     def sensitivities(self, gradient: Mapping[str, F64]) -> dict[str, float]:
         """Change of the loss by the first step of each parameter, relative to the largest one."""
-        found = {}
-        for one in self.variables:
-            if one.path in gradient:
-                steps = one.steps if isinstance(one, Numbers) else one.step
-                found[one.path] = float(np.abs(gradient[one.path] * steps).max())
-        largest = max(found.values(), default=0.0) or 1.0
-        return {path: value / largest for path, value in found.items()}
+        found = {one.path: effect(one, gradient[one.path]) for one in self.variables if one.path in gradient}
+        return relative(found)
 
     # ---- within an evaluation ----
     @property
@@ -266,6 +262,12 @@ class Driver:
             restored(places, before)
             for one, shape in zip(self.controls, shapes, strict=True):
                 one.write(shape)
+
+
+def relative(effects: Mapping[str, float]) -> dict[str, float]:
+    """Effects of parameters, relative to the largest one."""
+    largest = max(effects.values(), default=0.0) or 1.0
+    return {path: value / largest for path, value in effects.items()}
 
 
 def control_variable(control: ControlMesh, step: float | None = None, smoothness: float | None = None) -> Variable:

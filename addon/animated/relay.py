@@ -13,10 +13,17 @@ from .driver import Driver
 
 
 class Relay:
-    """Driven variables whose `place` may be called in any thread; the main thread has to call `serve`."""
+    """Driven variables whose `place` may be called in any thread; the main thread has to call `serve`.
+
+    Attributes
+    ----------
+    latest
+        The last placement; None: there was none.
+    """
 
     def __init__(self, driver: Driver) -> None:
         self._driver = driver
+        self.latest: Placement | None = None
         self._wanted: Mapping[str, Any] | None = None
         self._answer: Placement | BaseException | None = None
         self._changed = threading.Condition()
@@ -57,7 +64,7 @@ class Relay:
             values, self._wanted = self._wanted, None
         answer: Placement | BaseException
         try:
-            answer = self._driver.place(values)
+            answer = self.latest = self._driver.place(values)
         except BaseException as error:
             answer = error
         with self._changed:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import bpy
@@ -11,24 +12,31 @@ from . import data_path, gathering, refusals
 from .data_path import Place
 from .parameter import Wanted
 
+PROPERTY = "PROPERTY"
+
 
 def row_name(row: Any) -> str | None:
-    """Whole path of a row's property; None if its datablock was removed."""
-    return None if row.owner is None else Place(row.owner, row.path, row.index).name
+    """Whole path of a row's property; None if its datablock was removed, or if it is of another kind."""
+    return None if row.owner is None or row.kind != PROPERTY else Place(row.owner, row.path, row.index).name
 
 
 def stored_wanted(scene: Any) -> list[Wanted]:
-    """Return the properties of the scene's list that are switched on.
+    """Return the properties of the scene's list that are switched on (`wanted_of_rows`)."""
+    settings = getattr(scene, "edgegrad", None)
+    return wanted_of_rows([] if settings is None else [row for row in settings.parameters if row.enabled])
+
+
+def wanted_of_rows(rows: Iterable[Any]) -> list[Wanted]:
+    """Return the properties of rows of this kind.
 
     Raises
     ------
     Problem
         For a row whose datablock was removed.
     """
-    settings = getattr(scene, "edgegrad", None)
     out = []
-    for row in () if settings is None else settings.parameters:
-        if not row.enabled:
+    for row in rows:
+        if row.kind != PROPERTY:
             continue
         name = row_name(row)
         if name is None:
@@ -53,7 +61,7 @@ def add_row(scene: Any, owner: Any, path: str, index: int = -1) -> Any:
     index = first.index if len(found) == 1 else -1
     rows = scene.edgegrad.parameters
     for row in rows:
-        if row.owner == owner and row.path == first.path and row.index == index:
+        if row.kind == PROPERTY and row.owner == owner and row.path == first.path and row.index == index:
             return row
     row = rows.add()
     row.owner, row.path, row.index = owner, first.path, index

@@ -6,22 +6,19 @@ from typing import Any
 
 import bpy
 
+from ..panel.tab import Tab, editable
 
-class FieldPanel(bpy.types.Panel):
+
+class FieldPanel(Tab, bpy.types.Panel):
     """Panel with the options and the button of a fit as a field."""
 
     bl_idname = "EDGEGRAD_PT_field"
-    bl_parent_id = "EDGEGRAD_PT_main"
+    bl_parent_id = "EDGEGRAD_PT_fit"
     bl_label = "Fit as Field"
-    bl_category = "Edgegrad"
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
 
     def draw(self, context: Any) -> None:
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        layout = editable(self.begin())
         settings = context.scene.edgegrad
         ob = context.view_layer.objects.active
         layout.prop(settings, "field_resolution")

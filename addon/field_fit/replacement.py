@@ -22,7 +22,7 @@ from .plain_material import plain_material
 SHAPE, BALL = "SHAPE", "BALL"
 # Cells around the box of a shape, into which it may grow.
 ROOM = 4
-# Iterations between two meshes for the preview.
+# Iterations between two meshes for the viewport.
 PREVIEW_EVERY = 5
 
 
@@ -61,10 +61,10 @@ class Replacement:
         How the fit changes it.
     notes
         Sentences on what the field lacks of the object.
-    live
-        Whether meshes for a preview are made while the fit runs.
     newest
-        The newest mesh for the preview; None: there is none yet, or it was taken.
+        The newest mesh for the viewport, while `live`; None: there is none yet.
+    live
+        Whether such meshes are made while the fit runs.
     """
 
     object: str
@@ -81,8 +81,8 @@ class Replacement:
         return f"fields.{self.object}.values"
 
     def tell(self, step: edgegrad.FitStep) -> None:
-        """Make a mesh for the preview every few iterations. The thread of the fit calls it."""
-        if self.live and self.newest is None and (step.iteration - 1) % PREVIEW_EVERY == 0:
+        """Make a mesh for the viewport every few iterations. The thread of the fit calls it."""
+        if self.live and (step.iteration - 1) % PREVIEW_EVERY == 0:
             self.newest = self.mesh(step.values[self.path])
 
     def mesh(self, values: NDArray[Any]) -> edgegrad.Mesh:

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import bpy
 import numpy as np
 from numpy.typing import NDArray
+
+from edgegrad import images
+from edgegrad.images.code_values import write_codes
 
 from ..problem import Problem, Report
 from ..status import STATUS
@@ -31,24 +35,46 @@ def refuse(operator: Any, error: BaseException) -> set[str]:
     return {"CANCELLED"}
 
 
-def show(name: str, pixels: NDArray[Any]) -> Any:
+def show(name: str, pixels: NDArray[Any], open_editor: bool = True) -> Any:
     """Show a linear picture (H, W, 3), row 0 on top, as an image in Blender; replace an image of the same name."""
-    height, width = pixels.shape[:2]
+    file = file_of(name, ".exr")
+    images.write_image(file, pixels)
+    return show_file(name, file, open_editor)
+
+
+def show_codes(name: str, codes: NDArray[np.uint8], open_editor: bool = True) -> Any:
+    """Show an sRGB picture (H, W, 3) of 8-bit codes, row 0 on top, as an image in Blender."""
+    file = file_of(name, ".png")
+    write_codes(file, codes)
+    return show_file(name, file, open_editor)
+
+
+def show_file(name: str, file: Path, open_editor: bool) -> Any:
+    """Show a file in Blender's temporary folder as an image.
+
+    Blender would ask at each save of the .blend whether to save an image whose pixels a script has set.
+    """
     image = bpy.data.images.get(name)
-    if image is not None and tuple(image.size) != (width, height):
+    if image is not None and (image.source != "FILE" or bpy.path.abspath(image.filepath) != str(file)):
         bpy.data.images.remove(image)
         image = None
     if image is None:
-        image = bpy.data.images.new(name, width, height, alpha=False, float_buffer=True, is_data=False)
-    full = np.ones((height, width, 4), np.float32)
-    full[..., :3] = pixels[::-1]
-    image.pixels.foreach_set(full.ravel())
-    image.update()
-    _open(image)
+        image = bpy.data.images.load(str(file))
+        image.name = name
+        image.alpha_mode = "NONE"
+    else:
+        image.reload()
+    if open_editor:
+        open_image(image)
     return image
 
 
-def _open(image: Any) -> None:
+def file_of(name: str, suffix: str) -> Path:
+    """Return the file in Blender's temporary folder for an image."""
+    return Path(bpy.app.tempdir) / f"{name}{suffix}"
+
+
+def open_image(image: Any) -> None:
     """Show the image in an Image Editor; if there is none, open one as set in the preferences for renders."""
     if bpy.app.background:
         return

@@ -1,170 +1,146 @@
-"""The operator edgegrad.fit."""
+"""The operator edgegrad.fit, and those that pause and end it."""
 
 from __future__ import annotations
 
-import threading
 from typing import Any
 
 import bpy
 
-import edgegrad
-
+from ..problem import Problem
 from ..properties import request
+from ..rows import remember_effects
+from ..running.fit_job import FitJob, duration
+from ..running.guard import Guard
+from ..running.job import BEST, RESTORE, Job
 from ..session import Request, Session
-from ..status import STATUS, redraw
+from ..status import STATUS
 from . import _common
+from .background import InBackground
 
-POLL_SECONDS = 0.1
-# A fit of animatable properties waits in each iteration until Blender is evaluated for it.
-SERVE_SECONDS = 0.01
-# Events that pass to Blender while a fit runs: the user may navigate, but not edit.
-NAVIGATION = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "MOUSEMOVE", "TRACKPADPAN", "TRACKPADZOOM"}
+DIFFERENCE = "Edgegrad Difference"
 
 
-class Job:
-    """A fit in its own thread, which does not access Blender's data."""
-
-    def __init__(self, session: Session) -> None:
-        self.session = session
-        self.step: Any = None
-        self.result: Any = None
-        self.error: BaseException | None = None
-        self.stop_as: str | None = None  # "restore" or "best"
-        self.fraction = 0.0
-        self._thread = threading.Thread(target=self._run, name="edgegrad.fit", daemon=True)
-        self._thread.start()
-
-    def _run(self) -> None:
-        try:
-            self.result = self.session.run(callback=self._tell, progress=self._check)
-        except BaseException as error:  # the operator reports it: Python drops exceptions of threads
-            self.error = error
-
-    def _tell(self, step: Any) -> str | None:
-        self.step = step
-        return self.stop_as
-
-    def _check(self, fraction: float) -> None:
-        """Cancel the fit if requested. It is called many times per iteration, so a cancellation takes effect soon."""
-        self.fraction = fraction
-        if self.stop_as == "restore":
-            raise edgegrad.Cancelled
-
-    @property
-    def running(self) -> bool:
-        """Whether the thread is alive."""
-        return self._thread.is_alive()
-
-    def wait(self) -> None:
-        """Wait until the thread has ended; Blender is no longer evaluated for it."""
-        if self.session.relay is not None:
-            self.session.relay.close()
-        self._thread.join()
-
-
-class RunsFit:
+class RunsFit(InBackground):
     """Part of the operators that run a fit; Blender does not allow that an operator inherits from another."""
 
     report: Any  # of Blender's Operator
-    _job: Job | None = None
 
     def requested(self, context: Any) -> Request:
         """Return the fit that is set in the panel."""
         return request(context)
 
-    def execute(self, context: Any) -> set[str]:
-        """Run the fit while Blender waits (background mode, scripts)."""
-        try:
-            session = Session.prepare(context, self.requested(context))
-            result = session.run()
-            session.write(result)
-        except _common.EXPECTED as error:
-            return _common.refuse(self, error)
-        for sentence in session.unwritten:
-            self.report({"ERROR"}, sentence)
-        _common.tell(self, session.export.report, [*result.notes, *session.late_notes])
-        self.report({"INFO"}, f"loss {result.losses[0]:.4g} -> {result.losses[result.best]:.4g}")
-        return {"FINISHED"}
-
-    def invoke(self, context: Any, _: Any) -> set[str]:
-        """Run the fit in a thread, with a progress bar, until it ends or the user stops it."""
-        try:
-            session = Session.prepare(context, self.requested(context))
-        except _common.EXPECTED as error:
-            return _common.refuse(self, error)
+    def prepare(self, context: Any) -> tuple[Job, Guard | None]:
+        session = Session.prepare(context, self.requested(context))
         _common.tell(self, session.export.report, session.notes)
-        self._job = Job(session)
-        manager = context.window_manager
-        poll = POLL_SECONDS if self._job.session.driver is None else SERVE_SECONDS
-        self._timer = manager.event_timer_add(poll, window=context.window)
-        manager.progress_begin(0, session.request.iterations)
-        manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
+        guard = Guard(session, context.scene)
+        problem = guard.problem()
+        if problem is not None:
+            raise Problem(f"a fit can't start, since {problem}; leave that mode first")
+        return FitJob(session, _common.file_of(DIFFERENCE, ".png")), guard
 
     def modal(self, context: Any, event: Any) -> set[str]:
-        job = self._job
-        assert job is not None
-        if event.type == "ESC" and event.value == "PRESS":
-            job.stop_as = "restore"
-        elif event.type in ("RET", "NUMPAD_ENTER") and event.value == "PRESS":
-            job.stop_as = "best"
-        if event.type == "TIMER":
-            job.session.serve()
-            if not job.running:
-                return self._finish(context, job)
-            self._show_progress(context, job)
-        return {"PASS_THROUGH"} if event.type in NAVIGATION else {"RUNNING_MODAL"}
+        job = STATUS.job
+        if event.type == "TIMER" and isinstance(job, FitJob) and job is self._job:
+            show_state(context, job)
+        return super().modal(context, event)
 
-    def cancel(self, context: Any) -> None:
-        """Stop the fit, since Blender closes or loads another file."""
-        if self._job is not None:
-            self._job.stop_as = "restore"
-            self._job.wait()
-            self._clean_up(context)
-
-    def _finish(self, context: Any, job: Job) -> set[str]:
-        self._clean_up(context)
-        if job.error is not None:
-            return _common.refuse(self, job.error)
-        if job.stop_as == "restore":
-            self.report({"INFO"}, "cancelled; nothing was changed")
-            return {"CANCELLED"}
-        try:
-            job.session.write(job.result)
-        except _common.EXPECTED as error:
-            return _common.refuse(self, error)
+    def finish(self, context: Any, job: Job) -> set[str]:
+        assert isinstance(job, FitJob)
+        job.session.write(job.result)
         for sentence in job.session.unwritten:
             self.report({"ERROR"}, sentence)
-        _common.tell(self, job.session.export.report, [*job.result.notes, *job.session.late_notes])
-        self.report({"INFO"}, f"loss {job.result.losses[0]:.4g} -> {job.result.losses[job.result.best]:.4g}")
+        job.draw()
+        show_state(context, job)
+        notes = [*job.session.notes, *job.result.notes, *job.session.late_notes]
+        _common.tell(self, job.session.export.report, list(dict.fromkeys(notes)))
+        losses = job.result.losses
+        said = f"loss {losses[0]:.4g} → {losses[job.result.best]:.4g} in {duration(job.result.seconds)}"
+        if job.step is not None:
+            said += f", {job.step.iteration} iterations"
+        STATUS.ended(said)
+        self.report({"INFO"}, said)
         return {"FINISHED"}
-
-    def _show_progress(self, context: Any, job: Job) -> None:
-        step = job.step
-        if step is None:
-            text = "First iteration"
-        else:
-            context.window_manager.progress_update(step.iteration)
-            text = (f"{step.iteration} / {step.iterations}   {step.seconds / step.iteration:.2g} s each   "
-                    f"loss {step.smoothed:.4g}")  # fmt: skip
-        if job.stop_as is not None:
-            text += "   stopping"
-        STATUS.fraction, STATUS.text = job.fraction, text
-        redraw()
-        context.workspace.status_text_set(f"Edgegrad: {text}   Esc: cancel   Enter: stop and keep the best")
-
-    def _clean_up(self, context: Any) -> None:
-        context.window_manager.event_timer_remove(self._timer)
-        context.window_manager.progress_end()
-        context.workspace.status_text_set(None)
-        STATUS.fraction = None
-        redraw()
-        self._job = None
 
 
 class Fit(RunsFit, bpy.types.Operator):
-    """Change the chosen parameters until the pictures match their targets. Esc: cancel; Enter: stop, keep the best"""
+    """Change the chosen parameters until the pictures match their targets. Esc: back to the start"""
 
     bl_idname = "edgegrad.fit"
     bl_label = "Fit"
     bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+
+
+def show_state(context: Any, job: FitJob) -> None:
+    """Show the sensitivities after the first iteration, and the newest picture of the difference."""
+    if job.step is None or not job.news():
+        return
+    rendered = job.session.request.samples * (job.session.request.views_per_iteration or len(job.session.targets))
+    STATUS.cost = job.pace / rendered
+    remember_effects(context.scene, job.session, job.step.effects)
+    if job.file.is_file():
+        _common.show_file(DIFFERENCE, job.file, open_editor=False)
+
+
+class _Running:
+    """Operator on the running fit."""
+
+    bl_options = {"INTERNAL"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return STATUS.job is not None
+
+
+class Pause(_Running, bpy.types.Operator):
+    """Let the fit wait after its present iteration, or go on"""
+
+    bl_idname = "edgegrad.fit_pause"
+    bl_label = "Pause"
+
+    def execute(self, context: Any) -> set[str]:
+        assert STATUS.job is not None
+        STATUS.job.pause(not STATUS.job.paused)
+        return {"FINISHED"}
+
+
+class Stop(_Running, bpy.types.Operator):
+    """End the fit after its present iteration, and keep the best values so far"""
+
+    bl_idname = "edgegrad.fit_stop"
+    bl_label = "Stop"
+
+    def execute(self, context: Any) -> set[str]:
+        assert STATUS.job is not None
+        STATUS.job.end(BEST)
+        return {"FINISHED"}
+
+
+class Cancel(_Running, bpy.types.Operator):
+    """End what is running and go back to the start, as Esc does"""
+
+    bl_idname = "edgegrad.cancel"
+    bl_label = "Cancel"
+
+    def execute(self, context: Any) -> set[str]:
+        assert STATUS.job is not None
+        STATUS.job.end(RESTORE)
+        return {"FINISHED"}
+
+
+class ShowDifference(bpy.types.Operator):
+    """Show the picture of the difference, render minus target, in an Image Editor: red is too bright, blue too dark"""
+
+    bl_idname = "edgegrad.show_difference"
+    bl_label = "Difference"
+    bl_options = {"INTERNAL"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return DIFFERENCE in bpy.data.images
+
+    def execute(self, context: Any) -> set[str]:
+        _common.open_image(bpy.data.images[DIFFERENCE])
+        return {"FINISHED"}
+
+
+CLASSES: tuple[Any, ...] = (Fit, Pause, Stop, Cancel, ShowDifference)

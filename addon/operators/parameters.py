@@ -1,18 +1,23 @@
-"""Operators on the list of properties to fit."""
+"""Operators on the list of parameters."""
 
-from __future__ import annotations
-
+# This file has no postponed annotations, since Blender reads properties from annotations.
 from collections.abc import Callable
 from typing import Any
 
 import bpy
 
+from .. import rows, setups
 from ..animated import gathering
 from ..animated.stored import add_row
 from ..problem import Problem
+from ..status import STATUS
 from . import _common
 
 KINDS = (
+    ("VERTICES", "Vertices of Selected", "The vertices of the selected meshes"),
+    ("BASE_COLOR", "Base Colors of Selected", "The base colors of the selected objects' materials"),
+    ("EMISSION", "Emission of Selected", "The emission colors of the selected objects' materials"),
+    ("POWER", "Powers of Selected Lights", "The powers, or the strengths, of the selected lights"),
     ("OBJECT", "Active Object", "All properties of the active object, its data, modifiers and shape keys"),
     ("BONES", "Active Bone and Below", "Rotations, and free locations, of the active bone and all bones below it"),
     ("MATERIAL", "Active Material", "All values of the nodes of the active object's material"),
@@ -64,18 +69,40 @@ GATHER: dict[str, Callable[[Any], list[tuple[Any, str]]]] = {
 }  # fmt: skip
 
 
+def _add_kind(context: Any, kind: str) -> str:
+    """Add rows of a kind for what is selected; return what was added, in words."""
+    if kind == "VERTICES":
+        owners, what = setups.selected(context), "mesh"
+    elif kind == "POWER":
+        owners, what = setups.selected(context, "LIGHT"), "light"
+    else:
+        owners, what = setups.materials_of(setups.selected(context)), "mesh with a material"
+    if not owners:
+        raise Problem(f"no {what} is selected; select one")
+    for owner in owners:
+        rows.add_kind(context.scene, kind, owner)
+    return f"{rows.KINDS[kind].label}: {', '.join(owner.name for owner in owners)}"
+
+
 class ParametersAdd(bpy.types.Operator):
-    """Add all properties of one thing to the list of what a fit changes"""
+    """Add values of what is selected or active to the list of what a fit changes"""
 
     bl_idname = "edgegrad.parameters_add"
-    bl_label = "Add Properties"
+    bl_label = "Add from Selection"
     bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
 
     of: bpy.props.EnumProperty(name="Of", items=KINDS)  # type: ignore[valid-type]
 
     def execute(self, context: Any) -> set[str]:
         """Add those that a fit can set, and tell the others."""
+        settings = context.scene.edgegrad
+        count = len(settings.parameters)
         try:
+            if self.of in rows.KINDS:
+                said = _add_kind(context, self.of)
+                settings.active_parameter = min(count, len(settings.parameters) - 1)
+                self.report({"INFO"}, said)
+                return {"FINISHED"}
             kept, refused = gathering.settable(GATHER[self.of](context))
         except _common.EXPECTED as error:
             return _common.refuse(self, error)
@@ -83,6 +110,7 @@ class ParametersAdd(bpy.types.Operator):
             add_row(context.scene, places[0].owner, places[0].path, places[0].index if len(places) == 1 else -1)
         for sentence in refused:
             self.report({"INFO"}, sentence)
+        settings.active_parameter = max(0, min(count, len(settings.parameters) - 1))
         self.report({"INFO"}, f"{len(kept)} properties")
         return {"FINISHED"}
 
@@ -91,7 +119,7 @@ class ParameterAdd(bpy.types.Operator):
     """Add the property of this button to the list of what a fit changes"""
 
     bl_idname = "edgegrad.parameter_add"
-    bl_label = "Fit This Property"
+    bl_label = "Fit with Edgegrad"
     bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
 
     def execute(self, context: Any) -> set[str]:
@@ -107,11 +135,15 @@ class ParameterAdd(bpy.types.Operator):
 
 
 class ParameterRemove(bpy.types.Operator):
-    """Remove the property from the list"""
+    """Remove the parameter from the list; its value stays"""
 
     bl_idname = "edgegrad.parameter_remove"
-    bl_label = "Remove Property"
+    bl_label = "Remove Parameter"
     bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return len(context.scene.edgegrad.parameters) > 0
 
     def execute(self, context: Any) -> set[str]:
         """Remove the active line."""
@@ -129,4 +161,31 @@ def draw_in_button_menu(menu: Any, context: Any) -> None:
         menu.layout.operator(ParameterAdd.bl_idname)
 
 
-CLASSES: tuple[Any, ...] = (ParametersAdd, ParameterAdd, ParameterRemove)
+class SetUp(bpy.types.Operator):
+    """Choose the parameters and the quality of a usual task"""
+
+    bl_idname = "edgegrad.set_up"
+    bl_label = "Set Up"
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+
+    task: bpy.props.EnumProperty(  # type: ignore[valid-type]
+        name="Task", items=tuple((name, one.label, one.use, one.icon, k)
+                                 for k, (name, one) in enumerate(setups.SETUPS.items())))  # fmt: skip
+
+    @classmethod
+    def description(cls, context: Any, properties: Any) -> str:
+        """Return the tip of the button of a task."""
+        return setups.SETUPS[properties.task].use
+
+    def execute(self, context: Any) -> set[str]:
+        """Set the task up and say what was done."""
+        try:
+            said = setups.apply(context, self.task)
+        except _common.EXPECTED as error:
+            return _common.refuse(self, error)
+        STATUS.ended("; ".join(said))
+        self.report({"INFO"}, STATUS.said)
+        return {"FINISHED"}
+
+
+CLASSES: tuple[Any, ...] = (SetUp, ParametersAdd, ParameterAdd, ParameterRemove)

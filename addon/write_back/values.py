@@ -15,7 +15,7 @@ from ..export.surroundings.lights import power_factor
 from ..problem import Problem
 
 F64 = NDArray[np.float64]
-LABELS = {"base_color": "base colour", "emission": "emission"}
+LABELS = {"base_color": "base color", "emission": "emission"}
 
 
 def check_material(reading: MaterialReading, name: str, fieldname: str) -> Any:
@@ -33,7 +33,7 @@ def check_material(reading: MaterialReading, name: str, fieldname: str) -> Any:
                       "unlink it first")  # fmt: skip
     if fieldname in reading.value.textures:
         raise Problem(f"{where}: its {label} is scaled by subsurface scattering, which depends on the view, or is "
-                      "above 1, so it can't be written; set subsurface to 0 or the colour lower")  # fmt: skip
+                      "above 1, so it can't be written; set subsurface to 0 or the color lower")  # fmt: skip
     check_sockets(material, reading, fieldname)
     return material
 

@@ -26,7 +26,7 @@ from ..rendering.renderer import Renderer
 from ..scene import parameters
 from ..scene.camera import Camera
 from ..scene.scene import Scene
-from .driven import Driven, Placement, Steps
+from .driven import Driven, Numbers, Placement, Steps, Variable
 from .gains import Gains
 from .losses import Loss
 from .silhouettes import Silhouettes, moves_silhouettes
@@ -66,6 +66,13 @@ class FitStep:
         Seconds since the fit began.
     values
         Maps a parameter path to the value after the step. Read-only.
+    view, picture
+        Index of the last target of this iteration, and its picture at the values before the step. Read-only.
+    gradient
+        Maps a parameter path to the gradient of the loss at the values before the step. Read-only.
+    effects
+        Maps a parameter path to the effect of its first step: the sum of the products of gradient and step length at
+        the start.
     """
 
     iteration: int
@@ -75,6 +82,10 @@ class FitStep:
     best: int
     seconds: float
     values: Mapping[str, Any]
+    view: int
+    picture: NDArray[np.float32]
+    gradient: Mapping[str, F64]
+    effects: Mapping[str, float]
 
 
 Callback = Callable[[FitStep], bool | str | None]
@@ -103,6 +114,8 @@ class Run:
         self.asked: dict[str, F64] = {}  # the last values that `driven` was asked to place
         self.steps = Steps(() if driven is None else driven.variables)
         self.first_gradient: dict[str, F64] = {}  # by the driven variables, at the start
+        self.effects: dict[str, float] = {}
+        self.rendered: tuple[int, NDArray[np.float32]] = (0, np.zeros((0, 0, 3), np.float32))
         self.start = self._values()
         self.best_values, self.best, self.least = self.start, 0, np.inf
         self.losses: list[float] = []
@@ -133,7 +146,7 @@ class Run:
             self.done = k + 1
             if k == full_turn - 1:
                 self._warn_of_untouched()
-            stop = None if callback is None else _stop(callback(self._report(k + 1)))
+            stop = None if callback is None else _stop(callback(self._report(k + 1, gradient)))
             if self.checkpoint is not None and (stop is not None or self.done % self.checkpoint_every == 0):
                 self.checkpoint()
             if stop is not None:
@@ -199,8 +212,10 @@ class Run:
                 at = f" at {tuple(int(i) for i in bad[0])}" if value.ndim else ""
                 raise FloatingPointError(f"fit: the gradient of '{path}' is not finite{at} in iteration {k + 1}")
             self.touched[path] |= value != 0.0
-        if k == 0 and self.driven is not None:
-            self.first_gradient = {item.path: total[item.path] for item in self.driven.variables}
+        if k == 0:
+            driven = () if self.driven is None else self.driven.variables
+            self.first_gradient = {item.path: total[item.path] for item in driven}
+            self.effects = {item.path: effect(item, total[item.path]) for item in (*self.unknowns, *driven)}
         return total
 
     def _renderer(self, j: int) -> Renderer:
@@ -294,10 +309,10 @@ class Run:
             out |= {item.path: item.value for item in self.driven.variables}
         return out
 
-    def _report(self, iteration: int) -> FitStep:
+    def _report(self, iteration: int, gradient: Mapping[str, F64]) -> FitStep:
         return FitStep(
             iteration, self.iterations, self.losses[-1], self.smoothed(), self.best + 1,
-            time.monotonic() - self.started, self._values(),
+            time.monotonic() - self.started, self._values(), *self.rendered, gradient, self.effects,
         )
 
     def _seed(self, k: int, j: int, kind: int) -> int:
@@ -362,6 +377,12 @@ def _camera_of_gradient(renderer: Renderer, camera: Camera, wrt: list[str]) -> C
         renderer.scene.camera = camera
     renderer.update(["camera.to_world"])
     return None
+
+
+def effect(item: Unknown | Variable | Numbers, gradient: F64) -> float:
+    """First-order change of the loss if each number of a variable moves by its first step, down the gradient."""
+    steps = item.steps if isinstance(item, Numbers) else item.step
+    return float(np.abs(gradient * steps).sum())
 
 
 def _checked_loss(found: Any, image: NDArray[np.float32]) -> tuple[float, NDArray[Any]]:

@@ -203,7 +203,7 @@ def fit(
     """
     started = time.monotonic()
     validated(scene)
-    work = _copy(scene)
+    work = copied(scene)
     narrow = engine_class(engine).narrow
     paths = _checked_paths(work, wrt, narrow, driven is not None)
     seen = views(work, targets, engine)
@@ -325,7 +325,7 @@ def _checked_steps(paths: list[str], step_sizes: Mapping[str, float] | None) -> 
     return steps
 
 
-def _copy(scene: Scene) -> Scene:
+def copied(scene: Scene) -> Scene:
     """Copy the objects of a scene. The arrays are shared: `parameters.put` replaces arrays and never writes to them."""
     return Scene(
         replace(scene.camera),

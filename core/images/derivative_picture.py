@@ -54,7 +54,14 @@ def write_derivative(path: str | Path, dimage: ArrayLike, scale: float | None = 
     file = file_path("image", "path", path)
     if file.suffix.lower() != ".png":
         raise ValueError(f"image '{path}': a derivative picture must be a .png file")
-    limit = picture_scale(dimage) if scale is None else number("write_derivative", "scale", scale, above=0.0)
+    codes, limit = labelled_derivative(dimage, scale)
+    write_codes(file, codes)
+    return limit
+
+
+def labelled_derivative(dimage: ArrayLike, scale: float | None = None) -> tuple[NDArray[np.uint8], float]:
+    """Draw `derivative_image` with a bar of the colours and their scale below it; return it and the scale."""
+    limit = picture_scale(dimage) if scale is None else number("labelled_derivative", "scale", scale, above=0.0)
     picture = derivative_image(dimage, limit)
     width = picture.shape[1]
     text = f"{-limit:.3g} ... +{limit:.3g}"
@@ -64,8 +71,7 @@ def write_derivative(path: str | Path, dimage: ArrayLike, scale: float | None = 
     bar = _colours(np.tile(np.linspace(-1.0, 1.0, out.width), (4, 1)), np.ones((4, out.width), bool))
     out.paste(Image.fromarray(bar), (0, picture.shape[0]))
     ImageDraw.Draw(out).text((0.5 * (out.width - font_width), picture.shape[0] + 4), text, fill="black")
-    write_codes(file, np.asarray(out))
-    return limit
+    return np.asarray(out), limit
 
 
 def _luminance(dimage: ArrayLike) -> NDArray[np.float64]:

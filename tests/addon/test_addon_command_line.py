@@ -19,8 +19,8 @@ import edgegrad_addon
 from edgegrad import images, losses
 from edgegrad_addon import command_line
 from edgegrad_addon.export.geometry.mesh import positions
-from edgegrad_addon.operators.fit import Job
 from edgegrad_addon.parameters import Names
+from edgegrad_addon.running.fit_job import FitJob
 from edgegrad_addon.session import Picture, Request, Session
 from tests.support.scenes import blender_scenes as bs
 
@@ -192,14 +192,15 @@ def test_cancel_keeps_the_best_if_asked(start: Any) -> None:
 
 @pytest.mark.parametrize("how", ["restore", "best"])
 def test_job_of_the_window_stops_as_asked(how: Any, start: Any) -> None:
-    """The modal operator's response to Esc and Enter; the bpy module has no window for key presses."""
+    """The modal operator's response to Esc and the button Stop; the bpy module has no window for key presses."""
     session = prepared(start)
     session.request.iterations = 100_000
     as_it_was = data()
-    job = Job(session)
-    while job.step is None and job.running:
+    job = FitJob(session, start.parent / "difference.png")
+    job.start()
+    while len(job.losses) < 4 and job.running:  # the first values are those of the start
         time.sleep(0.01)
-    job.stop_as = how
+    job.end(how)
     job.wait()
     assert job.error is None and job.result.cancelled and len(job.result.losses) < 100_000
     assert session.write(job.result) is (how == "best")
@@ -286,6 +287,7 @@ def test_operators_run_in_background(registered: Any) -> None:
     pixels = np.array(bpy.data.images["Edgegrad Render"].pixels[:]).reshape(bs.SIZE, bs.SIZE, 4)
     expected = edgegrad.render(bs.export().scene, spp=4)
     assert pixels[::-1, :, :3] == pytest.approx(expected, abs=1e-6)
+    assert bpy.ops.edgegrad.parameters_add(of="VERTICES") == {"FINISHED"}
     assert bpy.ops.edgegrad.gradient(samples=4) == {"FINISHED"}
     assert bpy.ops.edgegrad.target_add() == {"FINISHED"}
     assert settings.targets[0].camera.name == "Front"

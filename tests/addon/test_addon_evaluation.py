@@ -15,8 +15,8 @@ bmesh = pytest.importorskip("bmesh")
 
 from edgegrad import images
 from edgegrad_addon import evaluation
-from edgegrad_addon.derivative import derivative_picture
 from edgegrad_addon.export import export_scene
+from edgegrad_addon.look.derivative import derivative_picture
 from edgegrad_addon.parameters import Names
 from edgegrad_addon.problem import Problem
 from tests.support.scenes import blender_scenes as bs

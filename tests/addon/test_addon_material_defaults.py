@@ -17,7 +17,7 @@ from edgegrad_addon.export.approximated import subsurface
 from edgegrad_addon.export.geometry import attributes
 from edgegrad_addon.export.nodes.expressions import Reader
 from edgegrad_addon.problem import Problem
-from edgegrad_addon.write_back import check_material
+from edgegrad_addon.write_back.values import check_material
 from tests.support.scenes import blender_scenes as bs
 
 HIDDEN_VALUES = pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="groups keep their values before Blender 5.0")
@@ -232,7 +232,7 @@ def test_a_color_that_subsurface_scattering_scales_is_not_written_to() -> None:
     tree = Tree()
     tree.surface(tree.node("BsdfPrincipled", {"Subsurface Weight": 1.0}).outputs[0])
     tree.export()
-    with pytest.raises(Problem, match="material 'M': its base colour is scaled by subsurface scattering"):
+    with pytest.raises(Problem, match="material 'M': its base color is scaled by subsurface scattering"):
         check_material(tree.made.materials["M"], "M", "base_color")
 
 

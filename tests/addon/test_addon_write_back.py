@@ -12,8 +12,8 @@ import pytest
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
 from edgegrad_addon import parameters
-from edgegrad_addon.derivative import _motion
 from edgegrad_addon.export.geometry.mesh import positions
+from edgegrad_addon.look.derivative import _motion
 from edgegrad_addon.problem import Problem
 from edgegrad_addon.write_back.vertices import check_vertices
 from tests.support.scenes import blender_scenes as bs

@@ -19,7 +19,6 @@ from edgegrad import distance_fields, images
 from edgegrad_addon import command_line
 from edgegrad_addon.export.geometry.mesh import positions
 from edgegrad_addon.field_fit import FieldRequest, start_shapes
-from edgegrad_addon.field_fit.preview import NAME, Preview
 from edgegrad_addon.parameters import Names
 from edgegrad_addon.problem import Problem
 from edgegrad_addon.session import Picture, Request, Session
@@ -180,27 +179,6 @@ def test_a_uv_mapped_colour_is_a_mean_while_the_object_is_a_field(target: Path) 
     session.run()
 
 
-def test_a_preview_shows_the_surface_and_leaves_nothing(target: Path) -> None:
-    session = prepare(target, iterations=7)
-    assert session.field is not None
-    session.field.live = True
-    before = set(bpy.data.objects), set(bpy.data.meshes)
-    shown = Preview(bpy.context, "Cube")
-    steps: list[int] = []
-
-    def tell(step: Any) -> None:
-        if session.field.newest is not None:
-            shown.show(session.field.newest)
-            session.field.newest = None
-            steps.append(step.iteration)
-            assert bpy.data.objects[NAME].hide_render and bpy.data.objects["Cube"].hide_get()
-
-    session.run(callback=tell)
-    assert steps == [1, 6]
-    shown.remove()
-    assert (set(bpy.data.objects), set(bpy.data.meshes)) == before and not bpy.data.objects["Cube"].hide_get()
-
-
 def test_the_command_line_saves_the_new_object(target: Path, tmp_path: Path) -> None:
     start, saved = tmp_path / "start.blend", tmp_path / "fitted.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(start))
@@ -291,3 +269,19 @@ def test_animated_properties_are_refused_beside_a_field(target: Path) -> None:
     wanted.animated = (Wanted.parse('objects["Cube"].location'),)
     with pytest.raises(Problem, match="can't be fitted as a field together with animatable properties"):
         Session.prepare(bpy.context, wanted)
+
+
+def test_surfaces_for_the_viewport_are_made_now_and_then(target: Path) -> None:
+    session = prepare(target, iterations=7)
+    assert session.field is not None
+    session.field.live = True
+    made: list[Any] = []
+
+    def tell(step: Any) -> None:
+        if session.field is not None and not any(one is session.field.newest for one in made):
+            made.append(session.field.newest)
+
+    before = set(bpy.data.objects), set(bpy.data.meshes)
+    session.run(callback=tell)
+    assert len(made) == 2 and all(distance_fields.topology(one).is_closed_manifold for one in made)
+    assert (set(bpy.data.objects), set(bpy.data.meshes)) == before

@@ -1,1 +1,1 @@
-"""Tests in a real Blender with a window."""
+"""Blender with a window: what the add-on does while an artist works."""

@@ -172,7 +172,7 @@ STRUCTS: dict[str, Table] = {
     "RenderSettings": RENDER,
     "CyclesRenderSettings": INTEGRATOR,
     "BlendFileColorspace": Table(
-        named={"working_space": Named("colours are taken as Linear Rec.709, not as {value}, the working space of the "
+        named={"working_space": Named("colors are taken as Linear Rec.709, not as {value}, the working space of the "
                                       "file", "Linear Rec.709")},
         without={AFTER: "is_missing_opencolorio_config", DATA: "working_space_interop_id"},
     ),

@@ -99,7 +99,7 @@ def _pixels(image: Any, codes: bool, scratch: list[NDArray[np.float32]]) -> NDAr
         raise UnreadableImage("has no pixels")
     space = image.colorspace_settings.name
     if not (image.is_float or codes or space == "sRGB" or space in (*DATA_SPACES, *LINEAR_SPACES)):
-        raise UnreadableImage(f"is in the colour space {space}")
+        raise UnreadableImage(f"is in the color space {space}")
     pixels = _decoded(image, codes, space, scratch)
     keep(key, pixels)
     return pixels

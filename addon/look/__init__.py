@@ -1,0 +1,1 @@
+"""Pictures and words about derivatives: derivative pictures, comparisons with finite differences, plans."""

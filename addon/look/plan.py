@@ -1,0 +1,35 @@
+"""The plan of the derivatives by the chosen parameters, in lines for the panel."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import edgegrad
+
+from ..animated.driver import Driver
+from ..animated.parameter import Wanted
+from ..differentiable import export_differentiable
+from ..export import Export
+from ..parameters import Names
+from ..problem import Problem
+
+
+def planned(context: Any, names: Names, wanted: Sequence[Wanted]) -> tuple[Export, list[str]]:
+    """Export the scene of the active camera; return it with the paths of the parameters."""
+    scene = context.scene
+    if scene.camera is None:
+        raise Problem(f"scene '{scene.name}': has no camera; add one and make it active")
+    names, controls = names.with_controls(scene, True, bool(wanted))
+    export = export_differentiable(scene)
+    paths = names.paths(export, may_be_empty=True)
+    if wanted or controls:
+        driver = Driver(scene, [scene.camera], wanted, controls)
+        paths += driver.place({one.path: one.value for one in driver.variables}).paths[0]
+    return export, list(dict.fromkeys(paths))
+
+
+def lines(export: Export, paths: Sequence[str]) -> list[str]:
+    """Return the plan's lines; those with a leading space are details."""
+    found = edgegrad.plan(export.scene, list(paths), max_depth=export.settings.max_depth)
+    return [line.replace("  - ", " ", 1) if line.startswith("  - ") else line for line in str(found).splitlines()]

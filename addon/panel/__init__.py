@@ -1,0 +1,1 @@
+"""The Edgegrad tab in the sidebar of the 3D view."""

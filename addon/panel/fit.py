@@ -1,0 +1,96 @@
+"""The panel Fit: start, progress and end of a fit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+
+from .. import preflight, quality
+from ..running.current import text_of
+from ..running.fit_job import FitJob, fit_text, trend
+from ..status import STATUS
+from ..write_back.kept import TEXT
+from . import icons
+from .tab import Tab
+from .words import wrapped
+
+CURVE_SCALE = 7.0  # side of the loss curve, in heights of a button
+
+
+class FitPanel(Tab, bpy.types.Panel):
+    """Panel with the button Fit and the progress."""
+
+    bl_idname = "EDGEGRAD_PT_fit"
+    bl_label = "Fit"
+    bl_order = 2
+
+    def draw(self, context: Any) -> None:
+        layout = self.begin()
+        job = STATUS.job
+        if isinstance(job, FitJob):
+            _progress(context, layout, job)
+            return
+        settings = context.scene.edgegrad
+        column = layout.column()
+        column.enabled = job is None
+        column.prop(settings, "quality")
+        column.prop(settings, "iterations")
+        known = quality.time_to_go(settings, STATUS.cost)
+        if job is None:
+            _start(context, layout, f"Fit   ({known})" if known else "Fit")
+        else:
+            _busy(layout, job)
+        if job is None and bpy.data.texts.get(TEXT) is not None:
+            layout.operator("edgegrad.write_kept_result", icon="FILE_TICK")
+        if STATUS.said and job is None:
+            wrapped(context, layout, STATUS.said, "ERROR" if STATUS.failed else "INFO")
+
+
+def _start(context: Any, layout: Any, text: str) -> None:
+    """Draw the button Fit, or what is in its way with the button that cures it."""
+    found = preflight.obstacle(context)
+    if found is not None:
+        wrapped(context, layout, found.sentence, "ERROR")
+        if found.operator:
+            button = layout.operator(found.operator, text=found.label, icon="FORWARD")
+            for name, value in found.options.items():
+                setattr(button, name, value)
+    column = layout.column()
+    column.scale_y = 1.5
+    column.enabled = found is None
+    column.operator("edgegrad.fit", text=text, icon="PLAY")
+
+
+def _busy(layout: Any, job: Any) -> None:
+    """Draw the progress of another job than a fit."""
+    row = layout.row(align=True)
+    row.progress(factor=job.fraction, type="BAR", text=text_of(job))
+    row.operator("edgegrad.cancel", text="", icon="X")
+
+
+def _progress(context: Any, layout: Any, job: FitJob) -> None:
+    row = layout.row(align=True)
+    row.scale_y = 1.5
+    row.operator("edgegrad.fit_pause", text="Resume" if job.paused else "Pause", icon="PLAY" if job.paused else "PAUSE",
+                 depress=job.paused)  # fmt: skip
+    row.operator("edgegrad.fit_stop", icon="SNAP_FACE")
+    row.operator("edgegrad.cancel", text="", icon="LOOP_BACK")
+    layout.progress(factor=job.fraction, type="BAR", text=fit_text(job))
+    row = layout.row()
+    row.label(text="" if job.step is None else f"Loss {job.step.smoothed:.4g} {trend(job.losses)}")
+    if job.ending is not None:
+        row.label(text="Ending…")
+    elif job.paused:
+        row.label(text="Paused")
+    else:
+        row.label(text="Esc: back to the start")
+    if len(job.losses) > 1:
+        layout.template_icon(icon_value=icons.loss_curve(job.losses), scale=CURVE_SCALE)
+    row = layout.row(align=True)
+    row.use_property_split = False
+    row.prop(context.scene.edgegrad, "show_shapes")
+    row.operator("edgegrad.show_difference", text="", icon="IMAGE_DATA")
+
+
+CLASSES: tuple[Any, ...] = (FitPanel,)

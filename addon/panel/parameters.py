@@ -1,0 +1,102 @@
+"""The panel Parameters: what may change."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+
+from .. import rows, setups
+from ..animated.stored import PROPERTY
+from .tab import Tab, editable
+
+
+class ParameterList(bpy.types.UIList):
+    """List of the parameters; each line shows datablock, property, value, and the effect on the loss as a bar."""
+
+    bl_idname = "EDGEGRAD_UL_parameters"
+
+    def draw_item(self, context: Any, layout: Any, data: Any, item: Any, icon: int, active_data: Any,
+                  active_property: str) -> None:  # fmt: skip
+        mark, owner, words = rows.title(item)
+        row = layout.row(align=True)
+        row.use_property_split = False
+        row.prop(item, "enabled", text="")
+        names = row.row(align=True)
+        names.active = item.enabled
+        split = names.split(factor=0.76, align=True)
+        split.label(text=f"{owner}: {words}", icon=mark)
+        if item.sensitivity >= 0.0:
+            split.progress(factor=item.sensitivity, type="BAR", text=f"{item.sensitivity:.0%}")
+        else:
+            split.label(text=rows.value_text(item))
+
+    def draw_filter(self, context: Any, layout: Any) -> None:
+        """Draw no more than Blender's own filter by name."""
+        layout.row().prop(self, "filter_name", text="")
+
+    def filter_items(self, context: Any, data: Any, propname: str) -> tuple[list[int], list[int]]:
+        """Filter by what the lines show, since the rows have no names."""
+        items = getattr(data, propname)
+        if not self.filter_name:
+            return [], []
+        wanted = self.filter_name.lower()
+        return [self.bitflag_filter_item if wanted in " ".join(rows.title(item)[1:]).lower() else 0
+                for item in items], []  # fmt: skip
+
+
+class SetUpMenu(bpy.types.Menu):
+    """Tasks whose parameters and quality are set up at once"""
+
+    bl_idname = "EDGEGRAD_MT_set_up"
+    bl_label = "Set Up"
+
+    def draw(self, context: Any) -> None:
+        for name, one in setups.SETUPS.items():
+            self.layout.operator("edgegrad.set_up", text=one.label, icon=one.icon).task = name
+
+
+class ParametersPanel(Tab, bpy.types.Panel):
+    """Panel with the parameters."""
+
+    bl_idname = "EDGEGRAD_PT_parameters"
+    bl_label = "Parameters"
+    bl_order = 1
+
+    def draw_header_preset(self, context: Any) -> None:
+        """Offer the set-ups in the header, once the list has rows."""
+        if context.scene.edgegrad.parameters:
+            self.layout.emboss = "NONE"
+            self.layout.menu(SetUpMenu.bl_idname, text="", icon="PRESET")
+
+    def draw(self, context: Any) -> None:
+        layout = editable(self.begin())
+        settings = context.scene.edgegrad
+        if not settings.parameters:
+            column = layout.column(align=True)
+            for name, one in setups.SETUPS.items():
+                column.operator("edgegrad.set_up", text=one.label, icon=one.icon).task = name
+            layout.operator_menu_enum("edgegrad.parameters_add", "of", text="Add from Selection", icon="ADD")
+            return
+        row = layout.row()
+        row.template_list(ParameterList.bl_idname, "", settings, "parameters", settings, "active_parameter", rows=4)
+        column = row.column(align=True)
+        column.operator_menu_enum("edgegrad.parameters_add", "of", text="", icon="ADD")
+        column.operator("edgegrad.parameter_remove", text="", icon="REMOVE")
+        if settings.active_parameter >= len(settings.parameters):
+            return
+        item = settings.parameters[settings.active_parameter]
+        if item.kind != PROPERTY:
+            if item.kind == "VERTICES":
+                layout.prop(settings, "smoothness")
+                layout.prop(settings, "write_to")
+            return
+        column = layout.column()
+        column.prop(item, "step", text="Rate")
+        column.prop(item, "use_limits")
+        if item.use_limits:
+            column.prop(item, "low")
+            column.prop(item, "high")
+
+
+CLASSES: tuple[Any, ...] = (ParameterList, SetUpMenu, ParametersPanel)

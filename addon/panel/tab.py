@@ -1,0 +1,36 @@
+"""What all panels of the tab share."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..status import STATUS
+
+
+class Tab:
+    """A panel of the tab."""
+
+    bl_category = "Edgegrad"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+
+    def begin(self) -> Any:
+        """Return the layout; properties have their names beside them."""
+        layout = self.layout  # type: ignore[attr-defined]
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        return layout
+
+
+def editable(layout: Any) -> Any:
+    """Return a column whose buttons are grey while a job runs, since it has read them already."""
+    column = layout.column()
+    column.enabled = STATUS.job is None
+    return column
+
+
+def others(layout: Any, owner: Any, drawn: tuple[str, ...]) -> None:
+    """Draw the properties of an owner that are not among those drawn elsewhere."""
+    for prop in owner.bl_rna.properties:
+        if prop.identifier not in ("rna_type", "name", *drawn) and not prop.is_hidden:
+            layout.prop(owner, prop.identifier)

@@ -1,0 +1,79 @@
+"""The panel Targets: what the pictures should look like."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+
+from ..targets import rows
+from ..targets.draw import draw_target
+from . import icons
+from .tab import Tab, editable
+from .words import wrapped
+
+
+class TargetList(bpy.types.UIList):
+    """List of the targets; each line shows camera, picture and mask."""
+
+    bl_idname = "EDGEGRAD_UL_targets"
+
+    def draw_item(self, context: Any, layout: Any, data: Any, item: Any, icon: int, active_data: Any,
+                  active_property: str) -> None:  # fmt: skip
+        mark, words = rows.state(item, context.scene)
+        row = layout.row(align=True)
+        split = row.split(factor=0.4, align=True)
+        split.label(text=item.camera.name if item.camera else "no camera",
+                    icon="CAMERA_DATA" if item.camera else "ERROR")  # fmt: skip
+        split = split.split(factor=0.7, align=True)
+        split.label(text=words, icon_value=icons.thumbnail(item.image))
+        right = split.row(align=True)
+        right.alignment = "RIGHT"
+        right.label(text="", icon="MOD_MASK" if item.mask else "BLANK1")
+        right.label(text="" if item.weight == 1.0 else f"{item.weight:.2g}")
+        right.label(text="", icon=mark)
+
+
+class TargetsPanel(Tab, bpy.types.Panel):
+    """Panel with the targets."""
+
+    bl_idname = "EDGEGRAD_PT_targets"
+    bl_label = "Targets"
+    bl_order = 0
+
+    def draw(self, context: Any) -> None:
+        layout = editable(self.begin())
+        settings = context.scene.edgegrad
+        if not settings.targets:
+            wrapped(context, layout, "Open the picture that the active camera should see. Then choose below what may "
+                    "change, and press Fit.", "INFO")  # fmt: skip
+            column = layout.column()
+            column.scale_y = 1.3
+            column.operator("edgegrad.target_open", icon="FILE_FOLDER")
+            return
+        row = layout.row()
+        row.template_list(TargetList.bl_idname, "", settings, "targets", settings, "active_target", rows=3)
+        column = row.column(align=True)
+        column.operator("edgegrad.target_add", text="", icon="ADD")
+        column.operator("edgegrad.target_remove", text="", icon="REMOVE")
+        column.operator("edgegrad.cameras_import", text="", icon="CAMERA_DATA")
+        column.operator("edgegrad.cameras_from_clip", text="", icon="TRACKER")
+        if settings.active_target >= len(settings.targets):
+            return
+        target = settings.targets[settings.active_target]
+        column = layout.column()
+        column.prop(target, "camera")
+        column.prop(target, "image")
+        draw_target(column, target)
+        size, rendered = rows.size_of(target), rows.render_size(context.scene)
+        if size is not None and size == rendered:
+            layout.label(text=f"{size[0]} × {size[1]}, as renders", icon="CHECKMARK")
+        elif size is not None:
+            fits = rows.has_aspect(target, context.scene)
+            column = layout.column(align=True)
+            column.label(text=f"{size[0]} × {size[1]}, {'' if fits else 'of another aspect; '}renders are "
+                         f"{rendered[0]} × {rendered[1]}", icon="INFO" if fits else "ERROR")  # fmt: skip
+            column.operator("edgegrad.match_render", icon="OUTPUT")
+
+
+CLASSES: tuple[Any, ...] = (TargetList, TargetsPanel)

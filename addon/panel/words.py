@@ -1,0 +1,28 @@
+"""Sentences that fit into the width of a panel."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from typing import Any
+
+# Mean width of a character, and width of the margins and an icon of a panel; pixels at scale 1.
+CHARACTER, MARGINS = 6.6, 52
+
+
+def wrapped(context: Any, layout: Any, sentence: str, icon: str = "NONE", alert: bool = False) -> None:
+    """Draw a sentence on as many lines as it needs."""
+    sentence = spelt(sentence)
+    scale = context.preferences.system.ui_scale
+    width = max(16, int((context.region.width / scale - MARGINS) / CHARACTER))
+    column = layout.column(align=True)
+    column.scale_y = 0.8
+    column.alert = alert
+    for k, line in enumerate(textwrap.wrap(sentence, width)):
+        column.label(text=line, icon=icon if k == 0 or icon == "NONE" else "BLANK1")
+
+
+def spelt(sentence: str) -> str:
+    """Spell a sentence of the library as Blender does, but not the names in quotes."""
+    parts = re.split(r"('[^']*')", sentence)
+    return "".join(part if part.startswith("'") else part.replace("olour", "olor") for part in parts)

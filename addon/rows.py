@@ -1,0 +1,169 @@
+"""The rows of the scene's list of parameters: those of all kinds, in words and as the names of a fit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+
+from .animated.driver import relative
+from .animated.stored import PROPERTY, row_name
+from .parameters import Names
+from .problem import Problem
+from .session import Session
+from .write_back.values import check_light
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of rows: values that the engine differentiates without Blender.
+
+    Attributes
+    ----------
+    label, icon
+        For the panel.
+    names
+        Attribute of `Names` with the names of such rows' datablocks.
+    """
+
+    label: str
+    icon: str
+    names: str
+
+
+KINDS = {
+    "VERTICES": Kind("Vertices", "MESH_DATA", "vertices"),
+    "BASE_COLOR": Kind("Base Color", "MATERIAL", "base_color"),
+    "EMISSION": Kind("Emission", "LIGHT_SUN", "emission"),
+    "POWER": Kind("Power", "LIGHT", "power"),
+}
+ICONS = {"MESH": "MESH_DATA", "LIGHT": "LIGHT", "CAMERA": "CAMERA_DATA", "ARMATURE": "ARMATURE_DATA",
+         "CURVE": "CURVE_DATA", "LATTICE": "LATTICE_DATA"}  # fmt: skip
+PARTS = "XYZW"
+
+
+def switched_on(scene: Any, kind: str | None = None) -> Iterator[Any]:
+    """Yield the rows that are switched on, of one kind if it is given."""
+    for row in scene.edgegrad.parameters:
+        if row.enabled and kind in (None, row.kind):
+            yield row
+
+
+def names_of(rows: Any) -> Names:
+    """Return the names of rows of the engine's own kinds; raise `Problem` for one whose datablock was removed."""
+    found: dict[str, list[str]] = {kind.names: [] for kind in KINDS.values()}
+    for row in rows:
+        if row.kind == PROPERTY:
+            continue
+        kind = KINDS[row.kind]
+        if row.owner is None:
+            raise Problem(f"parameter '{kind.label}': its datablock was removed; remove it from the list")
+        name = row.owner.name if isinstance(row.owner, bpy.types.Object) else row.owner.name_full
+        if name not in found[kind.names]:
+            found[kind.names].append(name)
+    return Names(**{name: tuple(values) for name, values in found.items()})
+
+
+def add_kind(scene: Any, kind: str, owner: Any) -> Any:
+    """Add a row of one of `KINDS` to the scene's list; return it, also if it was there before.
+
+    Raises
+    ------
+    Problem
+        If the datablock has no such value, or none that can be written.
+    """
+    where = f"{owner.bl_rna.identifier.lower()} '{owner.name}'"
+    if kind == "VERTICES":
+        if owner.type != "MESH":
+            raise Problem(f"{where}: is no mesh, so it has no vertices to fit")
+        if owner.data.library is not None or owner.library is not None:
+            raise Problem(f"{where}: is linked from another file; make it local first")
+    elif kind == "POWER":
+        check_light(owner, owner.name)
+    for row in scene.edgegrad.parameters:
+        if row.kind == kind and row.owner == owner:
+            return row
+    row = scene.edgegrad.parameters.add()
+    row.kind, row.owner = kind, owner
+    return row
+
+
+def title(row: Any) -> tuple[str, str, str]:
+    """Return icon, owner and property of a row in words."""
+    if row.owner is None:
+        return "ERROR", "(removed)", KINDS[row.kind].label if row.kind != PROPERTY else row.path
+    if row.kind != PROPERTY:
+        return KINDS[row.kind].icon, row.owner.name, KINDS[row.kind].label
+    kind = getattr(row.owner, "type", "") if isinstance(row.owner, bpy.types.Object) else ""
+    icon = ICONS.get(kind, {"Material": "MATERIAL", "World": "WORLD", "Camera": "CAMERA_DATA"}.get(
+        type(row.owner).__name__, "OBJECT_DATA" if kind else "RNA"))  # fmt: skip
+    return icon, row.owner.name, words(row.owner, row.path, row.index)
+
+
+def words(owner: Any, path: str, index: int = -1) -> str:
+    """Return a data path as Blender's buttons name it: 'Bend: Angle', 'Principled BSDF: Roughness'."""
+    start, _, name = path.rpartition(".")
+    custom = path.endswith('"]')
+    if custom:
+        start, name = path[: path.rfind('["')].rstrip("."), path[path.rfind('["') + 2 : -2]
+    holder = owner
+    try:
+        holder = owner.path_resolve(start) if start else owner
+        found = None if custom else holder.bl_rna.properties.get(name)
+    except (ValueError, AttributeError):
+        return f"(missing) {path}"
+    label = name if found is None else found.name
+    if isinstance(holder, bpy.types.NodeSocket):
+        label = f"{holder.node.label or holder.node.name}: {holder.name}"
+    elif holder != owner:
+        label = f"{getattr(holder, 'name', start)}: {label}"
+    part = "" if index < 0 else f" {PARTS[index]}" if index < len(PARTS) else f" [{index}]"
+    return label + part
+
+
+def value_text(row: Any) -> str:
+    """Return the present value of a row's property, or the count of its vertices."""
+    if row.owner is None:
+        return ""
+    if row.kind == "VERTICES":
+        return f"{len(row.owner.data.vertices):,} × 3"
+    if row.kind == "POWER":
+        return f"{row.owner.data.energy:.4g}"
+    if row.kind != PROPERTY:
+        return "3"
+    try:
+        found = row.owner.path_resolve(row.path)
+    except ValueError:
+        return ""
+    numbers = list(found) if hasattr(found, "__len__") else [found]
+    if row.index >= 0:
+        numbers = numbers[row.index : row.index + 1]
+    if not all(isinstance(number, (int, float)) for number in numbers):
+        return ""
+    return f"{numbers[0]:.4g}" if len(numbers) == 1 else str(len(numbers))
+
+
+def paths_of(row: Any, session: Session) -> list[str]:
+    """Return the paths of a row's variables in a fit."""
+    if row.owner is None:
+        return []
+    if row.kind == PROPERTY:
+        return [row_name(row) or ""]
+    controls = [] if session.driver is None else session.driver.controls
+    if row.kind == "VERTICES" and any(control.object == row.owner for control in controls):
+        return [control.path for control in controls if control.object == row.owner]
+    try:
+        return names_of([row]).paths(session.export)
+    except Problem:
+        return []
+
+
+def remember_effects(scene: Any, session: Session, effects: Mapping[str, float]) -> None:
+    """Store the effects of parameters on the loss, relative to the largest, in the scene's list."""
+    found = relative(effects)
+    for row in scene.edgegrad.parameters:
+        known = [found[path] for path in paths_of(row, session) if path in found]
+        if known and row.sensitivity != max(known):
+            row.sensitivity = max(known)

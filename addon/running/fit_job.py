@@ -1,0 +1,146 @@
+"""A fit as a job: its losses and pictures, and the shapes that it has reached."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import edgegrad
+from edgegrad import images
+from edgegrad.images.code_values import write_codes
+
+from ..session import Session
+from .job import Job
+
+# Iterations at each end of the recent losses whose means give the trend.
+TREND_OVER = 10
+# Seconds between two pictures of the difference, and how much longer than its making they must be apart.
+NEWS_SECONDS, SHARE = 1.0, 20.0
+# Relative change of the loss below which it counts as constant.
+CONSTANT = 0.01
+
+
+class FitJob(Job):
+    """A fit in a thread.
+
+    Attributes
+    ----------
+    session
+        The prepared fit.
+    step
+        The last step; None: there was none.
+    losses
+        Of all iterations so far.
+    file
+        File to which the picture of the difference is written now and then.
+    """
+
+    def __init__(self, session: Session, file: Path) -> None:
+        super().__init__("Fit", self._fit)
+        self.file = file
+        self.session = session
+        self.step: edgegrad.FitStep | None = None
+        self.losses: list[float] = []
+        self._waited = 0.0
+        self._drawn = self._told = 0
+        self._due = 0.0
+
+    def _fit(self, _: Job) -> Any:
+        return self.session.run(callback=self._tell, progress=self.check)
+
+    def _tell(self, step: edgegrad.FitStep) -> str | None:
+        self.losses.append(step.loss)
+        self.step = step
+        if time.monotonic() >= self._due:
+            self.draw()
+        began = time.monotonic()
+        self.wait_while_paused()
+        self._waited += time.monotonic() - began
+        return self.ending
+
+    def serve(self) -> None:
+        self.session.serve()
+
+    def wait(self) -> None:
+        """Wait until the thread has ended; Blender is no longer evaluated for it."""
+        if self.session.relay is not None:
+            self.session.relay.close()
+        super().wait()
+
+    # ---- what the panel shows ----
+    @property
+    def pace(self) -> float:
+        """Seconds of each iteration, without pauses; 0 before the first."""
+        step = self.step
+        return 0.0 if step is None else max(step.seconds - self._waited, 0.0) / step.iteration
+
+    def news(self) -> bool:
+        """Whether there is a picture that was not shown yet."""
+        told, self._told = self._told, self._drawn
+        return self._drawn != told
+
+    def draw(self) -> None:
+        """Write a false-color picture of render minus target, for the last target that was rendered."""
+        began, step = time.monotonic(), self.step
+        if step is None:
+            return
+        target = np.asarray(self.session.targets[step.view].image)[..., :3]
+        # A picture that can't be written must not end the fit.
+        with contextlib.suppress(OSError):
+            if target.shape == step.picture.shape:
+                write_codes(self.file, images.derivative_image(step.picture - target))
+        self._drawn = step.iteration
+        ended = time.monotonic()
+        self._due = ended + max(NEWS_SECONDS, SHARE * (ended - began))
+
+    def shapes(self) -> dict[str, NDArray[np.float64]]:
+        """World-space vertices of the exported meshes that the fit has moved, by name."""
+        scene, moved = self.session.export.scene, {}
+        relay = self.session.relay
+        latest: dict[str, Any] = {} if relay is None or relay.latest is None else dict(relay.latest.parameters)
+        latest |= {} if self.step is None else {
+            path: value for path, value in self.step.values.items() if path.startswith("meshes.")}  # fmt: skip
+        for name, mesh in scene.meshes.items():
+            vertices, matrix = latest.get(f"meshes.{name}.vertices"), latest.get(f"meshes.{name}.transform")
+            if vertices is None and matrix is None:
+                continue
+            points = np.asarray(mesh.vertices if vertices is None else vertices)
+            matrix = np.asarray(mesh.transform if matrix is None else matrix)
+            moved[name] = points @ matrix[:3, :3].T + matrix[:3, 3]
+        return moved
+
+
+def trend(losses: list[float]) -> str:
+    """Arrow for the change of the loss over the last iterations."""
+    if len(losses) < 2:
+        return ""
+    count = min(TREND_OVER, len(losses) // 2)
+    before, after = np.mean(losses[-2 * count : -count]), np.mean(losses[-count:])
+    if abs(after - before) <= CONSTANT * abs(before):
+        return "→"
+    return "↓" if after < before else "↑"
+
+
+def duration(seconds: float) -> str:
+    """Write a time as a person reads it."""
+    if seconds < 10.0:
+        return f"{seconds:.2g} s"
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    if seconds < 5400.0:
+        return f"{seconds / 60.0:.0f} min"
+    return f"{seconds / 3600.0:.1f} h"
+
+
+def fit_text(job: FitJob) -> str:
+    """Text of the progress bar of a fit."""
+    step = job.step
+    if step is None:
+        return "First iteration"
+    left = (step.iterations - step.iteration) * job.pace
+    return f"{step.iteration} / {step.iterations}   {duration(job.pace)} each   {duration(left)} left"

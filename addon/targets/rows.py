@@ -1,0 +1,114 @@
+"""The rows of the scene's list of targets: their pictures' sizes beside those of the renders."""
+
+from __future__ import annotations
+
+from pathlib import Path, PurePath
+from typing import Any
+
+import bpy
+from PIL import Image
+
+from edgegrad import images
+
+from .frames import is_movie
+
+# Size by path, with the time and length of the file that it was read from.
+_sizes: dict[str, tuple[tuple[float, int], tuple[int, int] | None]] = {}
+
+
+def next_camera(scene: Any) -> Any:
+    """Return the active camera, or else the next one of the scene, that has no target; None: each has one."""
+    taken = {row.camera for row in scene.edgegrad.targets}
+    cameras = [ob for ob in scene.objects if ob.type == "CAMERA"]
+    if scene.camera is not None:
+        cameras.sort(key=lambda ob: ob != scene.camera)  # sorting keeps the order of the others
+    return next((ob for ob in cameras if ob not in taken), None)
+
+
+def file_of(path: str) -> Path | None:
+    """Return the file of a path of the list; None: it is empty or there is no such file."""
+    if not path.strip():
+        return None
+    file = Path(bpy.path.abspath(path))
+    return file if file.is_file() else None
+
+
+def picture_size(path: str) -> tuple[int, int] | None:
+    """Return width and height of a picture; None: it can't be read. The file is read again when it has changed."""
+    file = file_of(path)
+    if file is None:
+        return None
+    status = file.stat()
+    state = status.st_mtime, status.st_size
+    known = _sizes.get(str(file))
+    if known is None or known[0] != state:
+        known = _sizes[str(file)] = state, _read_size(file)
+    return known[1]
+
+
+def render_size(scene: Any) -> tuple[int, int]:
+    """Return width and height of the scene's renders, of the whole picture."""
+    render = scene.render
+    return tuple(int(side * render.resolution_percentage / 100) for side in  # type: ignore[return-value]
+                 (render.resolution_x, render.resolution_y))  # fmt: skip
+
+
+def set_render_size(scene: Any, size: tuple[int, int]) -> None:
+    """Make renders as large as a picture, with square pixels."""
+    render = scene.render
+    render.resolution_x, render.resolution_y = size
+    render.resolution_percentage = 100
+    render.pixel_aspect_x = render.pixel_aspect_y = 1.0
+    render.use_border = False
+
+
+def size_of(row: Any) -> tuple[int, int] | None:
+    """Return width and height of a row's picture; None: it is a movie, or it can't be read."""
+    if row.datablock is not None:
+        wide, high = row.datablock.size
+        return (wide, high) if wide and high else None
+    return picture_size(row.image)
+
+
+def problem_of(row: Any) -> str:
+    """What keeps the picture of a row from being read, in words; empty: nothing is known."""
+    if row.datablock is not None:
+        return ""
+    if not row.image.strip():
+        return "no picture"
+    file = file_of(row.image)
+    if file is None:
+        return f"{_name(row)} is missing"
+    return "" if is_movie(file) or picture_size(row.image) else f"{_name(row)} can't be read"
+
+
+def has_aspect(row: Any, scene: Any) -> bool:
+    """Whether the picture of a row, as far as its size is known, has the aspect of renders."""
+    size = size_of(row)
+    return size is None or images.same_aspect(size[::-1], render_size(scene)[::-1])
+
+
+def state(row: Any, scene: Any) -> tuple[str, str]:
+    """Return icon and words for the picture of a row."""
+    problem = problem_of(row)
+    if problem:
+        return "ERROR", problem
+    return ("CHECKMARK" if has_aspect(row, scene) else "ERROR"), _name(row)
+
+
+def _name(row: Any) -> str:
+    return row.datablock.name if row.datablock is not None else PurePath(row.image.replace("\\", "/")).name
+
+
+def _read_size(file: Path) -> tuple[int, int] | None:
+    try:
+        if file.suffix.lower() == ".exr":
+            import OpenEXR
+
+            with OpenEXR.File(str(file), header_only=True) as found:
+                low, high = found.header()["dataWindow"]
+                return int(high[0] - low[0] + 1), int(high[1] - low[1] + 1)
+        with Image.open(file) as picture:
+            return picture.size
+    except Exception:  # whatever a damaged file raises: the fit itself says what is wrong with it
+        return None

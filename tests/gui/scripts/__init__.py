@@ -1,0 +1,1 @@
+"""What is done in Blender's window; each runs in a Blender of its own."""

@@ -1,0 +1,128 @@
+"""The tab in Blender's window: each way in which a fit ends, and pictures of each state.
+
+    make test-window EXTENSION=dist/edgegrad-0.1.0.zip [WINDOW_DIR=FOLDER] [SHOTS=FOLDER]
+
+Blender runs in a Debian chroot that `blender_window.sh` makes in WINDOW_DIR (about 3 GB; it needs root). Each script of
+`scripts/` runs once; its screenshots are kept in SHOTS.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytestmark = pytest.mark.window
+
+HERE = Path(__file__).parent
+EXTENSION = os.environ.get("EXTENSION", "")
+FOLDER, SHOTS = os.environ.get("WINDOW_DIR", ""), os.environ.get("SHOTS", "")
+LIMIT = 600  # seconds for one script
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: Any) -> Any:
+    """Run a script in Blender once; return what it has found, and Blender's log."""
+    if not EXTENSION or not FOLDER:
+        pytest.skip("needs the extension's zip (EXTENSION=…) and a folder for a Blender with a window (WINDOW_DIR=…)")
+    known: dict[str, tuple[dict[str, Any], str]] = {}
+
+    def once(name: str) -> tuple[dict[str, Any], str]:
+        if name not in known:
+            folder = tmp_path_factory.mktemp(name)
+            # Blender sees no more of the tests than what its scripts need.
+            tests = folder / "tests"
+            shutil.copytree(HERE, tests / "gui", ignore=shutil.ignore_patterns("__pycache__"))
+            (tests / "__init__.py").touch()
+            out = Path(SHOTS) / name if SHOTS else folder / "out"
+            command = ["bash", str(HERE / "blender_window.sh"), "--dir", FOLDER, "--ext", EXTENSION, "--out", str(out),
+                       "--timeout", str(LIMIT), "--data", str(tests), str(HERE / "start.py"), name]  # fmt: skip
+            done = subprocess.run(command, capture_output=True, text=True, check=False)
+            log = (out / "blender.log").read_text()
+            assert done.returncode == 0, done.stderr + log
+            known[name] = json.loads((out / "found.json").read_text()), log
+        return known[name]
+
+    return once
+
+
+UNCHANGED = {
+    "escape": (False, "nothing was changed"),
+    "undo": (True, "undo or redo"),
+    "edit mode": (True, "put into Edit Mode"),
+    "open": (True, "another file was opened"),
+}
+CHANGED = {
+    "delete": "object 'Cube' was deleted",
+    "rename": "object 'Cube' was renamed to 'Box'",
+    "move": "object 'Cube' was moved",
+    "new": "another file was opened",
+}
+
+
+@pytest.mark.parametrize("how", UNCHANGED)
+def test_what_ends_a_fit_leaves_the_scene_as_it_was(how: str, run: Any) -> None:
+    found = run("endings")[0][how]
+    failed, words = UNCHANGED[how]
+    assert found["same"] and found["failed"] is failed and words in found["said"], found
+
+
+@pytest.mark.parametrize("how", CHANGED)
+def test_a_change_of_its_objects_ends_a_fit(how: str, run: Any) -> None:
+    found = run("endings")[0][how]
+    assert found["failed"] and CHANGED[how] in found["said"] and found["keys"] == 0, found
+    assert how == "new" or found["color"]
+
+
+@pytest.mark.parametrize("how", ["stop", "stop properties"])
+def test_one_undo_restores_every_value(how: str, run: Any) -> None:
+    found = run("endings")[0][how]
+    assert found["changed"] and found["undone"] and "loss" in found["said"], found
+
+
+def test_blender_stays_usable(run: Any) -> None:
+    found = run("endings")[0]["usable"]
+    assert found == {"selected": [], "saved": True, "waits": True, "second": False, "runs": True}
+
+
+@pytest.mark.parametrize("what", ["render", "gradient"])
+def test_escape_ends_renders(what: str, run: Any) -> None:
+    found = run("endings")[0][what]
+    assert found["runs"] and found["same"] and "nothing was changed" in found["said"]
+
+
+def test_disabling_the_addon_ends_a_fit(run: Any) -> None:
+    found, log = run("endings")
+    assert found["disable"] == {"threads": [], "same": True} and found["enable"]["can start"]
+    assert "Traceback" not in log and "Error:" not in log, log
+
+
+def test_quitting_ends_a_fit(run: Any) -> None:
+    found, log = run("quitting")
+    assert found["runs"] and "Traceback" not in log
+
+
+def test_the_way_to_the_first_fit(run: Any) -> None:
+    found = run("tour")[0]
+    for name, operator in (("no target", "edgegrad.target_open"), ("no picture", "edgegrad.target_open"),
+                           ("missing picture", "edgegrad.target_open"), ("other size", "edgegrad.match_render"),
+                           ("no parameter", "edgegrad.parameters_add"), ("edit mode", "object.mode_set")):  # fmt: skip
+        assert found[name][1] == operator, name
+    assert found["ready"] == [] and "base colors" in found["set up"].lower()
+    assert "loss" in found["fit"] and found["color"][2] > found["color"][0]
+    assert max(found["sensitivities"]) == 1.0 and min(found["sensitivities"]) >= 0.0
+    assert "no armature" in found["no armature"] and found["images"] == []
+    assert {"idle.png", "target.png", "ready.png", "running.png", "finished.png"} <= set(found["pictures"])
+
+
+def test_derivatives_are_shown(run: Any) -> None:
+    found, log = run("looks")
+    assert "Edgegrad Gradient" in found["gradient"] and "agrees" in found["check"] and found["plan lines"] > 5
+    assert len(found["colors"]) == 8 and len({tuple(color) for color in found["colors"]}) > 1
+    assert all(found[f"{name} refuses"] for name in ("gradient", "check", "plan", "gradient_colors"))
+    assert "Traceback" not in log

@@ -1,0 +1,1 @@
+"""The panel of the add-on, without a window: what it says, sets up, watches and draws."""

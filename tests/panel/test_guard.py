@@ -1,0 +1,100 @@
+"""What ends a fit because the scene has changed, and what does not."""
+
+# ruff: noqa: E402  (the imports below need bpy)
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
+
+from edgegrad import images
+from edgegrad_addon.animated.parameter import Wanted
+from edgegrad_addon.parameters import Names
+from edgegrad_addon.running.guard import Guard
+from edgegrad_addon.session import Picture, Request, Session
+from tests.support.scenes import blender_scenes as bs
+
+
+@pytest.fixture(name="start")
+def _start(tmp_path: Path) -> Callable[..., Guard]:
+    bs.empty(16)
+    bs.camera((0, 0, 6), name="Front")
+    bs.light("POINT", "Lamp")
+    bs.add("Cube", bs.cube("Cube", bs.material("Clay")))
+    bs.add("Other", bs.cube("Other"), (3, 0, 0))
+    images.write_image(tmp_path / "target.exr", np.zeros((16, 16, 3), np.float32))
+
+    def start(names: Names, *paths: str) -> Guard:
+        asked = Request([Picture("Front", str(tmp_path / "target.exr"))], names, iterations=2, samples=1,
+                        animated=tuple(Wanted(path) for path in paths))  # fmt: skip
+        return Guard(Session.prepare(bpy.context, asked), bpy.context.scene)
+
+    return start
+
+
+def cube() -> Any:
+    return bpy.data.objects["Cube"]
+
+
+def edit() -> None:
+    bpy.context.view_layer.objects.active = cube()
+    bpy.ops.object.mode_set(mode="EDIT")
+
+
+def socket() -> Any:
+    return bs.shader(bpy.data.materials["Clay"]).inputs["Color"]
+
+
+ALL = Names(vertices=("Cube",), base_color=("Clay",), power=("Lamp",))
+CHANGES: dict[str, tuple[Callable[[], Any], str]] = {
+    "delete": (lambda: bpy.data.objects.remove(cube()), "object 'Cube' was deleted"),
+    "unlink": (lambda: bpy.context.scene.collection.objects.unlink(cube()), "object 'Cube' was deleted"),
+    "rename": (lambda: setattr(cube(), "name", "Box"), "object 'Cube' was renamed to 'Box'"),
+    "replace": (lambda: (setattr(cube(), "name", "Box"), setattr(bpy.data.objects["Other"], "name", "Cube")),
+                "object 'Cube' was renamed to 'Box'"),
+    "edit mode": (edit, "object 'Cube' was put into Edit Mode"),
+    "vertex": (lambda: setattr(cube().data.vertices[3].co, "x", 7.0), "the mesh of object 'Cube' was edited"),
+    "camera": (lambda: setattr(bpy.data.objects["Front"].location, "z", 5.0), "object 'Front' was moved"),
+    "color": (lambda: setattr(socket(), "default_value", (1, 0, 0, 1)), "material 'Clay' was changed"),
+    "material": (lambda: bpy.data.materials.remove(bpy.data.materials["Clay"]), "material 'Clay' was deleted"),
+    "power": (lambda: setattr(bpy.data.lights["Lamp"], "energy", 1.5), "light 'Lamp' was changed"),
+    "scene": (lambda: setattr(bpy.context.scene, "name", "Shot 2"), "scene 'Scene' was deleted or renamed"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_changes_of_what_is_fitted_are_found(name: str, start: Callable[..., Guard]) -> None:
+    bpy.context.scene.name = "Scene"
+    guard = start(ALL)
+    assert guard.problem() is None
+    act, sentence = CHANGES[name]
+    act()
+    assert guard.problem() == sentence
+
+
+def test_other_work_does_not_end_a_fit(start: Callable[..., Guard]) -> None:
+    guard = start(ALL)
+    other = bpy.data.objects["Other"]
+    other.location.x, other.name = 9.0, "Renamed"
+    other.data.vertices[0].co.x = 5.0
+    bpy.data.objects["Lamp"].location.x = 1.0
+    cube().hide_set(True)
+    bpy.context.scene.frame_set(7)
+    assert guard.problem() is None
+
+
+def test_properties_are_watched_at_their_frame(start: Callable[..., Guard]) -> None:
+    guard = start(Names(), 'objects["Other"].location')
+    assert guard.problem() is None
+    bpy.data.objects["Other"].location.x += 0.5
+    assert guard.problem() == "property 'objects[\"Other\"].location' was changed"
+    bpy.data.objects["Other"].location.x -= 0.5
+    assert guard.problem() is None
+    bpy.context.scene.frame_set(7)
+    assert guard.problem() == "the frame was changed"

@@ -1,0 +1,192 @@
+"""The lists of targets and parameters, the set-ups, and what is in the way of a fit."""
+
+# ruff: noqa: E402  (the imports below need bpy)
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
+
+import edgegrad_addon
+from edgegrad import images
+from edgegrad_addon import preflight, rows, setups, targets
+from edgegrad_addon.animated.stored import add_row, stored_wanted
+from edgegrad_addon.problem import Problem
+from edgegrad_addon.properties import request
+from tests.support.animated import scenes as zoo
+from tests.support.scenes import blender_scenes as bs
+
+
+@pytest.fixture(name="scene", autouse=True)
+def _scene() -> Iterator[Any]:
+    bs.empty(16)
+    bs.camera(name="Front")
+    bs.add("Cube", bs.cube("Cube", bs.material("Clay")))
+    bs.light("POINT", "Lamp")
+    bpy.context.view_layer.update()
+    edgegrad_addon.register()
+    yield bpy.context.scene
+    edgegrad_addon.unregister()
+
+
+@pytest.fixture
+def picture(tmp_path: Path) -> str:
+    images.write_image(tmp_path / "a picture.exr", np.ones((10, 20, 3), np.float32))
+    return str(tmp_path / "a picture.exr")
+
+
+def select(*names: str) -> None:
+    for ob in bpy.context.view_layer.objects:
+        ob.select_set(ob.name in names)
+    bpy.context.view_layer.objects.active = bpy.data.objects[names[0]] if names else None
+
+
+def test_plus_takes_the_active_camera_then_the_next_without_a_target(scene: Any) -> None:
+    for name in ("Left", "Right"):
+        bs.camera(name=name)
+    scene.camera = bpy.data.objects["Left"]
+    for _ in range(4):
+        bpy.ops.edgegrad.target_add()
+    names = [row.camera.name if row.camera else None for row in scene.edgegrad.targets]
+    assert names == ["Left", "Front", "Right", None]
+
+
+@pytest.mark.parametrize("suffix", [".exr", ".png", ".jpg", ".tif"])
+def test_sizes_of_pictures_are_read_from_their_heads(suffix: str, tmp_path: Path) -> None:
+    from PIL import Image
+
+    file = tmp_path / f"one{suffix}"
+    if suffix == ".exr":
+        images.write_image(file, np.ones((7, 9, 3), np.float32))
+    else:
+        Image.new("RGB", (9, 7)).save(file)
+    assert targets.picture_size(str(file)) == (9, 7)
+    file.write_bytes(b"no picture")
+    assert targets.picture_size(str(file)) is None
+    assert targets.picture_size("") is None and targets.picture_size(str(tmp_path)) is None
+
+
+def test_renders_become_as_large_as_the_picture(scene: Any, picture: str) -> None:
+    scene.render.resolution_percentage, scene.render.use_border = 50, True
+    assert bpy.ops.edgegrad.target_open(filepath=picture) == {"FINISHED"}
+    assert (scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage) == (20, 10, 100)
+    assert scene.edgegrad.targets[0].camera == scene.camera and not scene.render.use_border
+    scene.render.resolution_x = 99
+    assert targets.state(scene.edgegrad.targets[0], scene) == ("ERROR", "a picture.exr")
+    bpy.ops.edgegrad.match_render()
+    assert targets.state(scene.edgegrad.targets[0], scene) == ("CHECKMARK", "a picture.exr")
+
+
+def test_each_obstacle_has_its_cure(scene: Any, picture: str) -> None:
+    """Each cure is pressed as the panel's button does, until nothing is in the way."""
+    row = rows.add_kind(scene, "POWER", bpy.data.objects["Lamp"])
+    bpy.data.objects.remove(bpy.data.objects["Front"])
+    scene.edgegrad.targets.add().image = picture
+    seen = []
+
+    def cure(**more: Any) -> None:
+        found = preflight.obstacle(bpy.context)
+        assert found is not None
+        seen.append(found.operator)
+        group, name = found.operator.split(".")
+        getattr(getattr(bpy.ops, group), name)(**found.options, **more)
+
+    cure()
+    scene.camera = next(ob for ob in scene.objects if ob.type == "CAMERA")
+    cure()  # removes the target without a camera
+    cure(filepath=picture)
+    scene.edgegrad.targets[0].image = "//nowhere.png"
+    cure(filepath=picture)
+    scene.render.resolution_x = 77
+    cure()
+    bpy.data.objects.remove(row.owner)
+    cure()
+    select("Cube")
+    cure()
+    bpy.ops.object.mode_set(mode="EDIT")
+    cure()
+    assert preflight.obstacle(bpy.context) is None
+    assert seen == ["object.camera_add", "edgegrad.row_remove", "edgegrad.target_open", "edgegrad.target_open",
+                    "edgegrad.match_render", "edgegrad.row_remove", "edgegrad.parameters_add",
+                    "object.mode_set"]  # fmt: skip
+
+
+def test_rows_of_all_kinds_are_one_list(scene: Any) -> None:
+    cube, lamp = bpy.data.objects["Cube"], bpy.data.objects["Lamp"]
+    select("Cube", "Lamp")
+    for kind in rows.KINDS:
+        bpy.ops.edgegrad.parameters_add(of=kind)
+        bpy.ops.edgegrad.parameters_add(of=kind)  # no second row
+    add_row(scene, cube, "location", 2)
+    assert [rows.title(row)[1:] for row in scene.edgegrad.parameters] == [
+        ("Cube", "Vertices"), ("Clay", "Base Color"), ("Clay", "Emission"), ("Lamp", "Power"), ("Cube", "Location Z")]
+    found = request(bpy.context)
+    assert found.names.vertices == ("Cube",) and found.names.base_color == found.names.emission == ("Clay",)
+    assert found.names.power == ("Lamp",) and [one.path for one in found.animated] == ['objects["Cube"].location[2]']
+    cube.name, lamp.name = "Box", "Bulb"
+    scene.edgegrad.parameters[1].enabled = False
+    found = request(bpy.context)
+    assert (found.names.vertices, found.names.base_color, found.names.power) == (("Box",), (), ("Bulb",))
+
+
+def test_values_that_cannot_be_fitted_make_no_row(scene: Any) -> None:
+    bs.light("POINT", "Twin").data = bpy.data.objects["Lamp"].data
+    with pytest.raises(Problem, match="is shared with object"):
+        rows.add_kind(scene, "POWER", bpy.data.objects["Lamp"])
+    with pytest.raises(Problem, match="is no mesh"):
+        rows.add_kind(scene, "VERTICES", bpy.data.objects["Lamp"])
+    select("Front")
+    with pytest.raises(RuntimeError, match="no mesh is selected"):
+        bpy.ops.edgegrad.parameters_add(of="VERTICES")
+    assert not scene.edgegrad.parameters
+
+
+def test_paths_are_named_as_buttons_are() -> None:
+    ob = bpy.data.objects["Cube"]
+    bend = ob.modifiers.new("Bend it", "SIMPLE_DEFORM")
+    ob["Lift"] = 0.5
+    clay = bpy.data.materials["Clay"]
+    socket = bs.shader(clay).inputs["Roughness"]
+    assert rows.words(ob, "rotation_euler") == "Rotation" or "Rotation" in rows.words(ob, "rotation_euler")
+    assert rows.words(ob, bend.path_from_id("angle")) == "Bend it: Angle"
+    assert rows.words(ob, '["Lift"]') == "Lift" and rows.words(ob, "location", 0).endswith("X")
+    path = f"node_tree.{socket.path_from_id('default_value')}"
+    assert rows.words(clay, path).endswith(": Roughness") and rows.words(ob, "gone.away").startswith("(missing)")
+
+
+def test_set_ups_choose_what_may_change(scene: Any) -> None:
+    select("Cube")
+    bpy.ops.edgegrad.target_add()
+    said = setups.apply(bpy.context, "MATERIALS")
+    assert "'Clay'" in said[0] and "'Lamp'" in said[0] and "200 iterations" in said[1]
+    scene.edgegrad.samples = 3
+    said = setups.apply(bpy.context, "CAMERA")
+    assert scene.edgegrad.samples == 16 and "2 other parameters are switched off" in said
+    assert [one.path.rpartition(".")[2] for one in stored_wanted(scene)] == ["location", "rotation_euler", "lens"]
+    setups.apply(bpy.context, "SCULPT")
+    assert request(bpy.context).names.vertices == ("Cube",) and not stored_wanted(scene)
+    setups.apply(bpy.context, "MATERIALS")
+    assert len(scene.edgegrad.parameters) == 6  # rows of before are used again
+    with pytest.raises(Problem, match="no armature"):
+        setups.apply(bpy.context, "POSE")
+    zoo.armature(bpy.data.objects["Cube"], 3, 0.7)
+    setups.apply(bpy.context, "POSE")
+    assert len(stored_wanted(scene)) == 4
+
+
+def test_a_base_color_from_a_texture_is_no_value(scene: Any) -> None:
+    made = bpy.data.materials.new("Painted")
+    made.use_nodes = True
+    tree = made.node_tree
+    tree.links.new(tree.nodes.new("ShaderNodeTexNoise").outputs["Color"],
+                   tree.nodes["Principled BSDF"].inputs["Base Color"])  # fmt: skip
+    assert setups.fed(made, "Base Color") and not setups.fed(made, "Roughness")
+    bpy.data.objects["Cube"].data.materials.append(made)
+    setups.apply(bpy.context, "MATERIALS")
+    assert request(bpy.context).names.base_color == ("Clay",)

@@ -280,6 +280,7 @@ class Run:
             value, adjoint = checked(view, image)
             if not (np.isfinite(value) and np.isfinite(adjoint).all()):
                 raise FloatingPointError(f"fit: the loss of target {j} is not finite in iteration {k + 1}")
+            self.rendered = j, image
             out[j] = value, np.asarray(view.weight * factor * adjoint, np.float32)
         return values, out
 

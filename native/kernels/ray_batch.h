@@ -1,4 +1,4 @@
-// Many rays through the engine's own queries, for measuring them (python/ray_queries.cpp).
+// Many rays through the engine's own queries, for measuring them (python/probes/ray_queries.cpp).
 #pragma once
 
 #include "scene/rays/rays.h"

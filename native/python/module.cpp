@@ -14,15 +14,15 @@
 #include "engine/decisions/picture_facts.h"
 #include "engine/engine.h"
 #include "kernels/dispatch.h"
-#include "python/bsdfs.h"
 #include "python/call.h"
-#include "python/field_outlines.h"
 #include "python/held_objects.h"
 #include "python/learned_sampling.h"
-#include "python/light_sampling.h"
 #include "python/numpy_arrays.h"
-#include "python/probe_arrays.h"
-#include "python/ray_queries.h"
+#include "python/probes/bsdfs.h"
+#include "python/probes/field_outlines.h"
+#include "python/probes/light_sampling.h"
+#include "python/probes/probe_arrays.h"
+#include "python/probes/ray_queries.h"
 #include "python/scene_tables.h"
 #include "python/textures.h"
 #include "tasks/kernel_table.h"
@@ -298,7 +298,7 @@ NB_MODULE(_native, m) {
     edgegrad::bind_zeros(m);
     edgegrad::bind_learned_sampling(m);
     m.def("field_outline_points", &edgegrad::field_outline_points, "values"_a, "to_world"_a, "viewer"_a,
-          "u"_a, "threads"_a, "The outline of a distance field (native/python/field_outlines.h).");
+          "u"_a, "threads"_a, "The outline of a distance field (native/python/probes/field_outlines.h).");
     m.def(
         "instruction_sets",
         [] {

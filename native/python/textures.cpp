@@ -5,7 +5,7 @@
 #include "kernels/dispatch.h"
 #include "python/call.h"
 #include "python/numpy_arrays.h"
-#include "python/probe_arrays.h"
+#include "python/probes/probe_arrays.h"
 #include "scene/textures/opcodes.h"
 #include "tasks/kernel_table.h"
 #include "tasks/probe_tasks.h"

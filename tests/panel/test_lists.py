@@ -15,10 +15,11 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 
 import edgegrad_addon
 from edgegrad import images
-from edgegrad_addon import preflight, rows, setups, targets
+from edgegrad_addon import preflight, rows, setups
 from edgegrad_addon.animated.stored import add_row, stored_wanted
 from edgegrad_addon.problem import Problem
 from edgegrad_addon.properties import request
+from edgegrad_addon.targets import rows as targets
 from tests.support.animated import scenes as zoo
 from tests.support.scenes import blender_scenes as bs
 

@@ -1,4 +1,4 @@
-#include "python/probe_arrays.h"
+#include "python/probes/probe_arrays.h"
 
 #include <stdexcept>
 

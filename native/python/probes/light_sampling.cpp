@@ -1,4 +1,4 @@
-#include "python/light_sampling.h"
+#include "python/probes/light_sampling.h"
 
 #include <stdexcept>
 #include <vector>

@@ -1,5 +1,5 @@
 // Derivatives of parts of the shading code that read a scene. The scene is given by arrays, without a BVH.
-#include "python/probe_arrays.h"
+#include "python/probes/probe_arrays.h"
 
 #include <algorithm>
 #include <stdexcept>

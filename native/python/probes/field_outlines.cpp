@@ -1,4 +1,4 @@
-#include "python/field_outlines.h"
+#include "python/probes/field_outlines.h"
 
 #include <algorithm>
 #include <vector>

@@ -1,11 +1,11 @@
-#include "python/bsdfs.h"
+#include "python/probes/bsdfs.h"
 
 #include <stdexcept>
 
 #include "kernels/dispatch.h"
 #include "python/call.h"
 #include "python/numpy_arrays.h"
-#include "python/probe_arrays.h"
+#include "python/probes/probe_arrays.h"
 #include "tasks/kernel_table.h"
 #include "tasks/probe_tasks.h"
 

@@ -1,5 +1,5 @@
 // Bindings of ray queries, to measure them beside Embree's own (tests/benchmarks/throughput.py).
-#include "python/ray_queries.h"
+#include "python/probes/ray_queries.h"
 
 #include <algorithm>
 #include <chrono>

@@ -186,8 +186,8 @@ def test_the_command_line_saves_the_new_object(target: Path, tmp_path: Path) -> 
     assert command_line.main([*arguments, "--field", "Cube", "--resolution", "16", "--save", str(saved)]) == 0
     bpy.ops.wm.open_mainfile(filepath=str(saved))
     assert bpy.data.objects["Cube"].hide_render and len(bpy.data.objects["Cube (field)"].data.polygons) > 50
-    assert command_line.main([*arguments, "--vertices", "Cube", "--resolution", "16"]) == 1
-    assert command_line.main([*arguments, "--vertices", "Cube", "--field", "Cube"]) == 1
+    assert command_line.main([*arguments, "--vertices", "Cube", "--resolution", "16", "--out", str(tmp_path)]) == 1
+    assert command_line.main([*arguments, "--vertices", "Cube", "--field", "Cube", "--out", str(tmp_path)]) == 1
 
 
 @pytest.fixture

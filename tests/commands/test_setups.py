@@ -16,7 +16,7 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 
 import edgegrad_addon
 from edgegrad import images, read_checkpoint
-from edgegrad_addon import command_line
+from edgegrad_addon import command_line, rows
 from edgegrad_addon.session import Session
 from edgegrad_addon.write_back.kept import TEXT
 from tests.support.scenes import blender_scenes as bs
@@ -36,10 +36,11 @@ def start(tmp_path: Path) -> Path:
         settings = bpy.context.scene.edgegrad
         target = settings.targets.add()
         target.camera, target.image = bpy.data.objects["Front"], "//target.exr"
-        settings.vertices, settings.base_color, settings.iterations, settings.samples = False, True, 3, 2
+        settings.iterations, settings.samples = 3, 2
         settings.write_to = "MESH"
         row = settings.parameters.add()
         row.owner, row.path, row.index = bpy.data.objects["Cube"], "location", 0
+        rows.add_kind(bpy.context.scene, "BASE_COLOR", bpy.data.materials["Clay"])
         bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "start.blend"))
     finally:
         edgegrad_addon.unregister()

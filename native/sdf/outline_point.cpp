@@ -139,6 +139,19 @@ bool pull_to_outline(const FieldView& f, const FieldViewer& viewer, double (&gri
     return false;
 }
 
+bool touches_outside(const FieldView& f, const double (&grid)[3], const double (&v)[3], float& contact) {
+    const double ray = std::sqrt(dot(v, v));
+    for (const double side : {-1.0, 1.0}) {
+        Triple x;
+        for (int k = 0; k < 3; ++k) x[k] = grid[k] + side * kContactCells / ray * v[k];
+        if (within(f, x) && spline_jet(f, x).value < 0.0) return false;
+    }
+    Triple view;
+    vector_to_world(f, v, view);
+    contact = static_cast<float>(kContactCells * std::sqrt(dot(view, view)) / ray);
+    return true;
+}
+
 bool outline_point(const FieldView& f, const FieldViewer& viewer, const float (&a)[3], const float (&b)[3],
                    float u, OutlinePoint& out) {
     Triple from, way, start;
@@ -171,19 +184,12 @@ bool outline_point(const FieldView& f, const FieldViewer& viewer, const float (&
     }
     const OutlineEquations e(f, viewer, out.grid);
     if (!within(f, out.grid) || !(e.curvature() > 0.0)) return false;
-    // The ray must be outside of the surface before and behind the contact
-    const double ray = std::sqrt(dot(e.v, e.v));
-    for (const double side : {-1.0, 1.0}) {
-        Triple x;
-        for (int k = 0; k < 3; ++k) x[k] = out.grid[k] + side * kContactCells / ray * e.v[k];
-        if (within(f, x) && spline_jet(f, x).value < 0.0) return false;
-    }
-    Triple tangent, world, normal, view;
+    if (!touches_outside(f, out.grid, e.v, out.contact)) return false;
+    Triple tangent, world, normal;
     cross(e.at.gradient, e.gradient, tangent);
     const double det = dot(tangent, way), scale = dot(way, way) / det;
     for (double& t : tangent) t *= scale;
     vector_to_world(f, tangent, world);
-    vector_to_world(f, e.v, view);
     for (int c = 0; c < 3; ++c)
         normal[c] = f.to_grid[0][c] * e.at.gradient[0] + f.to_grid[1][c] * e.at.gradient[1] +
                     f.to_grid[2][c] * e.at.gradient[2];
@@ -198,7 +204,6 @@ bool outline_point(const FieldView& f, const FieldViewer& viewer, const float (&
     }
     out.slope = static_cast<float>(slope);
     out.reversed = det < 0.0;
-    out.contact = static_cast<float>(kContactCells * std::sqrt(dot(view, view)) / ray);
     return true;
 }
 

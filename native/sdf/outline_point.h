@@ -32,6 +32,10 @@ SplineJet spline_jet(const FieldView& f, const double (&grid)[3]);
 // there (v . H v > 0); otherwise they come out of it.
 bool pull_to_outline(const FieldView& f, const FieldViewer& viewer, double (&grid)[3], bool& clear);
 
+// Whether a ray of direction v (in grid coordinates) that touches the surface at a point is outside of it
+// before and behind. If so, sets the length, in the world, over which it touches up to rounding.
+bool touches_outside(const FieldView& f, const double (&grid)[3], const double (&v)[3], float& contact);
+
 struct OutlinePoint {
     double grid[3];
     float position[3], normal[3];  // in the world; the unit normal points out of the surface

@@ -425,6 +425,8 @@ NB_MODULE(_native, m) {
     edgegrad::bind_zeros(m);
     m.def("field_outline_points", &edgegrad::field_outline_points, "values"_a, "to_world"_a, "viewer"_a,
           "u"_a, "threads"_a, "The outline of a distance field (native/python/field_outlines.h).");
+    m.def("field_surface_points", &edgegrad::field_surface_points, "values"_a, "to_world"_a, "places"_a,
+          "threads"_a, "Points of a distance field's surface (native/python/field_outlines.h).");
     m.def(
         "instruction_sets",
         [] {

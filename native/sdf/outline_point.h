@@ -26,6 +26,7 @@ struct SplineJet {
     double value, gradient[3], hessian[6];
 };
 SplineJet spline_jet(const FieldView& f, const double (&grid)[3]);
+double spline_value(const FieldView& f, const double (&grid)[3]);
 
 // Moves a point onto the outline along g and grad G, by Newton's method. Returns whether that has converged
 // near the point, within the field's box. `clear` tells whether the rays around stay outside of the surface

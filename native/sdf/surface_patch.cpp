@@ -7,7 +7,7 @@ namespace {
 
 // Newton's method along a gradient stops at steps of so many cells. It fails after so many steps or so far
 // from the patch.
-constexpr double kResolved = 1e-9, kFar = 1.0;
+constexpr double kResolved = 1e-6, kFar = 1.0;
 constexpr int kMostSteps = 20;
 
 using Triple = double[3];

@@ -72,8 +72,6 @@ std::vector<LightBound> sized_lights(const LightView& lights) {
     return out;
 }
 
-Vector vector_of(const double (&p)[3]) { return {p[0], p[1], p[2]}; }
-
 // The middle of a triangle of a carrier on the field's surface, in the world.
 struct PatchMiddle {
     Vector point, normal;
@@ -90,20 +88,18 @@ struct PatchMiddle {
 
 class PatchShape {
  public:
-    PatchShape(const CarriedField& field, size_t triangle) : f_(field.view) {
-        const uint32_t* corner = &field.carrier.triangle[3 * triangle];
-        double middle[3] = {}, place[3][3];
-        for (size_t k = 0; k < 3; ++k)
-            for (size_t c = 0; c < 3; ++c) {
-                place[k][c] = field.carrier.point[3 * corner[k] + c];
-                const double g = field.carrier.gradient[3 * corner[k] + c];
-                patch_.point[k][c] = static_cast<float>(place[k][c]);
-                patch_.gradient[k][c] = static_cast<float>(g);
+    PatchShape(const CarriedField& field, size_t triangle)
+        : f_(field.view), patch_(field_patch(field.carrier, triangle)) {
+        double middle[3] = {}, place[3][3], gradient[3][3];
+        for (int k = 0; k < 3; ++k)
+            for (int c = 0; c < 3; ++c) {
+                place[k][c] = static_cast<double>(patch_.point[k][c]);
+                gradient[k][c] = static_cast<double>(patch_.gradient[k][c]);
                 middle[c] += place[k][c] / 3.0;
             }
         const SplineJet jet = spline_jet(f_, middle);
         Vector at[3];
-        for (size_t k = 0; k < 3; ++k) at[k] = to_world(place[k]);
+        for (int k = 0; k < 3; ++k) at[k] = to_world(place[k]);
         m_.point = to_world(middle);
         m_.area = 0.5 * length(cross(at[1] - at[0], at[2] - at[0]));
         m_.radius = 0.0;
@@ -114,10 +110,8 @@ class PatchShape {
         bend(jet.hessian, slope);
         // Corners may have other normals than the Hessian of the middle says
         m_.spread = 1.5 * m_.radius * std::sqrt(square_of_bend());
-        for (size_t k = 0; k < 3; ++k) {
-            double corner_gradient[3];
-            for (size_t c = 0; c < 3; ++c) corner_gradient[c] = field.carrier.gradient[3 * corner[k] + c];
-            const Vector other = covector(corner_gradient);
+        for (const auto& corner : gradient) {
+            const Vector other = covector(corner);
             const Vector turned = other * (1.0 / std::max(length(other), 1e-30)) - m_.normal;
             m_.spread = std::max(m_.spread, 1.5 * length(turned));
         }

@@ -17,7 +17,6 @@ _ABOUT_MESHES = {
     "field outlines": "the outlines of the distance fields {}, as the camera sees them through a lens with depth of "
                       "field",
     "clear fields": "the shadows of the transparent distance fields {}, and where they hide surfaces from each other",
-    "glowing fields": "shadows in the light that the distance fields {} emit",
     "field lines": "lines where meshes pass through the distance fields {} or where these end at their boxes: they are "
                    "no edges",
     "field mirrors": "edges, shadows and outlines of lights that mirrors and smooth glass show by way of the distance "

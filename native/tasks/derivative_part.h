@@ -55,7 +55,6 @@ enum class Part : int32_t {
     kSteppedShadows,     // shadows of borders that an image draws in a surface's transmittance
     kRimLines,           // rims on rough glass, for lights without size
     kClearFields,        // shadows of transparent distance fields
-    kGlowingFields,      // shadows in the light of distance fields
     kFieldLines,         // lines where surfaces pass through distance fields
     kFieldMirrors,       // edges seen by mirrors and glass by way of distance fields
     kMirroredOutlines,   // outlines of lights, in mirrors and behind glass
@@ -115,7 +114,6 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kSteppedShadows, "stepped shadows", kShadowTerm},
     {Part::kRimLines, "rim lines", kInteriorTerm},
     {Part::kClearFields, "clear fields", kShadowTerm},
-    {Part::kGlowingFields, "glowing fields", kShadowTerm},
     {Part::kFieldLines, "field lines", kPrimaryTerm},
     {Part::kFieldMirrors, "field mirrors", kPrimaryTerm},
     {Part::kMirroredOutlines, "mirrored outlines", kPrimaryTerm},

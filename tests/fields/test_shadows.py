@@ -231,5 +231,3 @@ def test_the_plan_names_what_is_computed_and_what_is_missing() -> None:
     clear = replace(scene, materials={**scene.materials, "clay": Material(
         np.ones(3) * 0.5, kind="PRINCIPLED", alpha=0.5)})
     assert any("transparent distance fields body" in s for s in plan(clear, ["fields.body.values"]).missing)
-    glowing = replace(scene, materials={**scene.materials, "clay": Material(np.zeros(3), np.ones(3))})
-    assert any("light that the distance fields body emit" in s for s in plan(glowing, ["fields.body.values"]).missing)

@@ -316,30 +316,12 @@ std::vector<int32_t> partly_met_meshes(const SceneTables& tables, int32_t rays) 
     return out;
 }
 
-namespace {
-
-size_t material_of_field(const SceneTables& tables, int32_t mesh) {
+bool is_clear_field(const SceneTables& tables, int32_t mesh) {
     const int32_t face = tables.mesh_first_face[static_cast<size_t>(mesh)];
-    return static_cast<size_t>(tables.face_material[static_cast<size_t>(face)]);
-}
-
-bool has_closure(const SceneTables& tables, size_t material, int32_t flag) {
+    const auto material = static_cast<size_t>(tables.face_material[static_cast<size_t>(face)]);
     const auto first = tables.closure_flags.begin() + tables.material_first_closure[material],
                last = tables.closure_flags.begin() + tables.material_first_closure[material + 1];
-    return std::any_of(first, last, [flag](int32_t flags) { return (flags & flag) != 0; });
-}
-
-}  // namespace
-
-bool is_clear_field(const SceneTables& tables, int32_t mesh) {
-    return has_closure(tables, material_of_field(tables, mesh), kHasTransparency);
-}
-
-bool is_glowing_field(const SceneTables& tables, int32_t mesh) {
-    const size_t material = material_of_field(tables, mesh);
-    const auto emission = tables.emission.begin() + 3 * static_cast<ptrdiff_t>(material);
-    return has_closure(tables, material, kHasEmission) ||
-           std::any_of(emission, emission + 3, [](float e) { return e > 0.0f; });
+    return std::any_of(first, last, [](int32_t flags) { return (flags & kHasTransparency) != 0; });
 }
 
 bool moves_rays(const CameraView& camera, const Requested& requested) {

@@ -92,16 +92,14 @@ class Search {
     // What fields lack.
     void fields() {
         const bool lit = any_moves_ && f_.options.max_depth >= 2, bends = motion_.any_field_moves();
-        std::vector<int32_t> clear, all, glowing;
+        std::vector<int32_t> clear, all;
         for (int32_t mesh = tables_.first_field(); mesh < tables_.visible_meshes; ++mesh) {
             const int32_t mask = tables_.mesh_mask[static_cast<size_t>(mesh)];
             all.push_back(mesh);
             if (!lit || !(mask & ~(1 << kCameraRay))) continue;
             if (is_clear_field(tables_, mesh)) clear.push_back(mesh);
-            if (is_glowing_field(tables_, mesh)) glowing.push_back(mesh);
         }
         meshes(Part::kClearFields, std::move(clear));
-        meshes(Part::kGlowingFields, std::move(glowing));
         if (motion_.camera || motion_.any_mesh_moves() || bends) meshes(Part::kFieldLines, all);
         const std::vector<int32_t> smooth = used_materials(
             tables_, [&](size_t k) { return may_be_specular(tables_, k, f_.scene.followed_alpha); });

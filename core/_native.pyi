@@ -29,6 +29,9 @@ class HeldObjects:
 def field_outline_points(
     values: F32, to_world: NDArray[np.float64], viewer: NDArray[np.float64], u: F32, threads: int
 ) -> dict[str, F32]: ...
+def field_surface_points(
+    values: F32, to_world: NDArray[np.float64], places: F32, threads: int
+) -> dict[str, F32]: ...
 def texture_operations() -> list[str]: ...
 def evaluate_textures(
     tables: TextureTables, points: Any, rows: NDArray[np.float32], instruction_set: str

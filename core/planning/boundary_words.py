@@ -84,7 +84,7 @@ def shadow(words: SceneWords) -> Term:
     mirrors = _mirrors(words, "mirrored shadows")
     of, kept = first.edges.of, max(d.edges.kept for d in kinds)
     computed = any(d.computed for d in kinds) or horizons is not None or bool(curves) or bool(mirrors) or _any(
-        words, "emitter outlines")
+        words, "emitter outlines", "field shadows")
     zero = {
         "not rendered": "only light seen directly is rendered, and it has no shadows",
         "still": "no vertex is a parameter and lights stand still: no shadow moves",
@@ -129,6 +129,9 @@ def _shadow_curves(words: SceneWords) -> list[str]:
     for part in ("light intersections", "disk intersections"):
         out += words.pierced(part, "besides edges: what {meshes} hide of the light '{light}' where they pass through "
                              "it")
+    fields = words.computed("field shadows")
+    if fields is not None:
+        out.append(f"besides edges: the shadows of the distance fields {words.mesh_names(fields)}")
     cones = words.computed("cone borders")
     if cones is not None:
         out.append(f"besides edges: the borders of the cones of {words.light_names(cones)}, which have no blend")
@@ -164,6 +167,10 @@ def indirect(words: SceneWords, max_depth: int) -> Term:
     if horizons is not None:
         curves.append(f"besides edges: the horizons of the faces of {words.mesh_names(horizons)}, where they cut off "
                       "light of other surfaces")
+    fields = words.computed("fields between surfaces")
+    if fields is not None:
+        curves.append(f"besides edges: what the distance fields {words.mesh_names(fields)} hide of one surface from "
+                      "another")
     computed = edges.computed or bool(curves) or bool(mirrors)
     of = edges.edges.of
     if edges.outcome == "missing":

@@ -16,11 +16,9 @@ _ABOUT_MESHES = {
                       "normals let it reach (terminator_offset): they are not sampled",
     "field outlines": "the outlines of the distance fields {}, as the camera sees them through a lens with depth of "
                       "field",
-    "field shadows": "the shadows of the distance fields {}, and where they hide surfaces from each other: derivatives "
-                     "by what moves lack them",
+    "clear fields": "the shadows of the transparent distance fields {}, and where they hide surfaces from each other",
     "field lines": "lines where meshes pass through the distance fields {} or where these end at their boxes: they are "
                    "no edges",
-    "field receivers": "edges of meshes, and their shadows, as the moving surfaces of the distance fields {} see them",
     "field mirrors": "edges, shadows and outlines of lights that mirrors and smooth glass show by way of the distance "
                      "fields {}",
     "edges between surfaces": "indirect boundary: edges between two surfaces that light each other are left out, since "

@@ -299,6 +299,8 @@ NB_MODULE(_native, m) {
     edgegrad::bind_learned_sampling(m);
     m.def("field_outline_points", &edgegrad::field_outline_points, "values"_a, "to_world"_a, "viewer"_a,
           "u"_a, "threads"_a, "The outline of a distance field (native/python/probes/field_outlines.h).");
+    m.def("field_surface_points", &edgegrad::field_surface_points, "values"_a, "to_world"_a, "places"_a,
+          "threads"_a, "Points of a distance field's surface (native/python/probes/field_outlines.h).");
     m.def(
         "instruction_sets",
         [] {

@@ -14,6 +14,7 @@
 #include "scene/textures/texture_view.h"
 #include "sdf/field_derivatives.h"
 #include "sdf/field_view.h"
+#include "sdf/surface_patch.h"
 
 namespace edgegrad {
 
@@ -163,6 +164,8 @@ struct SceneView {
     const float* intersection_ends;
     // (N, 2) instances of those faces, -1: none; null: no face is instanced.
     const int32_t* intersection_instances;
+    // (N) patches of fields' surfaces, by line; null: the lines are no patches.
+    const FieldPatch* field_patches;
 
     CameraView camera;
 

@@ -225,6 +225,18 @@ FieldCarrier field_carrier(const FieldView& field, int threads) {
     return out;
 }
 
+FieldPatch field_patch(const FieldCarrier& carrier, size_t triangle) {
+    FieldPatch out;
+    for (size_t k = 0; k < 3; ++k) {
+        const size_t corner = 3 * static_cast<size_t>(carrier.triangle[3 * triangle + k]);
+        for (size_t c = 0; c < 3; ++c) {
+            out.point[k][c] = static_cast<float>(carrier.point[corner + c]);
+            out.gradient[k][c] = static_cast<float>(carrier.gradient[corner + c]);
+        }
+    }
+    return out;
+}
+
 std::vector<float> field_outline(const FieldView& field, const FieldCarrier& carrier,
                                  const FieldViewer& viewer, int threads) {
     // The sides of all vertices: g . v at each

@@ -1,10 +1,12 @@
 // The outline of a distance field as a list of segments, which boundary terms sample.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "sdf/outline_point.h"
+#include "sdf/surface_patch.h"
 
 namespace edgegrad {
 
@@ -16,6 +18,7 @@ struct FieldCarrier {
     std::vector<uint32_t> triangle;       // (triangles, 3) vertices, counterclockwise as seen from outside
 };
 FieldCarrier field_carrier(const FieldView& field, int threads);
+FieldPatch field_patch(const FieldCarrier& carrier, std::size_t triangle);
 
 // The outline of a field as segments (n, 2, 3) in the world. Their ends lie on the outline, are ordered as
 // its tangent, and are shared by neighbours. Left out are parts where the viewer's rays come out of the

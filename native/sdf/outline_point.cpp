@@ -55,6 +55,19 @@ struct OutlineEquations {
     double curvature() const { return dot(v, bent); }
 };
 
+// The cell of a coordinate, and the place in it.
+double place_in_cell(const FieldView& f, const Triple& grid, int axis, int64_t& cell) {
+    const int32_t last = f.cells(axis) - 1;
+    cell = grid[axis] > 0.0 ? static_cast<int64_t>(grid[axis] < last ? grid[axis] : last) : 0;
+    return grid[axis] - static_cast<double>(cell);
+}
+
+void value_weights(double u, double (&weight)[4]) {
+    const double v = 1.0 - u;
+    weight[0] = v * v * v / 6.0, weight[1] = (4.0 - 3.0 * u * u * (1.0 + v)) / 6.0;
+    weight[2] = (4.0 - 3.0 * v * v * (1.0 + u)) / 6.0, weight[3] = u * u * u / 6.0;
+}
+
 }  // namespace
 
 FieldViewer viewer_at(const FieldView& f, const double (&point)[3]) {
@@ -73,15 +86,29 @@ FieldViewer viewer_along(const FieldView& f, const double (&direction)[3]) {
     return out;
 }
 
+double spline_value(const FieldView& f, const double (&grid)[3]) {
+    double w[3][4], sum = 0.0;
+    int64_t cell[3];
+    for (int a = 0; a < 3; ++a) value_weights(place_in_cell(f, grid, a, cell[a]), w[a]);
+    const int64_t step = f.size[2], slab = step * f.size[1];
+    const float* first = f.values + cell[0] * slab + cell[1] * step + cell[2];
+    for (int i = 0; i < 4; ++i)
+        for (int j = 0; j < 4; ++j) {
+            const float* row = first + i * slab + j * step;
+            double along = 0.0;
+            for (int k = 0; k < 4; ++k) along += static_cast<double>(row[k]) * w[2][k];
+            sum += w[0][i] * w[1][j] * along;
+        }
+    return sum;
+}
+
 SplineJet spline_jet(const FieldView& f, const double (&grid)[3]) {
     double w[3][3][4];  // by axis, order and tap
     int64_t cell[3];
     for (int a = 0; a < 3; ++a) {
-        const int32_t last = f.cells(a) - 1;
-        cell[a] = grid[a] > 0.0 ? static_cast<int64_t>(grid[a] < last ? grid[a] : last) : 0;
-        const double u = grid[a] - static_cast<double>(cell[a]), v = 1.0 - u;
-        const double value[4] = {v * v * v / 6.0, (4.0 - 3.0 * u * u * (1.0 + v)) / 6.0,
-                                 (4.0 - 3.0 * v * v * (1.0 + u)) / 6.0, u * u * u / 6.0};
+        const double u = place_in_cell(f, grid, a, cell[a]), v = 1.0 - u;
+        double value[4];
+        value_weights(u, value);
         const double slope[4] = {-0.5 * v * v, 0.5 * u * (3.0 * u - 4.0), 0.5 * v * (4.0 - 3.0 * v),
                                  0.5 * u * u};
         const double bend[4] = {v, 3.0 * u - 2.0, 1.0 - 3.0 * u, u};
@@ -139,6 +166,19 @@ bool pull_to_outline(const FieldView& f, const FieldViewer& viewer, double (&gri
     return false;
 }
 
+bool touches_outside(const FieldView& f, const double (&grid)[3], const double (&v)[3], float& contact) {
+    const double ray = std::sqrt(dot(v, v));
+    for (const double side : {-1.0, 1.0}) {
+        Triple x;
+        for (int k = 0; k < 3; ++k) x[k] = grid[k] + side * kContactCells / ray * v[k];
+        if (within(f, x) && spline_value(f, x) < 0.0) return false;
+    }
+    Triple view;
+    vector_to_world(f, v, view);
+    contact = static_cast<float>(kContactCells * std::sqrt(dot(view, view)) / ray);
+    return true;
+}
+
 bool outline_point(const FieldView& f, const FieldViewer& viewer, const float (&a)[3], const float (&b)[3],
                    float u, OutlinePoint& out) {
     Triple from, way, start;
@@ -171,19 +211,12 @@ bool outline_point(const FieldView& f, const FieldViewer& viewer, const float (&
     }
     const OutlineEquations e(f, viewer, out.grid);
     if (!within(f, out.grid) || !(e.curvature() > 0.0)) return false;
-    // The ray must be outside of the surface before and behind the contact
-    const double ray = std::sqrt(dot(e.v, e.v));
-    for (const double side : {-1.0, 1.0}) {
-        Triple x;
-        for (int k = 0; k < 3; ++k) x[k] = out.grid[k] + side * kContactCells / ray * e.v[k];
-        if (within(f, x) && spline_jet(f, x).value < 0.0) return false;
-    }
-    Triple tangent, world, normal, view;
+    if (!touches_outside(f, out.grid, e.v, out.contact)) return false;
+    Triple tangent, world, normal;
     cross(e.at.gradient, e.gradient, tangent);
     const double det = dot(tangent, way), scale = dot(way, way) / det;
     for (double& t : tangent) t *= scale;
     vector_to_world(f, tangent, world);
-    vector_to_world(f, e.v, view);
     for (int c = 0; c < 3; ++c)
         normal[c] = f.to_grid[0][c] * e.at.gradient[0] + f.to_grid[1][c] * e.at.gradient[1] +
                     f.to_grid[2][c] * e.at.gradient[2];
@@ -198,7 +231,6 @@ bool outline_point(const FieldView& f, const FieldViewer& viewer, const float (&
     }
     out.slope = static_cast<float>(slope);
     out.reversed = det < 0.0;
-    out.contact = static_cast<float>(kContactCells * std::sqrt(dot(view, view)) / ray);
     return true;
 }
 

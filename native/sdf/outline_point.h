@@ -26,11 +26,16 @@ struct SplineJet {
     double value, gradient[3], hessian[6];
 };
 SplineJet spline_jet(const FieldView& f, const double (&grid)[3]);
+double spline_value(const FieldView& f, const double (&grid)[3]);
 
 // Moves a point onto the outline along g and grad G, by Newton's method. Returns whether that has converged
 // near the point, within the field's box. `clear` tells whether the rays around stay outside of the surface
 // there (v . H v > 0); otherwise they come out of it.
 bool pull_to_outline(const FieldView& f, const FieldViewer& viewer, double (&grid)[3], bool& clear);
+
+// Whether a ray of direction v (in grid coordinates) that touches the surface at a point is outside of it
+// before and behind. If so, sets the length, in the world, over which it touches up to rounding.
+bool touches_outside(const FieldView& f, const double (&grid)[3], const double (&v)[3], float& contact);
 
 struct OutlinePoint {
     double grid[3];

@@ -22,6 +22,10 @@ enum BoundaryKind : int32_t {
     kIntersectionOutline,    // boundary/terms/intersection_outline.h
     kDiskIntersection,       // boundary/terms/disk_intersection.h
     kFieldOutline,           // boundary/terms/field_outline.h
+    kFieldLights,            // boundary/terms/field_shadow.h: outlines of fields, seen by lights without size
+    kFieldSizedLights,       // the same: tangents of fields, towards lights with a size
+    kFieldEnvironment,       // the same, towards the environment
+    kFieldIndirect,          // boundary/terms/field_indirect.h
     kBoundaryKinds
 };
 
@@ -66,6 +70,10 @@ constexpr BoundaryKindRow kBoundaryTable[kBoundaryKinds] = {
     {kIntersectionOutline, Part::kIntersectionOutlines, kPictureLines, 0.1, 0.0625, 1, kIntersectionOutline},
     {kDiskIntersection, Part::kDiskIntersections, kLineDirections, 0.5, 0.0625, 2, kDiskIntersection},
     {kFieldOutline, Part::kFieldOutlines, kPictureLines, 0.1, 0.18, 1, kFieldOutline},
+    {kFieldLights, Part::kFieldShadows, kLineDirections, 0.25, 0.0625, 2, kFieldLights},
+    {kFieldSizedLights, Part::kFieldShadows, kLineDirections, 0.4, 0.0625, 2, kFieldSizedLights},
+    {kFieldEnvironment, Part::kFieldShadows, kLineDirections, 0.4, 0.0625, 2, kFieldSizedLights},
+    {kFieldIndirect, Part::kFieldsBetween, kLineDirections, 0.4, 0.0625, 3, kFieldIndirect},
 };
 constexpr bool kinds_are_in_order() {
     for (int32_t kind = 0; kind < kBoundaryKinds; ++kind)

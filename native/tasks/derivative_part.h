@@ -33,10 +33,12 @@ enum class Part : int32_t {
     kDiskIntersections,      // surfaces that pass through lights that face their receiver
     kConeBorders,            // borders of spots without blend
     kHorizons,               // horizons of faces with shading normals of their own
+    kFieldShadows,           // distance fields between a surface and a light or the environment
     kMirroredShadows,        // shadows that the camera sees by mirrors and glass
     kIndirectEdges,          // edges between two surfaces
     kCameraSampledIndirect,  // the same in sharp lobes, by samples that start at the camera
     kSurfaceIntersections,   // surfaces that pass through each other, as other surfaces see them
+    kFieldsBetween,          // distance fields between two surfaces
     kIndirectHorizons,       // horizons of faces that cut off light of other surfaces
     kMirroredLight,          // edges between a surface seen by mirrors and glass and others that light it
     // Parts that are not computed (engine/decisions/missing_parts.h):
@@ -52,8 +54,7 @@ enum class Part : int32_t {
     kLitFromBelow,       // shadows where lights below the planes of faces light smooth meshes
     kSteppedShadows,     // shadows of borders that an image draws in a surface's transmittance
     kRimLines,           // rims on rough glass, for lights without size
-    kFieldReceivers,     // edges of meshes and their shadows, where they fall on distance fields that move
-    kFieldShadows,       // shadows of distance fields
+    kClearFields,        // shadows of transparent distance fields
     kFieldLines,         // lines where surfaces pass through distance fields
     kFieldMirrors,       // edges seen by mirrors and glass by way of distance fields
     kMirroredOutlines,   // outlines of lights, in mirrors and behind glass
@@ -92,10 +93,12 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kDiskIntersections, "disk intersections", kShadowTerm},
     {Part::kConeBorders, "cone borders", kShadowTerm},
     {Part::kHorizons, "horizons", kShadowTerm},
+    {Part::kFieldShadows, "field shadows", kShadowTerm},
     {Part::kMirroredShadows, "mirrored shadows", kShadowTerm},
     {Part::kIndirectEdges, "edges between surfaces", kIndirectTerm},
     {Part::kCameraSampledIndirect, "camera-sampled edges", kIndirectTerm},
     {Part::kSurfaceIntersections, "surface intersections", kIndirectTerm},
+    {Part::kFieldsBetween, "fields between surfaces", kIndirectTerm},
     {Part::kIndirectHorizons, "indirect horizons", kIndirectTerm},
     {Part::kMirroredLight, "mirrored light", kIndirectTerm},
     {Part::kSelfIntersections, "self intersections", kPrimaryTerm},
@@ -110,8 +113,7 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kLitFromBelow, "lit from below", kShadowTerm},
     {Part::kSteppedShadows, "stepped shadows", kShadowTerm},
     {Part::kRimLines, "rim lines", kInteriorTerm},
-    {Part::kFieldReceivers, "field receivers", kShadowTerm},
-    {Part::kFieldShadows, "field shadows", kShadowTerm},
+    {Part::kClearFields, "clear fields", kShadowTerm},
     {Part::kFieldLines, "field lines", kPrimaryTerm},
     {Part::kFieldMirrors, "field mirrors", kPrimaryTerm},
     {Part::kMirroredOutlines, "mirrored outlines", kPrimaryTerm},

@@ -87,7 +87,7 @@ def test_wrong_tangents_are_refused(path: str, value: object, message: str) -> N
 def test_the_plan_names_what_derivatives_by_fields_lack(path: str) -> None:
     need("native")
     missing = edgegrad.plan(scene(), [path]).missing
-    assert any("shadows of the distance fields ball" in sentence for sentence in missing)
+    assert any("pass through the distance fields ball" in sentence for sentence in missing)
 
 
 def test_paths_of_fields_are_listed_and_can_be_put() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -117,3 +118,37 @@ def test_threads() -> None:
     for threads in (2, 5):
         other = outline(field, viewer, threads=threads)
         assert all(np.array_equal(one[name], other[name]) for name in one)
+
+
+def surface(field: Field) -> dict[str, Floats]:
+    """Points of a field's surface, with the weights of their areas."""
+    u, v = np.meshgrid(U, U, indexing="ij")
+    found = _native.field_surface_points(field.values, np.ascontiguousarray(field.grid_to_world()),
+                                         np.stack([u.ravel(), v.ravel()], axis=-1).astype(np.float32), 2)
+    weights = 0.25 * np.outer(WEIGHTS, WEIGHTS).ravel()
+    return {"position": found["position"], "normal": found["normal"], "area": found["area"] * weights}
+
+
+@pytest.mark.parametrize("mirror", [1.0, -1.0])
+@pytest.mark.parametrize("size", [9, 24])
+def test_patches_cover_a_sphere(size: int, mirror: float) -> None:
+    """Area, and volume by the divergence theorem, whatever the grid."""
+    radius = 0.7
+    found = surface(replace(exact_sphere(radius, size), transform=np.diag([mirror, 1.0, 1.0, 1.0])))
+    assert np.all(found["area"] != 0.0)
+    assert np.allclose(np.linalg.norm(found["position"], axis=-1), radius, atol=2e-6)
+    assert np.allclose(found["normal"], found["position"] / radius, atol=1e-5)
+    assert found["area"].sum() == pytest.approx(4 * np.pi * radius**2, rel=1e-4)
+
+
+def test_patches_cover_a_stretched_torus() -> None:
+    """A closed surface: the integral of its normal vanishes, and its volume scales with the transform."""
+    transform = np.array([[0.8, 0.1, 0.5, 0.1], [-0.3, 1.0, 0.2, 0.0], [-0.6, -0.2, 0.7, 0.1], [0.0, 0.0, 0.0, 1.0]])
+    volumes = []
+    for placed in (np.eye(4), transform):
+        found = surface(replace(sampled(torus, 28), transform=placed))
+        assert np.all(found["area"] != 0.0)
+        by_normal = found["area"][..., None] * found["normal"]
+        assert np.allclose(by_normal.sum(axis=(0, 1)), 0.0, atol=1e-3)
+        volumes.append(float(np.sum(by_normal * found["position"]) / 3.0))
+    assert volumes[1] == pytest.approx(volumes[0] * np.linalg.det(transform), rel=1e-4)

@@ -155,6 +155,7 @@ SceneView EdgesAndIntersections::view(SceneView scene) const {
     scene.edge_faces = faces_.data();
     scene.intersection_ends = intersections_.ends.data();
     scene.intersection_instances = placed_ ? intersections_.instances.data() : nullptr;
+    scene.field_patches = intersections_.patches.empty() ? nullptr : intersections_.patches.data();
     return scene;
 }
 
@@ -166,7 +167,10 @@ Candidates EdgesAndIntersections::intersections() const {
         out.edge.push_back(edge_count_ + static_cast<int32_t>(k));
         out.u0.push_back(0.0f);
         out.u1.push_back(1.0f);
-        out.cumulative.push_back(out.mass() + length(Vector{p[3], p[4], p[5]} - Vector{p[0], p[1], p[2]}));
+        const double weight = intersections_.weights.empty()
+                                  ? length(Vector{p[3], p[4], p[5]} - Vector{p[0], p[1], p[2]})
+                                  : intersections_.weights[static_cast<size_t>(k)];
+        out.cumulative.push_back(out.mass() + weight);
     }
     return out;
 }

@@ -1,4 +1,5 @@
-// Intersections of surfaces: the lines that pairs of triangles share and that are no edge of any mesh.
+// Intersections of surfaces, and other curves that are sampled as they are: the lines that pairs of triangles
+// share and that are no edge of any mesh.
 #pragma once
 
 #include "boundary/curves/candidates.h"
@@ -18,6 +19,10 @@ struct Intersections {
     std::vector<float> ends;
     std::vector<uint32_t> faces;
     std::vector<int32_t> instances;
+    // By line, or empty (boundary/curves/field_curves.h): the patches of fields that take the place of lines,
+    // and weights, which are else the lines' lengths.
+    std::vector<FieldPatch> patches;
+    std::vector<double> weights;
 
     int64_t size() const { return static_cast<int64_t>(faces.size() / 2); }
     void add(const Vector (&line)[2], IntersectedFace one, IntersectedFace other) {
@@ -61,7 +66,7 @@ class EdgesAndIntersections {
 
     // `scene` with edges and intersections. The result points into this object.
     SceneView view(SceneView scene) const;
-    // The intersections alone, weighted by their length.
+    // The intersections alone, by their weights.
     Candidates intersections() const;
     // Appends the visible segments of the intersections to the candidates.
     void add_candidates(const CameraView& camera, Candidates& candidates) const;

@@ -10,4 +10,12 @@ FieldViewer camera_viewer(const FieldView& field, const CameraView& camera) {
     return parallel ? viewer_along(field, from) : viewer_at(field, from);
 }
 
+FieldViewer light_viewer(const FieldView& field, const LightView& lights, int32_t row) {
+    const bool distant = lights.kind[lights.light_of_row[row]] == kDirectionLight;
+    const float* at = lights.params + kLightParams * static_cast<int64_t>(row) +
+                      (distant ? kLightDirection : kLightPosition);
+    const double from[3] = {at[0], at[1], at[2]};
+    return distant ? viewer_along(field, from) : viewer_at(field, from);
+}
+
 }  // namespace edgegrad

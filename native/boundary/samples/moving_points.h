@@ -1,5 +1,5 @@
-// Adjoint blocks E and M (derivations, section 1): the velocity of material points of edges and faces, dotted
-// with g and multiplied by `color`, for the requested parameters.
+// Adjoint blocks E, M and F (derivations, section 1): the velocity of material points of edges, faces and
+// fields, dotted with g and multiplied by `color`, for the requested parameters.
 //
 // A point of an instanced mesh is at M q, with q in the mesh's space. It moves with the transform M and with
 // the mesh's vertices, which receive the adjoint M^T g.
@@ -34,16 +34,16 @@ EG_INLINE Mask edge_moving(const SceneView& scene, Int edge) {
     return gather(scene.face_moving, edge_face(scene, edge)) == kVerticesMove;
 }
 
-// Whether a point of an edge or of a face may move.
+// Whether a point of an edge, of a curve on a field, or of a face may move.
 EG_INLINE Mask edge_point_moves(const SceneView& scene, const DerivativeView& motion, Mask active, Int edge,
                                 Int instance) {
-    Mask moves = active & edge_moving(scene, edge);
+    Mask moves = active & (gather(scene.face_moving, edge_face(scene, edge)) != 0);
     if (motion.instances_requested) moves |= active & (instance >= 0);
     return moves;
 }
 EG_INLINE Mask face_point_moves(const SceneView& scene, const DerivativeView& motion, Mask active, Int face,
                                 Int instance) {
-    Mask moves = active & (gather(scene.face_moving, select(active, face, splat(0))) == kVerticesMove);
+    Mask moves = active & (gather(scene.face_moving, select(active, face, splat(0))) != 0);
     if (motion.instances_requested) moves |= active & (instance >= 0);
     return moves;
 }
@@ -88,6 +88,15 @@ EG_INLINE void face_point_blocks(Mode& mode, const SceneView& scene, const Deriv
     mode.corner(moves, known, 0, local * (1.0f - b1 - b2), color);
     mode.corner(moves, known, 1, local * b1, color);
     mode.corner(moves, known, 2, local * b2, color);
+}
+
+// The same for a point `at` of a face or of a distance field, which moves along its normal (block F).
+template <typename Mode>
+EG_INLINE void surface_point_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
+                                    Mask active, Int face, Int instance, Float b1, Float b2, Vec3 at, Vec3 g,
+                                    Vec3 color) {
+    face_point_blocks(mode, scene, motion, active, face, instance, b1, b2, g, color);
+    if (motion.fields.any()) mode.field(on_field(scene, active, face), face, at, g, color);
 }
 
 // The rotation of a face: g . (m(x + w) - m(x)), where x is the point at (b1, b2), w a direction in the

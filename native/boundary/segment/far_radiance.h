@@ -33,8 +33,9 @@ EG_INLINE Vec3 leave_contact(const SceneView& scene, Mask touched, Vec3 t, Vec3 
 }
 
 // Finds the surface behind the edge.
-EG_OUTLINE LightSource find_source(const SceneView& scene, const BoundaryTask& task, const BoundarySegment& s,
-                                   Mask active, Int path, Vec3 t, Vec3 w) {
+[[maybe_unused]] EG_OUTLINE LightSource find_source(const SceneView& scene, const BoundaryTask& task,
+                                                    const BoundarySegment& s, Mask active, Int path, Vec3 t,
+                                                    Vec3 w) {
     // The ray starts in front of the edge, so that a surface that touches the edge is not missed.
     const Float rounding = 1e-5f * largest_component(s.point);
     LightSource y = meet_source(scene, active, s.point + w * rounding, -w, {s.edge, s.instance},

@@ -5,6 +5,9 @@
 // where w is the unit direction of light from y through e to x and lambda = |e - y|/|x - y|. If y is
 // infinitely far, in the direction -w, then lambda = 1 and the last part becomes |x - e| dw.
 //
+// Curves on distance fields take the place of edges where a segment touches a field. e then moves along the
+// field's normal n, and n takes the place of t x w (boundary/terms/field_shadow.h).
+//
 // The motion of the ends:
 // - If the camera sees x, x is in screen form: the point where its pixel's ray meets the moving surface. With
 //   c the velocity of that ray, D its direction and m(x) the surface's velocity, dx = c + D n . (m - c)/(n .
@@ -43,7 +46,7 @@ EG_INLINE Mask is_distant(const FarEnd& y) {
 
 struct BoundarySegment {
     Mask active;
-    Int edge, instance;  // the edge and its instance
+    Int edge, instance;  // the edge and its instance, or a curve on a field (SceneView::surface_of_line)
     Float u;
     Vec3 point;      // e
     Vec3 towards;    // -w: unit, from e to y
@@ -60,6 +63,29 @@ struct BoundarySegment {
     // divisor in dx.
     Vec3 color;
 };
+
+// Where rays that pass a curve start, in front of it and behind it, at the distance `gap` from e. An edge has
+// no gap: rays ignore its faces.
+struct CurveExit {
+    Vec3 before, behind;  // towards y, and towards x
+    Float gap;
+    Ignored ignored;
+};
+EG_INLINE CurveExit exit_of_edge(const BoundarySegment& s) {
+    return {s.point, s.point, splat(0.0f), {s.edge, s.instance}};
+}
+
+// Starts a segment at the sample's point of a line, without a place in the picture.
+EG_INLINE void begin_segment(const SegmentSample& p, BoundarySegment& s) {
+    s.active = p.active;
+    s.edge = p.edge;
+    s.instance = p.instance;
+    s.u = p.u0 + (p.u1 - p.u0) * p.tau;
+    s.point = p.a + p.t * s.u;
+    s.y = still_far_end();
+    s.color = zero3();
+    s.view.sx = s.view.sy = splat(kNowhere);
+}
 
 // Sets lambda, once x and y are known.
 EG_INLINE void divide_segment(BoundarySegment& s) {
@@ -146,8 +172,8 @@ EG_INLINE void receiver_blocks(Mode& mode, const SceneView& scene, const Derivat
     if (scene.mesh_contact && any(s.active & (s.fixed.length > 0)))
         to_face =
             fixed_direction_blocks(mode, scene, motion, s.active, s.fixed, s.x, s.view, g, to_face, s.color);
-    face_point_blocks(mode, scene, motion, s.active, s.x.face, s.x.instance, s.x.b1, s.x.b2, to_face,
-                      s.color);
+    surface_point_blocks(mode, scene, motion, s.active, s.x.face, s.x.instance, s.x.b1, s.x.b2, s.x.position,
+                         to_face, s.color);
     const Mask seen = s.active & s.screen_form;
     if (motion.camera_requested && any(seen)) {
         Float row[kCameraFloats];
@@ -163,10 +189,15 @@ EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const Derivativ
     const Float nd = dot(s.x.normal, s.view.across_of);  // negative
     const Vec3 color = select(s.screen_form, s.color * -nd, s.color);
     edge_point_blocks(mode, scene, motion, s.active, s.edge, s.instance, s.u, s.sweep, color);
+    if (motion.fields.any()) {
+        const Int face = edge_face(scene, s.edge);
+        mode.field(on_field(scene, s.active, face), face, s.point, s.sweep, color);
+    }
     const Mask on_face = s.active & (s.y.face >= 0);
     if (any(on_face))
-        face_point_blocks(mode, scene, motion, on_face, s.y.face, s.y.instance, s.y.b1, s.y.b2,
-                          s.sweep * (s.lambda - 1.0f), color);
+        surface_point_blocks(mode, scene, motion, on_face, s.y.face, s.y.instance, s.y.b1, s.y.b2,
+                             s.point + s.towards * select(on_face, s.distance, splat(0.0f)),
+                             s.sweep * (s.lambda - 1.0f), color);
     // For distant lights the direction to them moves: dw = -d(-w).
     const Vec3 by_y = s.sweep * select(is_distant(s.y), -s.reach, s.lambda - 1.0f);
     const Vec3 from = far_end_blocks(mode, scene, motion, s.active, s.y, s.x.position, s.towards,

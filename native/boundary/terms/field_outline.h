@@ -9,6 +9,7 @@
 // side it is that of what the ray meets behind it.
 #pragma once
 
+#include "boundary/samples/field_curves.h"
 #include "boundary/samples/field_viewer.h"
 #include "boundary/terms/primary.h"
 #include "sdf/place_code.h"
@@ -30,31 +31,21 @@ EG_OUTLINE void bend_to_outline(const SceneView& scene, EdgeSample& s, OutlineSa
     out.hit.instance = splat(-1);
     out.hit.b1 = out.hit.b2 = out.hit.distance = out.contact = splat(0.0f);
     out.normal = {splat(0.0f), splat(0.0f), splat(1.0f)};
-    for (int i = 0; i < W; ++i) {
-        if (!s.active[i]) continue;
-        const int32_t face = scene.surface_of_line(s.edge[i], 0).face();
-        const FieldView& field = scene.fields[face - scene.first_field_face];
-        float a[3], b[3];
-        edge_end(scene, s.edge[i], -1, 0, a);
-        edge_end(scene, s.edge[i], -1, 1, b);
-        OutlinePoint p;
-        if (!outline_point(field, camera_viewer(field, scene.camera), a, b, s.u[i], p)) {
-            s.active[i] = 0;
-            continue;
-        }
-        Vec3* const vectors[3] = {&s.point, &s.tangent, &out.normal};
-        const float* const from[3] = {p.position, p.tangent, p.normal};
-        for (int k = 0; k < 3; ++k)
-            vectors[k]->x[i] = from[k][0], vectors[k]->y[i] = from[k][1], vectors[k]->z[i] = from[k][2];
-        uint32_t code[2];
-        encode_place(field, p.grid, code);
-        float place[2];
-        __builtin_memcpy(place, code, sizeof place);
-        out.hit.face[i] = face;
-        out.hit.b1[i] = place[0], out.hit.b2[i] = place[1];
-        out.reversed[i] = p.reversed ? -1 : 0;
-        out.contact[i] = p.contact;
-    }
+    const auto camera = [&](int, const FieldView& field) { return camera_viewer(field, scene.camera); };
+    for_each_outline_point(scene, s.active, s.edge, s.u, camera,
+                           [&](int i, const FieldView& field, const OutlinePoint& p) {
+                               set_lane3(s.point, i, p.position);
+                               set_lane3(s.tangent, i, p.tangent);
+                               set_lane3(out.normal, i, p.normal);
+                               uint32_t code[2];
+                               encode_place(field, p.grid, code);
+                               float place[2];
+                               __builtin_memcpy(place, code, sizeof place);
+                               out.hit.b1[i] = place[0], out.hit.b2[i] = place[1];
+                               out.reversed[i] = p.reversed ? -1 : 0;
+                               out.contact[i] = p.contact;
+                           });
+    out.hit.face = field_of_line(scene, s.active, s.edge);
 }
 
 // Estimates the radiance of both sides, as trace_sides does for edges.
@@ -111,14 +102,6 @@ EG_OUTLINE TracedSample* trace_outline_sides(const SceneView& scene, const Bound
     return traced;
 }
 
-// The face that stands for the field of each sample.
-EG_INLINE Int field_of_outline(const SceneView& scene, const EdgeSample& s) {
-    Int face = splat(0);
-    for (int i = 0; i < W; ++i)
-        if (s.active[i]) face[i] = scene.surface_of_line(s.edge[i], 0).face();
-    return face;
-}
-
 struct FieldCurves {
     template <typename Factor>
     static TracedSample* trace(const SceneView& scene, const BoundaryTask& task, Workspace& work,
@@ -130,7 +113,7 @@ struct FieldCurves {
                                  const EdgeSample& s, Vec3 color) {
         view_blocks(mode, scene, motion, s, color);
         if (!motion.fields.any()) return;
-        mode.field(s.active, field_of_outline(scene, s), s.point, s.normal * s.weight, color);
+        mode.field(s.active, field_of_line(scene, s.active, s.edge), s.point, s.normal * s.weight, color);
     }
 };
 

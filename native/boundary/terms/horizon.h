@@ -237,8 +237,9 @@ EG_INLINE void horizon_blocks(Mode& mode, const SceneView& scene, const Derivati
     // The far end
     const Mask on_face = cut.active & (cut.y.face >= 0);
     if (any(on_face))
-        face_point_blocks(mode, scene, motion, on_face, cut.y.face, cut.y.instance, cut.y.b1, cut.y.b2,
-                          n * inverse, cut.color);
+        surface_point_blocks(mode, scene, motion, on_face, cut.y.face, cut.y.instance, cut.y.b1, cut.y.b2,
+                             cut.position + cut.towards * select(on_face, cut.distance, splat(0.0f)),
+                             n * inverse, cut.color);
     const Vec3 g = select(is_distant(cut.y), n, n * inverse);
     const Vec3 from = far_end_blocks(mode, scene, motion, cut.active, cut.y, cut.position, cut.towards,
                                      cut.distance, g, cut.color);

@@ -15,31 +15,21 @@
 // (boundary/segment/silhouette.h).
 #pragma once
 
-#include "boundary/segment/far_radiance.h"
+#include "boundary/segment/indirect_connection.h"
 #include "boundary/segment/occluder.h"
-#include "boundary/segment/scattering_chain.h"
 #include "boundary/segment/silhouette.h"
 #include "tasks/boundary_task.h"
-#include "tasks/splats.h"
 #include "tasks/workspace_view.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Samples the term without L(y). Appends the path that estimates L(y) to the queue of length `queued`, and
-// returns the new length.
+// Samples the term without L(y) (connect_indirect).
 EG_OUTLINE int sample_indirect(const SceneView& scene, const BoundaryTask& task,
                                const DerivativeView& requested, int at, SegmentCursor& cursor,
                                Workspace& work, int queued, BoundarySegment& s) {
     // Sample a point of an edge
     SegmentSample p = sample_edge_segment(scene, task, at, cursor);
-    s.color = zero3();
-    s.view.sx = s.view.sy = splat(kNowhere);
-    s.active = p.active;
-    s.edge = p.edge;
-    s.instance = p.instance;
-    s.u = p.u0 + (p.u1 - p.u0) * p.tau;
-    s.point = p.a + p.t * s.u;
-    s.y = still_far_end();
+    begin_segment(p, s);
     if (scene.rays_differ)
         s.active &= (gather(scene.mesh_mask, mesh_of(scene, edge_face(scene, s.edge))) & kScatteredRays) != 0;
     // Silhouettes have a side sigma. Transparent faces have a jump of transmittance instead.
@@ -55,49 +45,16 @@ EG_OUTLINE int sample_indirect(const SceneView& scene, const BoundaryTask& task,
     s.sweep = across * sigma;
     s.active &= sigma != 0.0f;
     if (!any(s.active)) return queued;
-
-    // Find the receiver x and the surface y behind the edge
-    Float probability;
-    const Int length = chain_length(p, task.max_depth - 3, probability), path = lane_index() + at;
-    s.screen_form = length == 0;
-    const Int scattered = splat(kScatteredRays);
-    const ReceiverRays rays = {scattered, select(s.screen_form, splat(1 << kCameraRay), scattered),
-                               kDiffuseRay, splat(0)};
-    const ReceiverHit receiver =
-        find_receiver(scene, s.active, s.point, s.towards, {s.edge, s.instance}, rays, p.random);
-    // If x is closer to the edge than rounding, the jump is part of the primary term (derivations, F3c).
-    s.active &= receiver.found & (receiver.hit.distance > 1e-5f * largest_component(s.point));
-    if (!any(s.active)) return queued;
-    const LightSource y = find_source(scene, task, s, s.active, path, p.t, w);
-    s.active &= y.hit.hit;
-    s.reach = select(s.active, receiver.hit.distance, 1.0f);
-    s.distance = y.distance;
-    divide_segment(s);
-    s.y.face = select(s.active, y.hit.face, splat(-1));
-    s.y.instance = y.hit.instance, s.y.b1 = y.hit.b1, s.y.b2 = y.hit.b2;
-    s.x = surface_point(scene, s.active, receiver.hit.face, receiver.hit.b1, receiver.hit.b2, w,
-                        select(s.active, receiver.hit.instance, splat(-1)));
-    s.x.mesh = receiver.hit.mesh;
-    s.active = s.x.active;
-    blend_near_contact(scene, length, s);
-    s.active &= segment_moves(scene, requested, s);
-    if (!any(s.active)) return queued;
-
-    // Follow the light to the camera and queue the path of L(y)
-    const SeenLight seen =
-        see_light(scene, task, p, s.active, receiver.hit, w, length, scattered, true, splat(0));
-    s.active = seen.active;
-    s.view = seen.view;
-    if (scene.mesh_contact) s.fixed = seen.fixed;
-    turn_to(s.x, -s.view.direction);
-    s.color =
-        seen.weight * receiver.through * ((p.u1 - p.u0) * task.scale / (density * probability * p.density));
-    if (any(clear & s.active))
-        s.color = select(
-            clear, s.color * transparent_jump(scene, p, s.active & clear, s.u, across, s.towards), s.color);
-    if (!any(s.active)) return queued;
-    return append_scattering(work, queued, s.active, path, s.point, s.towards, y.hit, y.aside, y.through,
-                             y.passed, length + 2, seen.bounces, splat(static_cast<int>(kDiffuseRay)));
+    return connect_indirect(
+        scene, task, p, exit_of_edge(s), requested, (p.u1 - p.u0) / (density * p.density), at, work, queued,
+        [&](Int path) EG_INLINE_LAMBDA { return find_source(scene, task, s, s.active, path, p.t, w); },
+        [&]() EG_INLINE_LAMBDA {
+            if (!any(clear & s.active)) return;
+            s.color =
+                select(clear, s.color * transparent_jump(scene, p, s.active & clear, s.u, across, s.towards),
+                       s.color);
+        },
+        s);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

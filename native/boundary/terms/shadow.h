@@ -15,11 +15,8 @@
 #pragma once
 
 #include "boundary/samples/direct_samples.h"
-#include "boundary/segment/camera_connection.h"
 #include "boundary/segment/occluder.h"
-#include "boundary/segment/receiver.h"
-#include "boundary/segment/scattering_chain.h"
-#include "boundary/segment/segment.h"
+#include "boundary/segment/shadow_connection.h"
 #include "boundary/segment/silhouette.h"
 #include "shading/lights/environment_samples.h"
 #include "shading/lights/light_radiance.h"
@@ -109,22 +106,46 @@ EG_INLINE void meet_round_light(const SceneView& scene, BoundarySegment& s) {
     s.active &= ~sphere | (within(s.point) == within(s.x.position));
 }
 
-// The light that arrives at the edge from y, over the density of the sample.
-EG_INLINE Vec3 light_at_edge(const SceneView& scene, const BoundaryTask& task, const BoundarySegment& s,
-                             ShadowLight& light) {
-    PassingRays rays{light.blockers};
-    rays.ignored = {s.edge, s.instance};
-    if (task.kind == kEnvironmentShadow)
-        return environment_radiance(scene, s.towards) * light.geometry *
-               transmittance(scene, s.active, s.point, s.towards, splat(__builtin_inff()), rays);
-    light.sample.active = s.active;
-    look_up_emission(scene, light.sample);
-    const Mask near = s.distance < __builtin_inff(), on_surface = light.sample.face >= 0;
-    const Vec3 end =
-        select(on_surface, light.sample.end - s.point, s.towards * select(near, s.distance, 1.0f));
-    const Float far = select(near, splat(0.99999f), splat(__builtin_inff()));
-    return light.sample.radiance * light.geometry * transmittance(scene, s.active, s.point, end, far, rays);
-}
+// The light at an edge (connect_shadow).
+struct LightAtEdge {
+    ShadowLight& light;
+    Mask clear;  // lanes with transparent faces
+    Vec3 across;
+
+    EG_INLINE Int blockers() const { return light.blockers; }
+    EG_INLINE Int visible_to(const SceneView& scene, const BoundaryTask& task) const {
+        return task.kind == kEnvironmentShadow ? splat(scene.environment_mask) : light.sample.visible_to;
+    }
+    EG_INLINE void meet(const SceneView& scene, BoundarySegment& s) const { meet_round_light(scene, s); }
+    // The light that arrives from y, over the density of the sample.
+    EG_INLINE Vec3 arriving(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
+                            const CurveExit& exit, const BoundarySegment& s) const {
+        Vec3 arrives = from_source(scene, task, exit, s);
+        if (any(clear))
+            arrives =
+                select(clear, arrives * transparent_jump(scene, p, s.active & clear, s.u, across, s.towards),
+                       arrives);
+        return arrives;
+    }
+
+ private:
+    EG_INLINE Vec3 from_source(const SceneView& scene, const BoundaryTask& task, const CurveExit& exit,
+                               const BoundarySegment& s) const {
+        PassingRays rays{light.blockers};
+        rays.ignored = exit.ignored;
+        if (task.kind == kEnvironmentShadow)
+            return environment_radiance(scene, s.towards) * light.geometry *
+                   transmittance(scene, s.active, s.point, s.towards, splat(__builtin_inff()), rays);
+        light.sample.active = s.active;
+        look_up_emission(scene, light.sample);
+        const Mask near = s.distance < __builtin_inff(), on_surface = light.sample.face >= 0;
+        const Vec3 end =
+            select(on_surface, light.sample.end - s.point, s.towards * select(near, s.distance, 1.0f));
+        const Float far = select(near, splat(0.99999f), splat(__builtin_inff()));
+        return light.sample.radiance * light.geometry *
+               transmittance(scene, s.active, s.point, end, far, rays);
+    }
+};
 
 EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryTask& task, int64_t at,
                                          SegmentCursor& cursor, const DerivativeView& requested,
@@ -132,13 +153,7 @@ EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryT
     BoundarySegment s;
     // Sample a point of an edge and a light
     SegmentSample p = sample_edge_segment(scene, task, at, cursor);
-    s.active = p.active;
-    s.edge = p.edge;
-    s.instance = p.instance;
-    s.u = p.u0 + (p.u1 - p.u0) * p.tau;
-    s.point = p.a + p.t * s.u;
-    s.y = still_far_end();
-    s.view.sx = s.view.sy = splat(0.0f);
+    begin_segment(p, s);
     // Silhouettes have a side sigma. Transparent faces have a jump of transmittance instead.
     const Mask clear = transparent_occluder(scene, s.active, s.edge);
     ShadowLight light = sample_light_point(scene, task, p, parts_light(scene, clear, s.edge), s);
@@ -153,55 +168,8 @@ EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryT
     s.sweep = across * sigma;
     s.active &= sigma != 0.0f;
     if (!any(s.active)) return s;
-
-    // Find the receiver
-    Float probability;
-    const Int length = chain_length(p, task.max_depth - 2, probability);
-    const Mask chained = length > 0;
-    const ReceiverRays rays = {light.blockers, select(chained, splat(kScatteredRays), splat(1 << kCameraRay)),
-                               kShadowRay, splat(0)};
-    const ReceiverHit receiver =
-        find_receiver(scene, s.active, s.point, s.towards, {s.edge, s.instance}, rays, p.random);
-    // If x is closer to the edge than rounding, the jump is part of the primary term (derivations, F3c).
-    s.active &= receiver.found & (receiver.hit.distance > 1e-5f * largest_component(s.point));
-    if (!any(s.active)) return s;
-    s.reach = receiver.hit.distance;
-    const PlacedTriangle t = placed_triangle(scene, select(s.active, receiver.hit.face, splat(0)),
-                                             select(s.active, receiver.hit.instance, splat(-1)));
-    s.view = place_in_picture(scene, s.active, hit_position(scene, s.active, receiver.hit, t), p.random);
-    s.x = surface_point(scene, s.active & (chained | s.view.active),
-                        select(s.active, receiver.hit.face, splat(0)), t, receiver.hit.b1, receiver.hit.b2,
-                        s.view.direction, select(s.active, receiver.hit.instance, splat(-1)));
-    s.x.mesh = receiver.hit.mesh;
-    s.active = s.x.active & shines_on(scene, s.y.row, s.x.mesh);
-    s.screen_form = s.active & ~chained;
-    // Divide the segment, and skip samples that do not move
-    meet_round_light(scene, s);
-    divide_segment(s);
-    fix_light_direction(scene, s);
-    blend_near_contact(scene, length, s);
-    s.active &= segment_moves(scene, requested, s);
-    if (!task.score && any(s.active & s.screen_form))
-        s.active &= ~s.screen_form | has_adjoint(scene, s.active, s.view.sx, s.view.sy, adjoint);
-    if (!any(s.active)) return s;
-
-    // Evaluate the light
-    Vec3 color = receiver.through * light_at_edge(scene, task, s, light) *
-                 ((p.u1 - p.u0) * task.scale / (p.density * probability));
-    if (any(clear))
-        color = select(clear, color * transparent_jump(scene, p, s.active & clear, s.u, across, s.towards),
-                       color);
-    s.active &= ~(largest_component(color) == 0.0f);
-    if (!any(s.active)) return s;
-    // Follow the light to the camera
-    const Int kinds =
-        task.kind == kEnvironmentShadow ? splat(scene.environment_mask) : light.sample.visible_to;
-    const SeenLight seen =
-        see_light(scene, task, p, s.active, receiver.hit, -s.towards, length, kinds, false, s.y.row >= 0);
-    s.view = seen.view;
-    if (scene.mesh_contact) s.fixed = seen.fixed;
-    s.color = color * seen.weight;
-    s.active = seen.active & ~(largest_component(s.color) == 0.0f);
+    connect_shadow(scene, task, p, exit_of_edge(s), requested, adjoint, (p.u1 - p.u0) / p.density,
+                   LightAtEdge{light, clear, across}, s);
     return s;
 }
 

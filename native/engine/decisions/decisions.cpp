@@ -127,10 +127,19 @@ void decide_field_outlines(const BoundaryFacts& f, Decisions& decided) {
     decided[Part::kFieldOutlines].meshes = std::move(seen);
 }
 
+// Fields that rays of `kinds` meet, except transparent ones, whose shadows are not computed.
+std::vector<int32_t> opaque_fields(const SceneTables& tables, int32_t kinds) {
+    std::vector<int32_t> out;
+    for (int32_t mesh = tables.first_field(); mesh < tables.visible_meshes; ++mesh)
+        if ((tables.mesh_mask[static_cast<size_t>(mesh)] & kinds) && !is_clear_field(tables, mesh))
+            out.push_back(mesh);
+    return out;
+}
+
 void decide_shadows(const BoundaryFacts& f, Reason black, Decisions& decided) {
     const RequestedMotion& m = f.motion;
     const SceneView& scene = f.scene;
-    const bool lights = scene.lights.count > 0, meshes = m.any_mesh_moves();
+    const bool lights = scene.lights.count > 0, meshes = m.any_mesh_moves() || m.any_field_moves();
     const Reason rendered = unless(f.options.max_depth >= 2, Reason::kNotRendered);
     const auto decide = [&](Part part, Reason exists, bool moves, Reason shape = Reason::kNeeded) {
         const bool any = moves || m.camera || meshes || m.lights || m.rotation;
@@ -142,6 +151,12 @@ void decide_shadows(const BoundaryFacts& f, Reason black, Decisions& decided) {
     decide(Part::kLightShadows, unless(lights, Reason::kNoLight), meshes || m.camera || m.lights, alone);
     decide(Part::kEnvironmentShadows, unless(scene.has_environment, Reason::kNoLight),
            meshes || m.camera || m.rotation, alone);
+    std::vector<int32_t> fields = opaque_fields(f.tables, ~(1 << kCameraRay));
+    if (decide(Part::kFieldShadows,
+               first_of({unless(!fields.empty(), Reason::kNone),
+                         unless(lights || scene.has_environment, Reason::kNoLight)}),
+               meshes || m.camera || m.lights || m.rotation))
+        decided[Part::kFieldShadows].meshes = std::move(fields);
     for (Part part : {Part::kLightShadows, Part::kEnvironmentShadows})
         decided[part].edges.of = static_cast<int64_t>(f.tables.edge_vertices.size() / 2);
     if (decide(Part::kEmitterOutlines, unless(scene.face_fixed_direction != nullptr, Reason::kNone),
@@ -177,7 +192,7 @@ void decide_shadows(const BoundaryFacts& f, Reason black, Decisions& decided) {
 void decide_indirect(const BoundaryFacts& f, Reason black, const std::vector<int32_t>& partly_met,
                      Decisions& decided) {
     const RequestedMotion& m = f.motion;
-    const bool moves = m.camera || m.any_mesh_moves(), contact = f.scene.mesh_contact;
+    const bool moves = m.camera || m.any_mesh_moves() || m.any_field_moves(), contact = f.scene.mesh_contact;
     const Reason rendered = unless(f.options.max_depth >= 3, Reason::kNotRendered),
                  between = unless(!f.nothing_between, Reason::kNothingBetween),
                  rays = unless(partly_met.empty(), Reason::kRaysDiffer);
@@ -189,6 +204,12 @@ void decide_indirect(const BoundaryFacts& f, Reason black, const std::vector<int
         decided[Part::kIndirectEdges].meshes = partly_met;
     decided[Part::kIndirectEdges].edges.of = static_cast<int64_t>(f.tables.edge_vertices.size() / 2);
     decide(Part::kCameraSampledIndirect, moves);
+    std::vector<int32_t> fields = opaque_fields(f.tables, kScatteredRays);
+    decide(Part::kFieldsBetween, moves);
+    if (fields.empty())
+        decided.none(Part::kFieldsBetween, Reason::kNone);
+    else
+        decided[Part::kFieldsBetween].meshes = std::move(fields);
     decide(Part::kSurfaceIntersections, m.any_mesh_moves() || contact);
 }
 
@@ -293,6 +314,14 @@ std::vector<int32_t> partly_met_meshes(const SceneTables& tables, int32_t rays) 
         if (met != 0 && met != rays) out.push_back(mesh);
     }
     return out;
+}
+
+bool is_clear_field(const SceneTables& tables, int32_t mesh) {
+    const int32_t face = tables.mesh_first_face[static_cast<size_t>(mesh)];
+    const auto material = static_cast<size_t>(tables.face_material[static_cast<size_t>(face)]);
+    const auto first = tables.closure_flags.begin() + tables.material_first_closure[material],
+               last = tables.closure_flags.begin() + tables.material_first_closure[material + 1];
+    return std::any_of(first, last, [](int32_t flags) { return (flags & kHasTransparency) != 0; });
 }
 
 bool moves_rays(const CameraView& camera, const Requested& requested) {

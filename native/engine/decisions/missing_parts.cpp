@@ -89,19 +89,17 @@ class Search {
                   }));
     }
 
-    // Shadows of fields move with all that moves.
+    // What fields lack.
     void fields() {
         const bool lit = any_moves_ && f_.options.max_depth >= 2, bends = motion_.any_field_moves();
-        std::vector<int32_t> shadows, all, receivers;
+        std::vector<int32_t> clear, all;
         for (int32_t mesh = tables_.first_field(); mesh < tables_.visible_meshes; ++mesh) {
             const int32_t mask = tables_.mesh_mask[static_cast<size_t>(mesh)];
-            const bool moves = motion_.fields[static_cast<size_t>(mesh - tables_.first_field())] != 0;
             all.push_back(mesh);
-            if (moves && lit && tables_.first_field() > 0) receivers.push_back(mesh);
-            if (lit && (mask & ~(1 << kCameraRay))) shadows.push_back(mesh);
+            if (!lit || !(mask & ~(1 << kCameraRay))) continue;
+            if (is_clear_field(tables_, mesh)) clear.push_back(mesh);
         }
-        meshes(Part::kFieldShadows, std::move(shadows));
-        meshes(Part::kFieldReceivers, std::move(receivers));
+        meshes(Part::kClearFields, std::move(clear));
         if (motion_.camera || motion_.any_mesh_moves() || bends) meshes(Part::kFieldLines, all);
         const std::vector<int32_t> smooth = used_materials(
             tables_, [&](size_t k) { return may_be_specular(tables_, k, f_.scene.followed_alpha); });

@@ -259,10 +259,11 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
          curve_terms(scene, edges, options, motion,
                      decided.forces(Part::kPrimaryEdges) ? nullptr : seen.get(), decided)) {
         const double samples = share_of(curve.kind) * kBoundaryTable[curve.kind].share * picture;
-        // Intersections of surfaces are not camera-sampled.
+        // Intersections of surfaces and curves on fields are not camera-sampled.
         keep(SamplePlan(shared(std::move(curve.candidates)), samples, samples, options, curve.kind,
                         options.two_passes),
-             {std::move(curve.lines), nullptr}, curve.kind == kSurfaceIntersection ? 0.0f : alpha, nullptr);
+             {std::move(curve.lines), nullptr}, kBoundaryTable[curve.kind].least_depth > 2 ? 0.0f : alpha,
+             nullptr);
     }
     return terms;
 }

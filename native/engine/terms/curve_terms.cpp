@@ -1,10 +1,8 @@
 #include "engine/terms/curve_terms.h"
 
-#include "boundary/curves/edge_cache.h"
+#include "boundary/curves/field_curves.h"
 #include "boundary/curves/light_intersections.h"
 #include "boundary/curves/segment_cells.h"
-#include "boundary/samples/field_viewer.h"
-#include "sdf/outline.h"
 #include "tasks/boundary_kind.h"
 #include "tasks/boundary_task.h"
 
@@ -128,29 +126,41 @@ void add_intersection_outlines(const SceneView& scene, const EdgeList& edges, co
 void add_field_outlines(const SceneView& scene, const EdgeList& edges, Decisions& decided,
                         std::vector<CurveTerm>& out) {
     if (!decided.computes(Part::kFieldOutlines) || decided.alone()) return;
-    const SceneTables& t = edges.tables;
-    const auto carriers = edges.kept.carriers.get(true, [&] {
-        std::vector<FieldCarrier> all;
-        for (const FieldTable& field : t.fields) all.push_back(field_carrier(field.view(), edges.threads));
-        return all;
-    });
-    Intersections found;
-    for (const int32_t mesh : decided[Part::kFieldOutlines].meshes) {
-        const auto k = static_cast<size_t>(mesh - t.first_field());
-        const FieldView field = t.fields[k].view();
-        const std::vector<float> ends =
-            field_outline(field, (*carriers)[k], camera_viewer(field, scene.camera), edges.threads);
-        found.ends.insert(found.ends.end(), ends.begin(), ends.end());
-        const size_t surfaces = ends.size() / 3;  // a segment counts the field as both of its surfaces
-        found.faces.insert(found.faces.end(), surfaces,
-                           static_cast<uint32_t>(t.mesh_first_face[static_cast<size_t>(mesh)]));
-        found.instances.insert(found.instances.end(), surfaces, -1);
-    }
-    auto lines = std::make_shared<EdgesAndIntersections>(t, std::move(found));
+    auto lines = std::make_shared<EdgesAndIntersections>(
+        edges.tables, seen_outlines(scene, edges, decided[Part::kFieldOutlines].meshes));
     Candidates candidates;
     lines->add_candidates(scene.camera, candidates);
     if (candidates.size() == 0) return decided.none(Part::kFieldOutlines, Reason::kOutOfView);
     out.push_back({kFieldOutline, std::move(candidates), std::move(lines)});
+}
+
+// Fields between surfaces, and between surfaces and lights.
+void add_fields_between(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
+                        Decisions& decided, std::vector<CurveTerm>& out) {
+    if (decided.alone()) return;
+    // `directions`: whether samples are divided by cells of directions, too
+    const auto add = [&](BoundaryKind kind, Intersections found, bool directions) {
+        if (found.size() == 0) return;
+        const BoundaryKindRow& row = kBoundaryTable[kind];
+        auto lines = std::make_shared<EdgesAndIntersections>(edges.tables, std::move(found));
+        const double picture =
+            static_cast<double>(scene.camera.width) * scene.camera.height * options.samples;
+        const double segments = directions ? kDirectionSegments * row.share * picture : 0.0;
+        Candidates candidates =
+            over_directions(lines->intersections(), segments, row.chains(options.max_depth));
+        out.push_back({kind, std::move(candidates), std::move(lines)});
+    };
+    if (decided.computes(Part::kFieldShadows)) {
+        const std::vector<int32_t>& meshes = decided[Part::kFieldShadows].meshes;
+        add(kFieldLights, lit_outlines(scene, edges, meshes), false);
+        add(kFieldSizedLights, field_patches(scene, edges, meshes, TouchedBy::kSizedLights), false);
+        if (scene.has_environment)
+            add(kFieldEnvironment, field_patches(scene, edges, meshes, TouchedBy::kAllDirections), true);
+    }
+    if (decided.computes(Part::kFieldsBetween))
+        add(kFieldIndirect,
+            field_patches(scene, edges, decided[Part::kFieldsBetween].meshes, TouchedBy::kAllDirections),
+            true);
 }
 
 }  // namespace
@@ -162,6 +172,7 @@ std::vector<CurveTerm> curve_terms(const SceneView& scene, const EdgeList& edges
     add_outlines(scene, edges, decided, out);
     add_intersection_outlines(scene, edges, motion, decided, out);
     add_field_outlines(scene, edges, decided, out);
+    add_fields_between(scene, edges, options, decided, out);
     add_intersections(scene, edges, options, motion, seen, decided, out);
     add_disk_intersections(scene, edges, options, decided, out);
     add_cones(scene, edges, options, decided, out);

@@ -1,5 +1,5 @@
 // Boundary terms of curves other than edges: intersection curves of surfaces that emit or scatter light,
-// borders of spots without blend, and outlines of lights that the camera sees.
+// borders of spots without blend, outlines of lights that the camera sees, and curves on distance fields.
 #pragma once
 
 #include <memory>

@@ -44,4 +44,32 @@ nb::dict field_outline_points(nb::handle values, nb::handle to_world, nb::handle
     return out;
 }
 
+nb::dict field_surface_points(nb::handle values, nb::handle to_world, nb::handle places, int threads) {
+    const InputArray<float> coefficients(values, "values", {-1, -1, -1}), uv(places, "places", {-1, 2});
+    const InputArray<double> rows(to_world, "to_world", {3, 4});
+    int32_t size[3];
+    for (int a = 0; a < 3; ++a) size[a] = static_cast<int32_t>(coefficients.shape(a));
+    double map[12];
+    std::copy_n(rows.data(), 12, map);
+    const FieldView field = field_view(coefficients.data(), size, map);
+    const FieldCarrier carrier = field_carrier(field, threads);
+    const size_t patches = carrier.triangle.size() / 3, each = uv.size() / 2;
+    std::vector<float> position, normal, area;
+    for (size_t k = 0; k < patches; ++k) {
+        const FieldPatch patch = field_patch(carrier, k);
+        for (size_t j = 0; j < each; ++j) {
+            PatchPoint p{};
+            if (!patch_point(field, patch, uv.data()[2 * j], uv.data()[2 * j + 1], p)) p.area = 0.0f;
+            position.insert(position.end(), p.position, p.position + 3);
+            normal.insert(normal.end(), p.normal, p.normal + 3);
+            area.push_back(p.area);
+        }
+    }
+    nb::dict out;
+    out["position"] = to_numpy(position, {patches, each, 3});
+    out["normal"] = to_numpy(normal, {patches, each, 3});
+    out["area"] = to_numpy(area, {patches, each});
+    return out;
+}
+
 }  // namespace edgegrad

@@ -1,4 +1,4 @@
-// Binding of outlines of distance fields, for tests.
+// Bindings of outlines and of surfaces of distance fields, for tests.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -10,5 +10,10 @@ namespace edgegrad {
 // there is no point, -1 where the outline runs back.
 nanobind::dict field_outline_points(nanobind::handle values, nanobind::handle to_world,
                                     nanobind::handle viewer, nanobind::handle u, int threads);
+
+// Points of the patches of a field's surface at the places (m, 2) of each, as arrays: `position` and `normal`
+// (n, m, 3), and `area` (n, m), 0 where there is no point (sdf/surface_patch.h).
+nanobind::dict field_surface_points(nanobind::handle values, nanobind::handle to_world,
+                                    nanobind::handle places, int threads);
 
 }  // namespace edgegrad

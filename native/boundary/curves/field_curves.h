@@ -1,0 +1,26 @@
+// Curves and patches of distance fields that boundary terms sample, as lines of a scene
+// (boundary/curves/intersections.h). The first surface of each line is the face that stands for its field.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "boundary/curves/intersections.h"
+
+namespace edgegrad {
+
+// The outlines of the fields of some meshes, as the camera sees them.
+Intersections seen_outlines(const SceneView& scene, const EdgeList& edges,
+                            const std::vector<int32_t>& meshes);
+
+// The same as all lights without size see them. The second surface of a line is its light.
+Intersections lit_outlines(const SceneView& scene, const EdgeList& edges, const std::vector<int32_t>& meshes);
+
+// Patches of the surfaces of fields, weighted by an estimate of how large the contribution of the lines is
+// that touch them: towards lights with a size, or in all directions. Left out are patches that are certainly
+// not touched by lines outside of the surface or towards such lights.
+enum class TouchedBy { kSizedLights, kAllDirections };
+Intersections field_patches(const SceneView& scene, const EdgeList& edges, const std::vector<int32_t>& meshes,
+                            TouchedBy lines);
+
+}  // namespace edgegrad

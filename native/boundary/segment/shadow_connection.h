@@ -1,0 +1,69 @@
+// From a curve to both ends of a segment whose far end is a light or the environment.
+#pragma once
+
+#include "boundary/samples/direct_samples.h"
+#include "boundary/segment/camera_connection.h"
+#include "boundary/segment/receiver.h"
+#include "boundary/segment/scattering_chain.h"
+#include "boundary/segment/segment.h"
+#include "shading/lights/light_samples.h"
+#include "tasks/boundary_task.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// Completes a segment whose curve, light and sweep are known: finds the receiver, evaluates the light and
+// follows it to the camera. `measure` is one over the density of the point on the curve. `light` has
+//   blockers(), visible_to(scene, task)       the meshes that stop it and the kinds of scattering that see it
+//   meet(scene, s)                            completes y, once x is known
+//   arriving(scene, task, p, exit, s)         the light from y at the curve, over the density of its choice
+template <typename Light>
+EG_OUTLINE void connect_shadow(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
+                               const CurveExit& exit, const DerivativeView& requested, const float* adjoint,
+                               Float measure, const Light& light, BoundarySegment& s) {
+    // Find the receiver
+    Float probability;
+    const Int length = chain_length(p, task.max_depth - 2, probability);
+    const Mask chained = length > 0;
+    const ReceiverRays rays = {light.blockers(),
+                               select(chained, splat(kScatteredRays), splat(1 << kCameraRay)), kShadowRay,
+                               splat(0)};
+    const ReceiverHit receiver =
+        find_receiver(scene, s.active, exit.behind, s.towards, exit.ignored, rays, p.random);
+    // If x is closer to the edge than rounding, the jump is part of the primary term (derivations, F3c).
+    s.reach = exit.gap + receiver.hit.distance;
+    s.active &= receiver.found & (s.reach > 1e-5f * largest_component(s.point));
+    if (!any(s.active)) return;
+    const PlacedTriangle t = placed_triangle(scene, select(s.active, receiver.hit.face, splat(0)),
+                                             select(s.active, receiver.hit.instance, splat(-1)));
+    s.view = place_in_picture(scene, s.active, hit_position(scene, s.active, receiver.hit, t), p.random);
+    s.x = surface_point(scene, s.active & (chained | s.view.active),
+                        select(s.active, receiver.hit.face, splat(0)), t, receiver.hit.b1, receiver.hit.b2,
+                        s.view.direction, select(s.active, receiver.hit.instance, splat(-1)));
+    s.x.mesh = receiver.hit.mesh;
+    s.active = s.x.active & shines_on(scene, s.y.row, s.x.mesh);
+    s.screen_form = s.active & ~chained;
+    // Divide the segment, and skip samples that do not move
+    light.meet(scene, s);
+    divide_segment(s);
+    fix_light_direction(scene, s);
+    blend_near_contact(scene, length, s);
+    s.active &= segment_moves(scene, requested, s);
+    if (!task.score && any(s.active & s.screen_form))
+        s.active &= ~s.screen_form | has_adjoint(scene, s.active, s.view.sx, s.view.sy, adjoint);
+    if (!any(s.active)) return;
+
+    // Evaluate the light
+    const Vec3 color =
+        receiver.through * light.arriving(scene, task, p, exit, s) * (measure * task.scale / probability);
+    s.active &= ~(largest_component(color) == 0.0f);
+    if (!any(s.active)) return;
+    // Follow the light to the camera
+    const SeenLight seen = see_light(scene, task, p, s.active, receiver.hit, -s.towards, length,
+                                     light.visible_to(scene, task), false, s.y.row >= 0);
+    s.view = seen.view;
+    if (scene.mesh_contact) s.fixed = seen.fixed;
+    s.color = color * seen.weight;
+    s.active = seen.active & ~(largest_component(s.color) == 0.0f);
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

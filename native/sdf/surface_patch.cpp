@@ -1,0 +1,92 @@
+#include "sdf/surface_patch.h"
+
+#include <cmath>
+
+namespace edgegrad {
+namespace {
+
+// Newton's method along a gradient stops at steps of so many cells. It fails after so many steps or so far
+// from the patch.
+constexpr double kResolved = 1e-6, kFar = 1.0;
+constexpr int kMostSteps = 20;
+
+using Triple = double[3];
+
+double dot(const Triple& a, const Triple& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+}  // namespace
+
+bool patch_point(const FieldView& f, const FieldPatch& patch, float u, float v, PatchPoint& out) {
+    // The map of the square to the triangle has the Jacobian 1/2
+    const double root = std::sqrt(static_cast<double>(u)), b1 = root * (1.0 - static_cast<double>(v)),
+                 b2 = root * static_cast<double>(v), b0 = 1.0 - root;
+    Triple from, along;
+    for (int k = 0; k < 3; ++k) {
+        from[k] = b0 * patch.point[0][k] + b1 * patch.point[1][k] + b2 * patch.point[2][k];
+        along[k] = b0 * patch.gradient[0][k] + b1 * patch.gradient[1][k] + b2 * patch.gradient[2][k];
+    }
+    const double length = std::sqrt(dot(along, along));
+    double way = 0.0;
+    for (int step = 0;; ++step) {
+        for (int k = 0; k < 3; ++k) out.grid[k] = from[k] + way * along[k];
+        out.jet = spline_jet(f, out.grid);
+        const double slope = dot(out.jet.gradient, along);
+        if (step == kMostSteps || !(std::abs(slope) > 0.0)) return false;
+        const double by = -out.jet.value / slope;
+        if (std::abs(by) * length < kResolved) break;
+        way += by;
+        if (!(std::abs(way) * length < kFar)) return false;
+    }
+    for (int k = 0; k < 3; ++k)
+        if (!(out.grid[k] >= 0.0 && out.grid[k] <= f.cells(k))) return false;
+    // How the point moves with b1 and b2: it stays on the surface
+    const Triple& g = out.jet.gradient;
+    Triple moved[2];
+    for (int i = 0; i < 2; ++i) {
+        Triple step;
+        for (int k = 0; k < 3; ++k)
+            step[k] = patch.point[i + 1][k] - static_cast<double>(patch.point[0][k]) +
+                      way * (patch.gradient[i + 1][k] - static_cast<double>(patch.gradient[0][k]));
+        const double by = -dot(g, step) / dot(g, along);
+        for (int k = 0; k < 3; ++k) moved[i][k] = step[k] + by * along[k];
+    }
+    double side = 0.0, square = 0.0, world[2][3], normal[3];
+    for (int k = 0; k < 3; ++k) {
+        const int a = (k + 1) % 3, b = (k + 2) % 3;
+        side += g[k] * (moved[0][a] * moved[1][b] - moved[0][b] * moved[1][a]);
+        for (int i = 0; i < 2; ++i)
+            world[i][k] = f.to_world[k][0] * moved[i][0] + f.to_world[k][1] * moved[i][1] +
+                          f.to_world[k][2] * moved[i][2];
+        normal[k] = f.to_grid[0][k] * g[0] + f.to_grid[1][k] * g[1] + f.to_grid[2][k] * g[2];
+    }
+    for (int k = 0; k < 3; ++k) {
+        const int a = (k + 1) % 3, b = (k + 2) % 3;
+        const double across = world[0][a] * world[1][b] - world[0][b] * world[1][a];
+        square += across * across;
+    }
+    const double slope = std::sqrt(dot(normal, normal)), area = 0.5 * std::sqrt(square);
+    if (!(slope > 0.0)) return false;
+    for (int k = 0; k < 3; ++k) {
+        const auto& m = f.to_world[k];
+        out.position[k] =
+            static_cast<float>(m[0] * out.grid[0] + m[1] * out.grid[1] + m[2] * out.grid[2] + m[3]);
+        out.normal[k] = static_cast<float>(normal[k] / slope);
+    }
+    out.slope = static_cast<float>(slope);
+    out.area = static_cast<float>(side < 0.0 ? -area : area);
+    return true;
+}
+
+bool tangent_ray(const FieldView& f, const PatchPoint& at, const float (&along)[3], float& curvature,
+                 float& contact) {
+    Triple v;
+    for (int k = 0; k < 3; ++k)
+        v[k] = f.to_grid[k][0] * along[0] + f.to_grid[k][1] * along[1] + f.to_grid[k][2] * along[2];
+    const auto& h = at.jet.hessian;
+    const double bent = h[0] * v[0] * v[0] + h[1] * v[1] * v[1] + h[2] * v[2] * v[2] +
+                        2.0 * (h[3] * v[1] * v[2] + h[4] * v[0] * v[2] + h[5] * v[0] * v[1]);
+    curvature = static_cast<float>(bent / at.slope);
+    return bent > 0.0 && touches_outside(f, at.grid, v, contact);
+}
+
+}  // namespace edgegrad

@@ -164,7 +164,7 @@ def test_the_octahedron_shows_the_area_of_a_sphere_on_average() -> None:
 
 
 def test_a_lamp_with_a_profile_becomes_a_body_and_keeps_no_light() -> None:
-    ob = bs.light("POINT", energy=5.0)
+    ob = bs.light("POINT", energy=5.0, rotation=(0.3, -0.9, 1.2))
     tree = ob.data.node_tree
     if tree is None or not ob.data.use_nodes:
         ob.data.use_nodes = True

@@ -47,7 +47,8 @@ def export_light(light_object: Any, matrix: F64, visible: frozenset[str], report
     color = np.array(light.color, np.float64)
     if getattr(light, "use_temperature", False):
         color = color * np.array(light.temperature_color, np.float64)
-    color = color * read_emission(light).factor
+    emission = read_emission(light)
+    color = color * emission.factor
     power = float(light.energy) * power_factor(light)
     if power < 0.0 or color.min() < 0.0:
         report.warn(where, "negative light can't be rendered; it is left out")
@@ -62,6 +63,8 @@ def export_light(light_object: Any, matrix: F64, visible: frozenset[str], report
     if out is None:
         return None
     out.color = color
+    if not isinstance(out, edgegrad.SunLight):
+        out.decay, out.smooth = emission.decay, emission.smooth
     # The camera never sees sun lights in Cycles.
     out.visible_to = (visible | {"shadow"}) - ({"camera"} if light.type == "SUN" else set())
     cycles = getattr(light, "cycles", None)

@@ -186,7 +186,7 @@ EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryT
     if (!any(s.active)) return s;
 
     // Evaluate the light
-    Vec3 color = receiver.through * light_at_edge(scene, task, s, light) *
+    Vec3 color = receiver.through * light_at_edge(scene, task, s, light) * decay_along(scene, s) *
                  ((p.u1 - p.u0) * task.scale / (p.density * probability));
     if (any(clear))
         color = select(clear, color * transparent_jump(scene, p, s.active & clear, s.u, across, s.towards),

@@ -41,6 +41,7 @@ enum LightParam : int32_t {
     // falloff) and of an area light's spread (t = tan).
     kLightEdge = 20,
     kLightEdgeScale = 21,
+    kLightSmooth = 22,  // m^2, of a light with a decay: r^2 / (r^2 + smooth) is a factor of its light
     kLightParams = 24
 };
 
@@ -51,7 +52,11 @@ enum LightFlag : int32_t {
     kLightCone = 1 << 0,  // of a spot, with a smoothstep at its edge
     kLightLinearCone = 1 << 1,
     kLightSpread = 1 << 2,
-    kLightCastsShadow = 1 << 3
+    kLightCastsShadow = 1 << 3,
+    // Light that falls otherwise than with the square of the distance r, by a factor of its radiance:
+    kLightDecay = 1 << 4,  // r^2 / (r^2 + smooth)
+    kLightByWay = 1 << 5,  // the same times r
+    kLightByWay2 = 1 << 6  // the same times r^2
 };
 
 }  // namespace edgegrad

@@ -245,42 +245,6 @@ def test_normal_map_and_its_tangents() -> None:
     assert tree.export().textures == {}
 
 
-@pytest.mark.parametrize(("axis", "around"), [("X", (1.0, 0.0, 0.0)), ("Y", (0.0, 1.0, 0.0)), ("Z", (0.0, 0.0, 1.0))])
-def test_tangents_around_an_axis(axis: str, around: tuple[float, float, float]) -> None:
-    tree = Tree(Anisotropic=0.5, Roughness=0.4)
-    tree.link(tree.node("Tangent", axis=axis).outputs[0], "Tangent")
-    m = tree.export()
-    assert tree.made.report.lines == []
-    mesh = tree.made.scene.meshes["Cube"]
-    if axis == "Z":
-        assert m.normal_uv == attributes.NO_UV and mesh.attributes == {}
-        return
-    corners = mesh.vertices[mesh.faces]
-    found = mesh.attributes[m.normal_uv + ".tangent"]
-    # The texture space of a cube is as wide along all axes.
-    expected = np.cross(around, corners - corners.reshape(-1, 3).mean(axis=0))
-    scale = np.linalg.norm(expected, axis=-1, keepdims=True) / np.linalg.norm(found[..., :3], axis=-1, keepdims=True)
-    np.testing.assert_allclose(found[..., :3] * scale, expected * (1.0 if axis == "X" else -1.0), atol=1e-6)
-
-
-def test_ambient_occlusion_is_baked_among_all_objects() -> None:
-    tree = Tree()
-    tree.link(tree.node("AmbientOcclusion", samples=64).outputs["AO"], "Base Color")
-
-    def brightness() -> float:
-        m = tree.export()
-        assert tree.made.report.lines == []
-        (image,) = tree.made.scene.images.values()
-        assert "base_color" in m.textures
-        return float(image.pixels.mean())
-
-    alone = brightness()
-    bs.add("Roof", bs.cube("Roof", bs.material("Clay")), (0.0, 0.0, 2.5))
-    assert brightness() < alone - 0.02
-    bpy.data.objects["Roof"].visible_shadow = False
-    assert brightness() == pytest.approx(alone, abs=0.005)
-
-
 def test_what_cannot_be_read_is_baked_and_nothing_else_changes() -> None:
     tree = Tree(Roughness=0.3)
     geometry, half = tree.node("NewGeometry"), tree.node("Math", operation="MULTIPLY_ADD")

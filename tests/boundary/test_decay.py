@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 
 import edgegrad
-from tests.boundary import test_cone_border, test_light_outlines
 from tests.support.picture_differences import check_agreement, check_transpose, need_every_table
 from tests.support.scenes import box_under_lights, mirrored_shadows, sheets_through_lights
 from tests.support.small_scenes import Make, along
@@ -45,8 +44,6 @@ SHADOWS = {
         ("point: box moves", constant), ("disk: box moves", dim_close_by), ("rectangle: box moves", constant),
         ("ellipse: floor moves", dim_close_by), ("disk: light grows", constant), ("spot: light moves", dim_close_by))
 }  # fmt: skip
-BORDERS = {name: change(test_cone_border.CASES[name])
-           for name, change in (("point: light moves", constant), ("disk: floor moves", dim_close_by))}  # fmt: skip
 MIRRORED = ("point: box moves", "rectangle: box moves")
 
 
@@ -54,12 +51,6 @@ MIRRORED = ("point: box moves", "rectangle: box moves")
 def test_shadows(name: str) -> None:
     need_every_table()
     check_agreement(along(*SHADOWS[name]))
-
-
-@pytest.mark.parametrize("name", BORDERS)
-def test_borders_of_cones(name: str) -> None:
-    need_every_table()
-    check_agreement(along(*BORDERS[name]), spp=128, reference_spp=2048, reference_seeds=48)
 
 
 @pytest.mark.parametrize("name", MIRRORED)
@@ -74,13 +65,7 @@ def test_intersected_lights(name: str) -> None:
     check_agreement(along(*constant(sheets_through_lights.CASES[name])), spp=128)
 
 
-@pytest.mark.parametrize("name", ["rectangle, perspective: light moves", "disk, lens: light moves"])
-def test_outlines_of_lights(name: str) -> None:
-    need_every_table()
-    check_agreement(along(*dim_close_by(test_light_outlines.CASES[name])))
-
-
-@pytest.mark.parametrize("name", [*SHADOWS, *BORDERS])
+@pytest.mark.parametrize("name", SHADOWS)
 def test_reverse_mode_is_the_transpose(name: str) -> None:
     need_every_table()
-    check_transpose(*(SHADOWS | BORDERS)[name], spp=32, terms=("interior", "shadow"))
+    check_transpose(*SHADOWS[name], spp=32, terms=("interior", "shadow"))

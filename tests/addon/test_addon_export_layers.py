@@ -235,3 +235,13 @@ def test_ambient_occlusion_is_baked_among_all_objects() -> None:
     assert brightness() < alone - 0.02
     bpy.data.objects["Roof"].visible_shadow = False
     assert brightness() == pytest.approx(alone, abs=0.005)
+
+
+@pytest.mark.parametrize(("value", "expected"), [((0.1, 0.6, 0.3), (0.1, 0.6, 0.3)), (0.4, (0.4, 0.4, 0.4))])
+def test_attributes_of_the_view_layer_are_constants(value: Any, expected: tuple[float, ...]) -> None:
+    linked("Attribute", "Color", "Base Color", {"attribute_type": "VIEW_LAYER", "attribute_name": "accent"})
+    bpy.context.scene["accent"] = value
+    made = bs.export()
+    assert made.report.lines == [] and made.scene.materials["M"].base_color == pytest.approx(expected)
+    bpy.context.view_layer["accent"] = (0.2, 0.2, 0.9)  # before the scene's own
+    assert bs.export().scene.materials["M"].base_color == pytest.approx((0.2, 0.2, 0.9))

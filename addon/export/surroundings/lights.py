@@ -91,7 +91,7 @@ def _point_or_spot(light: Any, matrix: F64, power: float) -> Light:
     angle = min(float(light.spot_size), np.pi - 1e-4)
     spot = edgegrad.SpotLight(position, -matrix[:3, 2] / scale[2], power, angle, light.spot_blend, radius, sphere)
     wide = np.maximum(scale[:2] / scale[2], 1e-6)  # Blender scales the cone with the object
-    if light.spot_blend < LEAST_BLEND and np.isclose(*wide, rtol=1e-3):  # a hard edge of a round cone
+    if light.spot_blend < LEAST_BLEND and np.isclose(wide[0], wide[1], rtol=1e-3):  # a hard edge of a round cone
         spot.angle = 2.0 * float(np.arctan(wide[0] * np.tan(0.5 * angle)))
     elif not np.allclose(wide, 1.0, rtol=1e-3):
         spot.stretch, spot.across = wide, matrix[:3, 0] / scale[0]

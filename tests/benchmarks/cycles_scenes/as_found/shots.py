@@ -63,8 +63,8 @@ def pane_in_sun() -> None:
 
     def pane(tree: Any) -> Any:
         path = stage.node(tree, "ShaderNodeLightPath")
-        passes = stage.node(tree, "ShaderNodeMath", {0: path.outputs["Is Shadow Ray"],
-                                                     1: path.outputs["Is Diffuse Ray"]}, operation="MAXIMUM")  # fmt: skip
+        kinds = {0: path.outputs["Is Shadow Ray"], 1: path.outputs["Is Diffuse Ray"]}
+        passes = stage.node(tree, "ShaderNodeMath", kinds, operation="MAXIMUM")
         return stage.node(tree, "ShaderNodeMixShader", {
             0: passes, 1: stage.node(tree, "ShaderNodeBsdfGlass", {"Roughness": 0.0}),
             2: stage.node(tree, "ShaderNodeBsdfTransparent", {"Color": (0.9, 0.95, 0.9)})})  # fmt: skip

@@ -21,7 +21,7 @@ from ..evaluation import Evaluation, evaluate
 from ..problem import Report
 from .bakes.baking import bake_materials
 from .effects import append_effects
-from .geometry.attributes import is_of_object
+from .geometry.attributes import is_of_object, property_of
 from .geometry.coincident import warn_about_coincident
 from .geometry.displacement import displace, read_displacement, warn_about_adaptive
 from .geometry.instancers import Instancers
@@ -140,7 +140,8 @@ def export_evaluated(evaluation: Evaluation, more_cameras: Sequence[Any], bake: 
     cameras = (evaluation.camera, *more_cameras) if view is None else more_cameras
     views = [] if view is None else [view]
     views += [export_camera(camera.evaluated_get(depsgraph), scene, report) for camera in cameras]
-    view, seen = views[0], CameraView.of(views[0])
+    view = views[0]
+    seen = CameraView.of(view, lambda name: property_of((depsgraph.view_layer, scene), name))
     out = Export(edgegrad.Scene(camera=view), read_settings(scene), report=report, views=views)
     if evaluation.unread_layers:
         names = ", ".join(f"'{name}'" for name in evaluation.unread_layers)

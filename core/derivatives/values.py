@@ -71,8 +71,8 @@ def _scattered(table: str, found: NumberPlaces, which: str) -> list[Piece]:
 def light_pieces(scene: Scene, tables: Tables, name: str, field: str) -> list[Piece]:
     """Return the derivative of the row of a light.
 
-    A light of size 0 (radius, angle) is of another kind, so the derivative by its size is 0. So is that by a spread of
-    180 degrees.
+    A light of size 0 (radius, angle) is of another kind, so the derivative by its size is 0. So are those by a spread
+    of 180 degrees and by a `smooth` of 0 with quadratic decay.
     """
     matrix = jacobian(lambda light: light_row(light, tables.origin), scene.lights[name], field)
     return by_matrix("light_params", tables.lights.row_of[name] * light_table.WIDTH, matrix)

@@ -102,6 +102,9 @@ def _light(name: str, light: Light, notes: list[str]) -> Light:
     if light.receivers is not None or light.blockers is not None or not light.casts_shadow:
         notes.append(f"light '{name}': lights all meshes, and all meshes cast its shadows")
     light = replace(light, receivers=None, blockers=None, casts_shadow=True, visible_to=plain.visible_to)
+    if not isinstance(light, SunLight) and (light.decay != "QUADRATIC" or light.smooth > 0.0):
+        notes.append(f"light '{name}': falls with the square of the distance")
+        light = replace(light, decay=plain.decay, smooth=plain.smooth)
     if isinstance(light, SpotLight):
         notes.append(f"light '{name}': is replaced by a point light")
         light = PointLight(light.position, light.power, light.radius, light.sphere, color=light.color)

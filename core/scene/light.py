@@ -14,6 +14,7 @@ from .._fields import Check, Checked, by, optional
 
 SHAPES = ("RECTANGLE", "ELLIPSE")
 FALLOFFS = ("SMOOTH", "LINEAR")
+DECAYS = ("QUADRATIC", "LINEAR", "CONSTANT")
 # Blender's default: camera rays do not see lights, all other rays do.
 _SEEN = frozenset(("diffuse", "glossy", "transmission", "shadow"))
 
@@ -80,8 +81,26 @@ _amount: Check = by(number, least=0.0)
 _length: Check = by(number, least=0.0, most=LARGEST_LENGTH)
 
 
+@dataclass(kw_only=True)
+class _NearLight(_Light):
+    """Fields of lights at a place.
+
+    Attributes
+    ----------
+    decay, smooth
+        How the light falls with the distance r (Blender's Light Falloff): by 1/r² as physical light does
+        (``"QUADRATIC"``), by 1/r (``"LINEAR"``) or not at all (``"CONSTANT"``). At 1 m all are the same. `smooth`, in
+        m², >= 0, dims the light close by: r²/(r² + smooth) is a factor of it.
+    """
+
+    decay: str = "QUADRATIC"
+    smooth: float = 0.0
+
+    checks: ClassVar[Mapping[str, Check]] = {**_Light.checks, "decay": by(choice, DECAYS), "smooth": _amount}
+
+
 @dataclass
-class PointLight(_Light):
+class PointLight(_NearLight):
     """A light of radiant intensity power * color / (4 pi) (W/sr).
 
     Attributes
@@ -103,12 +122,12 @@ class PointLight(_Light):
     sphere: bool = False
 
     checks: ClassVar[Mapping[str, Check]] = {
-        **_Light.checks, "position": _point, "power": _amount, "radius": _length, "sphere": flag,
+        **_NearLight.checks, "position": _point, "power": _amount, "radius": _length, "sphere": flag,
     }
 
 
 @dataclass
-class SpotLight(_Light):
+class SpotLight(_NearLight):
     """A point light whose emission is restricted to a cone.
 
     Attributes
@@ -125,6 +144,10 @@ class SpotLight(_Light):
     falloff
         Shape of the soft edge: ``"SMOOTH"`` is Blender's; ``"LINEAR"`` falls linearly in the angle to the
         axis, from 1 at (1 - blend) angle/2 to 0 at angle/2 (Mitsuba's spot).
+    stretch, across
+        (2,) factors > 0 by which the cone is stretched along the axes x and y around its direction, as by the scale of
+        Blender's object, and (3,) a vector in the plane of direction and x, not along the direction. None: the cone is
+        round. A stretched cone has the edge ``"SMOOTH"``, of a `blend` of at least 0.001, and an angle below pi.
     """
 
     position: NDArray[np.float64]
@@ -135,6 +158,8 @@ class SpotLight(_Light):
     radius: float = 0.0
     sphere: bool = False
     falloff: str = "SMOOTH"
+    stretch: NDArray[np.float64] | None = None
+    across: NDArray[np.float64] = field(default_factory=lambda: np.array([1.0, 0.0, 0.0]))
 
     checks: ClassVar[Mapping[str, Check]] = {
         **PointLight.checks,
@@ -142,7 +167,18 @@ class SpotLight(_Light):
         "angle": by(number, above=0.0, below=_HALF_TURN),
         "blend": by(number, least=0.0, below=1.0 + 1e-6),
         "falloff": by(choice, FALLOFFS),
+        "stretch": optional(by(array, (2,), np.float64, least=1e-6)),
+        "across": _direction,
     }
+
+    def _validate(self, where: str) -> None:
+        if self.stretch is None:
+            return
+        if self.falloff != "SMOOTH" or self.angle >= np.pi:
+            raise ValueError(f"{where}: stretch needs the falloff 'SMOOTH' and an angle below pi")
+        sizes = np.linalg.norm(self.direction) * np.linalg.norm(self.across)
+        if np.linalg.norm(np.cross(self.direction, self.across)) <= 1e-6 * sizes:
+            raise ValueError(f"{where}: across must not be along direction")
 
 
 @dataclass
@@ -172,7 +208,7 @@ class SunLight(_Light):
 
 
 @dataclass
-class AreaLight(_Light):
+class AreaLight(_NearLight):
     """A flat emitter that shines along its local -Z axis with the radiance power * color / (pi * area).
 
     An area light blocks no light: it casts no shadow.
@@ -198,7 +234,7 @@ class AreaLight(_Light):
     spread: float = float(np.pi)
 
     checks: ClassVar[Mapping[str, Check]] = {
-        **_Light.checks,
+        **_NearLight.checks,
         "to_world": by(array, (4, 4), np.float64, most=LARGEST_LENGTH),
         "size": by(array, (2,), np.float64, least=0.0, most=LARGEST_LENGTH),
         "shape": by(choice, SHAPES),

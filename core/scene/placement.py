@@ -102,7 +102,9 @@ def mirrored(place: F64) -> NDArray[np.bool_]:
 
 def stretches(linear: F64) -> bool:
     """Whether a linear map (3, 3) scales unevenly, and so changes angles."""
-    return not np.allclose(linear.T @ linear, np.eye(3) * (linear[:, 0] @ linear[:, 0]), rtol=1e-5, atol=1e-12)
+    scale = float(linear[:, 0] @ linear[:, 0])
+    # Blender's matrices have single precision, so axes that should be orthogonal are so within rounding.
+    return not np.allclose(linear.T @ linear, np.eye(3) * scale, rtol=1e-5, atol=1e-5 * scale)
 
 
 def cofactors(place: F64) -> F64:

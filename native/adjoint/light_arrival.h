@@ -79,6 +79,11 @@ EG_INLINE LightArrival light_of_row(const SceneView& scene, Mask active, Int row
     LightArrival a;
     const Segment segment = segment_to(x, y, m, without_size);
     a.w = segment.w, a.measure = segment.measure;
+    Float r = splat(1.0f);  // for lights that decay with it
+    if (any(active & ((l.flags & static_cast<int>(kLightDecay)) != 0))) {
+        const Vec3 way = y - x;
+        r = sqrt(max(dot(way, way), 1e-37f));
+    }
     const Mask direction = is(kDirectionLight), cone = is(kConeLight) | sphere;
     a.w = select(direction, -l.direction, a.w);
     // Differentiate directions within cones
@@ -99,9 +104,11 @@ EG_INLINE LightArrival light_of_row(const SceneView& scene, Mask active, Int row
         const Float turn = relative(sqrt(max(rise * (2.0f - rise), 0.0f)));
         a.w = select(cone, (a1 * s + a2 * t) * turn + axis * (1.0f - rise), a.w);
         a.measure = select(cone, relative(cap), a.measure);
+        const Mask round = sphere & ((l.flags & static_cast<int>(kLightDecay)) != 0);
+        if (any(round)) r = select(round, distance_in_cone(l.position - x, l.radius, a.w), r);
     }
     a.measure = select(direction, splat(1.0f), a.measure);
-    a.radiance = l.radiance * light_factor(l, a.w);
+    a.radiance = l.radiance * light_factor(l, a.w, r);
     return a;
 }
 

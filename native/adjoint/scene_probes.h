@@ -39,7 +39,7 @@ EG_INLINE void probe_camera(const SceneView& scene, SceneProbePacket& p) {
 EG_INLINE void probe_light(const SceneView& scene, SceneProbePacket& p) {
     const LightRow l = gather_light(scene.lights, p.index);
     const AreaShape shape = area_shape(l, p.a);
-    p.put(0, l.radiance * light_factor(l, p.b));
+    p.put(0, l.radiance * light_factor(l, p.b, sqrt(dot(shape.center, shape.center))));
     p.put(3, shape.center);
     p.put(6, shape.axis_x + shape.axis_y);
 }

@@ -69,7 +69,7 @@ EG_INLINE LightSample sample_along_lobes(const SceneView& scene, Mask active, co
         sample_met_light(scene, active & d.active & ~d.specular, x, d.wi, d.ray_kind, which, count);
     if (any(s.active)) {
         const LightRow l = gather_light(scene.lights, select(s.active, s.row, splat(0)));
-        s.share = light_factor(l, s.w);
+        s.share = light_factor(l, s.w, s.r);
         s.radiance = select(s.active, l.radiance * s.share, zero3());
     }
     s.geometry = s.pdf = splat(0.0f);
@@ -114,7 +114,7 @@ EG_INLINE void weigh_lobe_samples(const SceneView& scene, const SurfacePoint& x,
     Float count = splat(0.0f), emitter = select(along_lobes, splat(0.0f), s.pdf);
     Mask met = splat(0);
     for_each_met_light(scene, shared, x.position, x.mesh, s.w, splat(0.0f), splat(__builtin_inff()), kind,
-                       [&](int row, Mask seen, const LightRow&, Float pdf) EG_INLINE_LAMBDA {
+                       [&](int row, Mask seen, const LightRow&, Float, Float pdf) EG_INLINE_LAMBDA {
                            count = count + select(seen, splat(1.0f), 0.0f);
                            const Mask own = seen & (s.row == row);
                            met |= own;

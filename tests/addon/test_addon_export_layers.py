@@ -14,6 +14,7 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 import edgegrad
 from edgegrad import expression as e
 from edgegrad_addon.export.bakes.bake import new_scene
+from edgegrad_addon.export.geometry import attributes
 from edgegrad_addon.export.materials.coats import COSINES, reflected
 from edgegrad_addon.export.scene import Export, Source
 from edgegrad_addon.export.surroundings.directed_lamps import replace_light, shown_area
@@ -164,7 +165,7 @@ def test_the_octahedron_shows_the_area_of_a_sphere_on_average() -> None:
 
 
 def test_a_lamp_with_a_profile_becomes_a_body_and_keeps_no_light() -> None:
-    ob = bs.light("POINT", energy=5.0)
+    ob = bs.light("POINT", energy=5.0, rotation=(0.3, -0.9, 1.2))
     tree = ob.data.node_tree
     if tree is None or not ob.data.use_nodes:
         ob.data.use_nodes = True
@@ -189,3 +190,58 @@ def test_particles_whose_emitter_is_hidden_and_has_its_own_material() -> None:
     emitter.show_instancer_for_render = False
     bs.add("Cube", bs.cube("Cube", bs.material("Grey")))
     assert list(bs.export().scene.meshes) == ["Cube"]
+
+
+def linked(kind: str, output: str, to: str, settings: dict[str, Any], **inputs: Any) -> Any:
+    """A cube under a lamp whose Principled node has an input from a node; returns the object."""
+    bs.light("POINT")
+    material = bs.material("M", (0.5, 0.5, 0.5), "ShaderNodeBsdfPrincipled", **inputs)
+    tree = material.node_tree
+    node = tree.nodes.new("ShaderNode" + kind)
+    for key, value in settings.items():
+        setattr(node, key, value)
+    tree.links.new(node.outputs[output], bs.shader(material).inputs[to])
+    return bs.add("Cube", bs.cube("Cube", material))
+
+
+@pytest.mark.parametrize(("axis", "around"), [("X", (1.0, 0.0, 0.0)), ("Y", (0.0, 1.0, 0.0)), ("Z", (0.0, 0.0, 1.0))])
+def test_tangents_around_an_axis(axis: str, around: tuple[float, float, float]) -> None:
+    linked("Tangent", "Tangent", "Tangent", {"axis": axis}, Anisotropic=0.5, Roughness=0.4)
+    made = bs.export()
+    assert made.report.lines == []
+    m, mesh = made.scene.materials["M"], made.scene.meshes["Cube"]
+    if axis == "Z":
+        assert m.normal_uv == attributes.NO_UV and mesh.attributes == {}
+        return
+    corners = mesh.vertices[mesh.faces]
+    found = mesh.attributes[m.normal_uv + ".tangent"]
+    # The texture space of a cube is as wide along all axes.
+    expected = np.cross(around, corners - corners.reshape(-1, 3).mean(axis=0))
+    scale = np.linalg.norm(expected, axis=-1, keepdims=True) / np.linalg.norm(found[..., :3], axis=-1, keepdims=True)
+    np.testing.assert_allclose(found[..., :3] * scale, expected * (1.0 if axis == "X" else -1.0), atol=1e-6)
+
+
+def test_ambient_occlusion_is_baked_among_all_objects() -> None:
+    linked("AmbientOcclusion", "AO", "Base Color", {"samples": 64})
+
+    def brightness() -> float:
+        made = bs.export(bake=32)
+        assert made.report.lines == [] and "base_color" in made.scene.materials["M"].textures
+        (image,) = made.scene.images.values()
+        return float(image.pixels.mean())
+
+    alone = brightness()
+    bs.add("Roof", bs.cube("Roof", bs.material("Clay")), (0.0, 0.0, 2.5))
+    assert brightness() < alone - 0.02
+    bpy.data.objects["Roof"].visible_shadow = False
+    assert brightness() == pytest.approx(alone, abs=0.005)
+
+
+@pytest.mark.parametrize(("value", "expected"), [((0.1, 0.6, 0.3), (0.1, 0.6, 0.3)), (0.4, (0.4, 0.4, 0.4))])
+def test_attributes_of_the_view_layer_are_constants(value: Any, expected: tuple[float, ...]) -> None:
+    linked("Attribute", "Color", "Base Color", {"attribute_type": "VIEW_LAYER", "attribute_name": "accent"})
+    bpy.context.scene["accent"] = value
+    made = bs.export()
+    assert made.report.lines == [] and made.scene.materials["M"].base_color == pytest.approx(expected)
+    bpy.context.view_layer["accent"] = (0.2, 0.2, 0.9)  # before the scene's own
+    assert bs.export().scene.materials["M"].base_color == pytest.approx((0.2, 0.2, 0.9))

@@ -220,8 +220,29 @@ def test_quadratic_falloff_is_that_of_lights() -> None:
     made = bs.export()
     light = made.scene.lights["Light"]
     assert light.power * light.color == pytest.approx([60.0] * 3) and made.report.lines == []
-    falloff.inputs["Smooth"].default_value = 1.0
-    assert any("'Smooth' of node 'Light Falloff'" in line for line in bs.export().report.lines)
+    falloff.inputs["Smooth"].default_value = 1.5
+    light = bs.export().scene.lights["Light"]
+    assert (light.decay, light.smooth) == ("QUADRATIC", 1.5) and light.color == pytest.approx([3.0] * 3)
+
+
+@pytest.mark.parametrize("output", ["Linear", "Constant"])
+def test_falloff_of_all_emission_is_the_decay_of_the_light(output: str) -> None:
+    data = bs.light("AREA", energy=20.0).data
+    data.use_nodes = True
+    tree = data.node_tree
+    emission = next(node for node in tree.nodes if node.type == "EMISSION")
+    falloff, twice = tree.nodes.new("ShaderNodeLightFalloff"), tree.nodes.new("ShaderNodeMath")
+    twice.operation, twice.inputs[1].default_value = "MULTIPLY", 2.0
+    falloff.inputs["Strength"].default_value = 3.0
+    tree.links.new(falloff.outputs[output], twice.inputs[0])
+    tree.links.new(twice.outputs[0], emission.inputs["Strength"])
+    made = bs.export()
+    light = made.scene.lights["Light"]
+    assert light.decay == output.upper() and light.color == pytest.approx([6.0] * 3) and made.report.lines == []
+    twice.operation = "ADD"  # a part that falls otherwise
+    made = bs.export()
+    assert made.scene.lights["Light"].decay == "QUADRATIC"
+    assert any("its Light Falloff is not a factor of all of its emission" in line for line in made.report.lines)
 
 
 def varying(kind: str, **settings: Any) -> Any:

@@ -23,6 +23,7 @@ SPOTS = {
     "linear": replace(POINT, falloff="LINEAR"),
     "sphere": replace(POINT, radius=0.15, sphere=True),
     "disk": replace(POINT, radius=0.15, sphere=False),
+    "dim close by": replace(POINT, power=30.0, decay="CONSTANT", smooth=1.0),
 }
 
 
@@ -69,7 +70,7 @@ CASES: dict[str, tuple[Make, list[str]]] = {
 }
 DEEP: dict[str, tuple[Make, list[str]]] = {"by way of a wall": (by_way_of_a_wall, ["lights.lamp.position"])}
 QUICK = ("point: light moves", "linear: cone opens", "sphere: light turns", "disk: light moves", "point: camera moves",
-         "disk: floor moves")
+         "disk: floor moves", "dim close by: light moves")
 
 
 @pytest.mark.parametrize("name", slow_but(CASES, QUICK))

@@ -49,10 +49,20 @@ def moves(light: str, view: str) -> tuple[Make, list[str]]:
     return light_changes(light, view, field, np.array([1.0, -0.4, 0.3]))
 
 
+def decays(make: Make, paths: list[str]) -> tuple[Make, list[str]]:
+    def made(theta: float) -> edgegrad.Scene:
+        scene = make(theta)
+        scene.lights = {name: replace(light, decay="LINEAR", smooth=0.5) for name, light in scene.lights.items()}
+        return scene
+
+    return made, paths
+
+
 CASES: dict[str, tuple[Make, list[str]]] = {
     **{f"{light}, {view}: light moves": moves(light, view) for light, view in PAIRS},
     **{f"{light}, {view}: camera moves": view_moves(light, view) for light, view in PAIRS},
     "sphere: light grows": light_changes("sphere", "perspective", "radius", 0.6),
+    "rectangle of linear decay: light moves": decays(*moves("rectangle", "perspective")),
     "disk: light grows": light_changes("disk", "perspective", "radius", 0.6),
     "disk, orthographic: light grows": light_changes("disk", "orthographic", "radius", 0.6),
     "rectangle: light grows": light_changes("rectangle", "perspective", "size", np.array([0.7, -0.3])),

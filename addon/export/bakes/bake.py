@@ -24,6 +24,7 @@ from .unwrap import widened
 
 MARGIN = 2  # pixels around each UV island that repeat its border: interpolation reads one of them
 SAMPLES = 4  # per pixel; bakes evaluate textures without lighting, so their only noise is that of antialiasing
+OCCLUSION_SAMPLES = 32  # the same of Ambient Occlusion, which is noisy
 UV_NAME = "Edgegrad bake"
 OUTSIDE = -1.0  # coordinate of faces that are not baked
 
@@ -117,6 +118,8 @@ class ObjectBaker:
         Full names of the materials to bake.
     resolution
         Width and height of the images, pixels.
+    occluders
+        Mesh of what Ambient Occlusion sees beside the object, in world space; None: nothing.
 
     Attributes
     ----------
@@ -125,19 +128,21 @@ class ObjectBaker:
     """
 
     def __init__(self, keep: Temporary, copied: CopiedObject, slots: tuple[str, ...], materials: Collection[str],
-                 resolution: int) -> None:  # fmt: skip
+                 resolution: int, occluders: Any = None) -> None:  # fmt: skip
         self._resolution = resolution
         self._slots = slots
         self._mesh = copied.mesh
         self._scene = keep(new_scene())
         self._scene.render.engine = "CYCLES"
         cycles = self._scene.cycles
-        cycles.device, cycles.samples = "CPU", SAMPLES
+        cycles.device, cycles.samples = "CPU", SAMPLES if occluders is None else OCCLUSION_SAMPLES
         cycles.use_adaptive_sampling = cycles.use_denoising = False
         self._object = keep(bpy.data.objects.new("Edgegrad bake", self._mesh))
         self._object.matrix_world = Matrix(copied.matrix)  # a list would be read as columns
         self._object.color, self._object.pass_index = copied.color, copied.index
         self._scene.collection.objects.link(self._object)
+        if occluders is not None:
+            self._scene.collection.objects.link(keep(bpy.data.objects.new("Edgegrad bake", keep(occluders))))
         self._scene.view_layers[0].objects.active = self._object
         self._object.select_set(True, view_layer=self._scene.view_layers[0])
         while len(self._mesh.materials) < max(1, len(slots)):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import bpy
@@ -16,6 +17,7 @@ from ..nodes.images import Images
 from . import cache
 from .bake import BakeError, CopiedObject, ObjectBaker, Temporary, temporary
 from .cache import KeptBake
+from .occluders import MOST_TRIANGLES, Occluders, sees_others
 from .size import bake_size
 
 if TYPE_CHECKING:
@@ -34,13 +36,14 @@ def bake_materials(out: Export, meshes: PlacedMeshes, images: Images, depsgraph:
         Largest width and height of the images, pixels; 0: nothing is baked.
     """
     taken: set[str] = set()
-    for group in meshes.groups():
+    groups = list(meshes.groups())
+    for group in groups:
         used = [group.slots[k] for k in np.unique(np.clip(group.arrays.slots, 0, len(group.slots) - 1))]
         needed = {name: out.materials[name] for name in used if out.materials[name].baked}
         if not needed or resolution <= 0:
             continue
         size = bake_size(group, set(needed), out.scene.camera, resolution)
-        found = _bake_on(group, needed, images, depsgraph, size, out)
+        found = _bake_on(group, groups, needed, images, depsgraph, size, out)
         for name, pictures in found.items():
             new = name if name not in taken else f"{name} ({group.sources[0].object})"
             number = 1
@@ -59,13 +62,13 @@ def bake_materials(out: Export, meshes: PlacedMeshes, images: Images, depsgraph:
     out.materials |= out.baked
 
 
-def _bake_on(group: Group, needed: dict[str, MaterialReading], images: Images, depsgraph: Any, resolution: int,
-             out: Export) -> dict[str, dict[str, str]]:  # fmt: skip
+def _bake_on(group: Group, groups: Sequence[Group], needed: dict[str, MaterialReading], images: Images,
+             depsgraph: Any, resolution: int, out: Export) -> dict[str, dict[str, str]]:  # fmt: skip
     """Bake these materials on one mesh; map the stand-in images of each to names of images in the scene."""
     source = group.sources[0]
     found: dict[str, dict[str, str]] = {name: {} for name in needed}
     try:
-        bake = _kept_or_baked(group, needed, depsgraph, resolution, out)
+        bake = _kept_or_baked(group, groups, needed, depsgraph, resolution, out)
     except (BakeError, RuntimeError) as error:
         for name in needed:
             _failed(out, name, source.object, error)
@@ -86,21 +89,23 @@ def _bake_on(group: Group, needed: dict[str, MaterialReading], images: Images, d
     return found
 
 
-def _kept_or_baked(group: Group, needed: dict[str, MaterialReading], depsgraph: Any, resolution: int,
-                   out: Export) -> KeptBake:  # fmt: skip
+def _kept_or_baked(group: Group, groups: Sequence[Group], needed: dict[str, MaterialReading], depsgraph: Any,
+                   resolution: int, out: Export) -> KeptBake:  # fmt: skip
     """Bake these materials on a mesh, unless nothing has changed since the last time."""
     source = group.sources[0]
     outputs = [(name, baked) for name, reading in needed.items() for baked in reading.baked]
     materials = {name: _material(name) for name in needed}
+    around = _occluders(group, groups, materials, out)
     with temporary() as keep:
         copied = _copied(keep, source, depsgraph)
         if len(copied.mesh.loops) != group.corner_count:
             raise BakeError("its mesh differs from the rendered one")
-        key = cache.key_of_bake(copied, group.slots, materials, outputs, resolution)
+        key = cache.key_of_bake(copied, group.slots, materials, outputs, resolution,
+                                b"" if around is None else around.key())  # fmt: skip
         known = cache.kept(key)
         if known is not None:
             return known
-        baker = ObjectBaker(keep, copied, group.slots, needed, resolution)
+        baker = ObjectBaker(keep, copied, group.slots, needed, resolution, None if around is None else around.mesh())
         made = KeptBake(baker.uv, {})
         for name, baked in outputs:
             try:
@@ -110,6 +115,22 @@ def _kept_or_baked(group: Group, needed: dict[str, MaterialReading], depsgraph: 
     if len(made.images) == len(outputs):
         cache.keep(key, made)
     return made
+
+
+def _occluders(group: Group, groups: Sequence[Group], materials: dict[str, Any], out: Export) -> Occluders | None:
+    """Find what the bake of these materials must see around the first object of a group; None: nothing."""
+    seeing = {name: one for name, one in materials.items() if sees_others([one])}
+    if not seeing:
+        return None
+    found = Occluders(groups, group)
+    for name in seeing:
+        if found.count > MOST_TRIANGLES:
+            out.report.warn(f"material '{name}'", "Ambient Occlusion is baked where its object is alone, since all "
+                            f"others have {found.count} triangles")  # fmt: skip
+        if len(group.sources) > 1:
+            out.report.warn(f"material '{name}'", f"Ambient Occlusion of the {len(group.sources)} instances of object "
+                            f"'{group.sources[0].object}' is that of the first one")  # fmt: skip
+    return found if found.count <= MOST_TRIANGLES else None
 
 
 def _copied(keep: Temporary, source: Source, depsgraph: Any) -> CopiedObject:

@@ -36,7 +36,7 @@ _kept: OrderedDict[bytes, KeptBake] = OrderedDict()
 
 
 def key_of_bake(copied: CopiedObject, slots: tuple[str, ...], materials: dict[str, Any],
-                outputs: list[tuple[str, BakedOutput]], resolution: int) -> bytes | None:  # fmt: skip
+                outputs: list[tuple[str, BakedOutput]], resolution: int, around: bytes) -> bytes | None:  # fmt: skip
     """Hash of all that decides a bake; None if something may change unnoticed.
 
     Parameters
@@ -47,6 +47,8 @@ def key_of_bake(copied: CopiedObject, slots: tuple[str, ...], materials: dict[st
         Blender's materials by their full names.
     outputs
         The outputs to bake.
+    around
+        Hash of what the bake sees beside the object.
     """
     try:
         contents = [(name, material_content(one)) for name, one in materials.items()]
@@ -54,7 +56,7 @@ def key_of_bake(copied: CopiedObject, slots: tuple[str, ...], materials: dict[st
     except UnknownContent:
         return None
     frame = bpy.context.scene.frame_current_final
-    rest = (copied.matrix, copied.color, copied.index, slots, outputs, resolution, frame)
+    rest = (copied.matrix, copied.color, copied.index, slots, outputs, resolution, frame, around)
     return hashlib.sha256(repr((mesh, contents, rest)).encode()).digest()
 
 

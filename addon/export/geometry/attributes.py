@@ -40,6 +40,8 @@ IS_STRAND, INTERCEPT, LENGTH = "(is strand)", "(strand intercept)", "(strand len
 THICKNESS, RANDOM_STRAND = "(strand thickness)", "(strand random)"
 TANGENT = ".tangent"
 NO_UV = "(none)"  # no mesh has this map, so tangents are computed around the Z axis
+# Tangents around the other axes of the object.
+RADIAL = {"X": "(around X)", "Y": "(around Y)"}
 POINT_RADIUS, RANDOM_POINT = "(point radius)", "(point random)"
 
 # Values of one object or instance: instances that share a mesh have their own.
@@ -174,6 +176,8 @@ def _read(mesh: Any, arrays: MeshArrays, name: str, of: ObjectValues) -> Any:
         return points[arrays.corners]
     if name.endswith(TANGENT):
         uv_name = name.removesuffix(TANGENT)
+        if uv_name in RADIAL.values():
+            return _radial_tangents(mesh, arrays, uv_name)
         uv = _read(mesh, arrays, uv_name, of) if uv_layer(mesh, uv_name) is not None else None
         return None if uv is None else tangents(arrays, uv)
     return _layer(mesh.attributes.get(name), mesh, arrays)
@@ -218,6 +222,16 @@ def _generated(mesh: Any) -> F32:
     size = np.array(mesh.texspace_size, np.float32)
     scale = np.where(size != 0.0, 0.5 / np.where(size != 0.0, size, 1.0), 0.0)
     return ((points - np.array(mesh.texspace_location, np.float32)) * scale + 0.5).astype(np.float32)
+
+
+def _radial_tangents(mesh: Any, arrays: MeshArrays, name: str) -> F32:
+    """(m, 3, 4) tangents around an axis through the middle of the texture space, as Cycles' Tangent node has them.
+
+    They are linear in the generated coordinates, so interpolation between corners gives those of each point.
+    """
+    x, y, z = np.moveaxis(_generated(mesh)[arrays.faces] - np.float32(0.5), -1, 0)
+    around = (0.0 * x, -z, y) if name == RADIAL["X"] else (-z, 0.0 * y, x)
+    return np.stack([*around, np.ones_like(x)], axis=-1)
 
 
 def tangents(arrays: MeshArrays, uv: F32) -> F32:

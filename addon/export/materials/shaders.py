@@ -233,7 +233,7 @@ class Closure:
         self.material.normal_uv = node.uv_map or attributes.ACTIVE_UV
 
     def tangent(self) -> None:
-        """Set the tangents for anisotropy: those of a UV map, or those around the Z axis of the object."""
+        """Set the tangents for anisotropy: those of a UV map, or those around an axis of the object."""
         if self.material.anisotropy == 0.0 and "anisotropy" not in self.material.textures:
             return
         socket = by_identifier(self.node.inputs, "Tangent")
@@ -242,7 +242,9 @@ class Closure:
         uv = attributes.NO_UV
         if node is not None and node.type == "TANGENT" and node.direction_type == "UV_MAP":
             uv = node.uv_map or attributes.ACTIVE_UV
-        elif node is not None and not (node.type == "TANGENT" and node.axis == "Z"):
+        elif node is not None and node.type == "TANGENT":
+            uv = attributes.RADIAL.get(node.axis, attributes.NO_UV)
+        elif node is not None:
             self.note("its tangent can't be read; anisotropy uses tangents around the object's Z axis")
         if "normal" not in self.material.textures or self.material.normal_space == "WORLD":
             self.material.normal_uv = uv

@@ -1,7 +1,8 @@
-"""What nodes know of the camera: its space, the size of its pixels, and places in its picture."""
+"""What nodes know of the view: the camera's space, sizes of pixels, places in the picture, and the view layer."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,17 +29,20 @@ class CameraView:
     window
         Place of the hit point in the picture: (0, 0, 0) at its lower left corner, (1, 1, 0) at its upper right one;
         None: a panorama, for which there is no expression.
+    of_layer
+        Returns the numbers of a property of the view layer or its scene, by its name; None: neither has it.
     """
 
     world_to_camera: NDArray[np.float64]
     pixel_size: Operand
     window: Operand | None
+    of_layer: Callable[[str], tuple[float, ...] | None] = lambda _: None
 
     @staticmethod
-    def of(camera: edgegrad.Camera) -> CameraView:
-        """Return the view of an exported camera."""
+    def of(camera: edgegrad.Camera, of_layer: Callable[[str], tuple[float, ...] | None]) -> CameraView:
+        """Return the view of an exported camera, with the properties of its view layer."""
         matrix = np.diag([1.0, 1.0, -1.0, 1.0]) @ np.linalg.inv(camera.to_world)
-        return CameraView(np.asarray(matrix, np.float64), pixel_size(camera), _window(camera, matrix))
+        return CameraView(np.asarray(matrix, np.float64), pixel_size(camera), _window(camera, matrix), of_layer)
 
 
 def _transform(matrix: NDArray[np.float64]) -> e.Transform:

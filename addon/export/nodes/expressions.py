@@ -155,19 +155,18 @@ class Reader:
 
 
     def _note_bake(self, output: Any, groups: Groups) -> None:
-        """Note what a bake, which knows one object and no ray, does not have."""
+        """Note what a bake, which knows no particles and no ray, does not have."""
         found = [(output, groups), *upstream(output.node, groups)]
         for one, around in found:
             name = label(one.node, around)
-            if one.node.type in OF_OTHER_OBJECTS and not getattr(one.node, "only_local", False):
-                self.note(f"node '{name}' ({one.node.bl_label}) is baked, where its object is alone and no particle")
+            if one.node.type == "PARTICLE_INFO":
+                self.note(f"node '{name}' ({one.node.bl_label}) is baked, where its object is no particle")
             elif one.node.type in OF_VIEW or (one.node.type, one.identifier) in OF_VIEW:
                 self.note(f"node '{label(output.node, groups)}' is baked, so it does not vary with the ray as "
                           f"'{one.name}' of node '{name}' does")  # fmt: skip
 
 
-# Nodes that depend on other objects, and nodes or outputs that depend on the ray.
-OF_OTHER_OBJECTS = ("AMBIENT_OCCLUSION", "PARTICLE_INFO")
+# Nodes or outputs that depend on the ray.
 OF_VIEW = {"LIGHT_PATH", "FRESNEL", "LAYER_WEIGHT", "CAMERA", ("TEX_COORD", "Reflection"), ("TEX_COORD", "Camera"),
            ("NEW_GEOMETRY", "Incoming"), ("NEW_GEOMETRY", "Backfacing")}  # fmt: skip
 

@@ -80,12 +80,22 @@ def _geometry(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand
 @reads("ATTRIBUTE")
 def _attribute(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     if node.attribute_type == "VIEW_LAYER":
-        raise unreadable(node, groups, "attribute of the view layer", bakeable=False)
+        if reader.view is None:
+            raise unreadable(node, groups, "attribute of the view layer", bakeable=False)
+        return _of_layer(reader.view.of_layer(node.attribute_name) or (0.0, 0.0, 0.0, 0.0), output)
     kind = {"OBJECT": attributes.PROPERTY, "INSTANCER": attributes.INSTANCER}.get(node.attribute_type, "")
     value = attributes.layer(kind + node.attribute_name)
     if output.identifier == "Fac":
         return e.Average(value)
     return e.Channel(value, 3) if output.identifier == "Alpha" else value
+
+
+def _of_layer(values: tuple[float, ...], output: Any) -> Operand:
+    """Return an output of an Attribute node for one to four numbers; a single one is a grey."""
+    color = (*values, 0.0)[:3] if len(values) > 1 else values * 3
+    if output.identifier == "Fac":
+        return sum(color) / 3.0
+    return (values[3] if len(values) > 3 else 1.0) if output.identifier == "Alpha" else color
 
 
 @reads("VERTEX_COLOR")

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 PIXELS = 64
 UNIFORM = 0.05  # spread of a light that counts as the same in all directions, relative to its maximum
-DIRECTIONS = 256  # pixels around the panorama of a light that shines differently in different directions
+DIRECTIONS = 1024  # pixels around the panorama of a light that shines differently in different directions
 ALBEDO = 0.8  # of the sphere, which is lit directly only
 
 

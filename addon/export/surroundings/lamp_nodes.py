@@ -27,6 +27,8 @@ class LampEmission:
     ----------
     factor
         (3,) factor of the power. What varies or can't be read counts as 1.
+    decay, smooth
+        As the fields of Edgegrad's lights, from Light Falloff nodes.
     varying
         One sentence for each part that varies with position or direction, or can't be read.
     notes
@@ -34,6 +36,8 @@ class LampEmission:
     """
 
     factor: F64
+    decay: str = "QUADRATIC"
+    smooth: float = 0.0
     varying: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
@@ -47,11 +51,27 @@ def read_emission(light: Any) -> LampEmission:
     """Read the nodes of a light (its data)."""
     if not has_nodes(light):
         return LampEmission(np.ones(3))
+    out, decays = _read_emission(light, 1.0)
+    if not decays:
+        return out
+    # All of the emission must be a multiple of the same falloff.
+    others = [(gain, _read_emission(light, gain)[0].factor) for gain in (0.5, 3.0)]
+    if len(decays) > 1 or not all(np.allclose(factor, gain * out.factor) for gain, factor in others):
+        out.varying.append("its Light Falloff is not a factor of all of its emission")
+    elif light.type == "SUN":
+        out.varying.append("its Light Falloff acts on a light at infinity")
+    else:
+        (out.decay, out.smooth), = decays
+    return out
+
+
+def _read_emission(light: Any, gain: float) -> tuple[LampEmission, set[tuple[str, float]]]:
+    """Read the nodes of a light, with falloffs times `gain`; also return the decay and smoothing of each."""
     output = light.node_tree.get_output_node("CYCLES")
     out = LampEmission(np.zeros(3))
     if output is None:
-        return out
-    reader = _LampReader(None, SAMPLED)
+        return out, set()
+    reader = _LampReader(gain)
     for part in parts(reader, feed(output.inputs["Surface"])):
         weight = number(part.weight)
         name = label(part.node, part.groups)
@@ -63,7 +83,7 @@ def read_emission(light: Any) -> LampEmission:
         else:
             out.varying.append(f"its shader node '{name}' can't be read")
     out.notes += [*reader.approximations, *reader.notes]
-    return out
+    return out, reader.decays
 
 
 def _constant(reader: Reader, part: Part, name: str, out: LampEmission) -> F64:
@@ -79,12 +99,28 @@ def _constant(reader: Reader, part: Part, name: str, out: LampEmission) -> F64:
 
 
 class _LampReader(RayReader):
-    """Translates the nodes of a light; quadratic falloff without smoothing is that of physical lights."""
+    """Translates the nodes of a light. A Light Falloff has its strength at 1 m, times `gain`.
+
+    Attributes
+    ----------
+    decays
+        Decay and smoothing of each falloff but those of physical lights.
+    """
+
+    def __init__(self, gain: float) -> None:
+        super().__init__(None, SAMPLED)
+        self.gain = gain
+        self.decays: set[tuple[str, float]] = set()
 
     def _read(self, output: Any, groups: Groups) -> e.Operand:
         node = output.node
-        if node.type == "LIGHT_FALLOFF" and output.identifier == "Quadratic":
-            if number(self.get(node, "Smooth", groups)) != 0.0:
-                raise Unreadable(f"'Smooth' of node '{label(node, groups)}'")
-            return self.get(node, "Strength", groups)
-        return super()._read(output, groups)
+        if node.type != "LIGHT_FALLOFF":
+            return super()._read(output, groups)
+        smooth = number(self.get(node, "Smooth", groups))
+        if smooth is None:
+            raise Unreadable(f"'Smooth' of node '{label(node, groups)}'")
+        strength, decay = self.get(node, "Strength", groups), (output.identifier.upper(), max(smooth, 0.0))
+        if decay == ("QUADRATIC", 0.0):
+            return strength
+        self.decays.add(decay)
+        return e.Math("MULTIPLY", strength, self.gain)

@@ -93,6 +93,14 @@ EG_INLINE void divide_segment(BoundarySegment& s) {
     s.lambda = select(finite, s.distance / max(s.distance + s.reach, 1e-30f), splat(1.0f));
 }
 
+// The factor of a light's decay over the whole segment.
+EG_INLINE Float decay_along(const SceneView& scene, const BoundarySegment& s) {
+    const Mask on_row = s.active & (s.y.row >= 0);
+    if (!any(on_row)) return splat(1.0f);
+    const LightRow l = gather_light(scene.lights, select(on_row, s.y.row, splat(0)));
+    return select(on_row, distance_factor(l, s.reach + s.distance), splat(1.0f));
+}
+
 // If the light of y has a fixed direction (shading/lights/fixed_direction_light.h), the segment moves with x
 // alone.
 EG_INLINE void fix_light_direction(const SceneView& scene, BoundarySegment& s) {

@@ -15,7 +15,9 @@ namespace edgegrad::EDGEGRAD_ISA {
 // follows it to the camera. `measure` is one over the density of the point on the curve. `light` has
 //   blockers(), visible_to(scene, task)       the meshes that stop it and the kinds of scattering that see it
 //   meet(scene, s)                            completes y, once x is known
-//   arriving(scene, task, p, exit, s)         the light from y at the curve, over the density of its choice
+//   arriving(scene, task, p, exit, s)         the light from y at the curve, without its decay, over the
+//   density
+//                                             of its choice
 template <typename Light>
 EG_OUTLINE void connect_shadow(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
                                const CurveExit& exit, const DerivativeView& requested, const float* adjoint,
@@ -53,8 +55,8 @@ EG_OUTLINE void connect_shadow(const SceneView& scene, const BoundaryTask& task,
     if (!any(s.active)) return;
 
     // Evaluate the light
-    const Vec3 color =
-        receiver.through * light.arriving(scene, task, p, exit, s) * (measure * task.scale / probability);
+    const Vec3 color = receiver.through * light.arriving(scene, task, p, exit, s) * decay_along(scene, s) *
+                       (measure * task.scale / probability);
     s.active &= ~(largest_component(color) == 0.0f);
     if (!any(s.active)) return;
     // Follow the light to the camera

@@ -129,7 +129,7 @@ EG_INLINE Vec3 radiance_of(const SceneView& scene, Mask active, const ChainLight
         const LightRow l = gather_light(scene.lights, select(on_row, light.row, splat(0)));
         const Mask flat = light.is(kRectangleLight) | light.is(kEllipseLight);
         const Mask towards = on_row & (~flat | (dot(l.direction, seen.w) < 0.0f));
-        radiance = select(towards, l.radiance * light_factor(l, seen.w), radiance);
+        radiance = select(towards, l.radiance * light_factor(l, seen.w, seen.distance), radiance);
     }
     const Mask on_face = active & (light.face >= 0) & ~light.scatters;
     if (!any(on_face)) return radiance;

@@ -113,7 +113,7 @@ EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryT
     s.view = seen.view;
     if (scene.mesh_contact) s.fixed = seen.fixed;
     turn_to(s.x, -s.view.direction);
-    s.color = seen.weight * receiver.through * l.radiance *
+    s.color = seen.weight * receiver.through * l.radiance * distance_factor(l, s.reach) *
               (area * sine * (p.u1 - p.u0) * (kTurn * task.scale) / (p.density * probability));
     s.active &= largest_component(s.color) > 0.0f;
     return out;

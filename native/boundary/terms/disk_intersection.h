@@ -86,7 +86,7 @@ EG_OUTLINE DiskSegment sample_disk_intersection(const SceneView& scene, const Bo
     const Int kinds = scene.lights.any_hidden ? links.visible_to : splat(kScatteredRays);
     const Vec3 value = surface.evaluate(s.active, s.towards, kinds) * (1.0f / max(r2, 1e-30f));
     const Vec3 light =
-        l.radiance * light_factor(l, s.towards) *
+        l.radiance * light_factor(l, s.towards, s.reach) *
         stopped_by(scene, s.active, pair.hider, pair.hider_instance, s.point, -s.towards, kShadowRay);
     s.active &= (largest_component(value) > 0.0f) & (largest_component(light) > 0.0f);
     if (!any(s.active)) return s;

@@ -231,6 +231,7 @@ EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& t
     s.view = seen.view;
     if (scene.mesh_contact) s.fixed = seen.fixed;
     turn_to(s.x, -s.view.direction);
+    light = light * decay_along(scene, s);
     s.color = seen.weight * receiver.through * light *
               ((p.u1 - p.u0) * task.scale / (density * probability * p.density));
     // Queue the path of the light that y scatters

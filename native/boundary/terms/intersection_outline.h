@@ -76,7 +76,7 @@ EG_OUTLINE IntersectionOutline sample_intersection_outline(const SceneView& scen
     rays.ignored = {p.edge, splat(-1)};
     const Vec3 through = transmittance(scene, s.active, start, s.view.origin - start,
                                        1.0f - s.view.near / max(s.view.distance, 1e-30f), rays);
-    s.color = l.radiance * light_factor(l, s.view.direction) * through *
+    s.color = l.radiance * light_factor(l, s.view.direction, s.view.distance) * through *
               stopped_by(scene, s.active, s.face, s.instance, s.point, s.view.direction, kCameraRay);
     s.active &= largest_component(s.color) > 0.0f;
     return s;

@@ -191,7 +191,7 @@ EG_OUTLINE LightSample sample_light_arc(const SceneView& scene, Mask active, Vec
         s.w = select(is_row, w, s.w);
         s.r = select(is_row, select(s.distant, splat(__builtin_inff()), cut.distance(w)), s.r);
         s.end = select(is_row & ~s.distant, x + w * s.r, s.end);
-        s.radiance = select(is_row, cut.light.radiance * light_factor(cut.light, w), s.radiance);
+        s.radiance = select(is_row, cut.light.radiance * light_factor(cut.light, w, s.r), s.radiance);
         take_links(lights, is_row, row, cut.light.flags, s);
     }
     s.active &= (s.r > 0.0f) & (angle != 0.0f);

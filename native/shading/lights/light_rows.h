@@ -8,12 +8,12 @@ namespace edgegrad::EDGEGRAD_ISA {
 // A row of the light table. The axes are half the extents long.
 struct LightRow {
     Vec3 radiance, position, axis_x, axis_y, direction;
-    Float radius, area, one_minus_cos, edge, edge_scale;
+    Float radius, area, one_minus_cos, edge, edge_scale, smooth;
     Int flags;
 };
 
 EG_INLINE LightRow gather_light(const LightView& lights, Int row) {
-    Float p[kLightEdgeScale + 1];
+    Float p[kLightSmooth + 1];
     gather_row(lights.params, kLightParams, row, p);
     const auto vector = [&](int place) { return Vec3{p[place], p[place + 1], p[place + 2]}; };
     return {vector(kLightRadiance),
@@ -26,6 +26,7 @@ EG_INLINE LightRow gather_light(const LightView& lights, Int row) {
             p[kLightOneMinusCos],
             p[kLightEdge],
             p[kLightEdgeScale],
+            p[kLightSmooth],
             gather(lights.flags, row)};
 }
 
@@ -38,7 +39,14 @@ EG_INLINE Float light_factor(const LightRow& l, Vec3 w) {
     const Vec3 chord = w + l.direction;
     const Float chord2 = dot(chord, chord);  // 2 (1 - cos)
     if (any(cone)) {
-        const Float t = min(max((l.edge - 0.5f * chord2) * l.edge_scale, 0.0f), splat(1.0f));
+        Float rise = 0.5f * chord2;
+        const Mask stretched = has(kLightStretched);
+        if (any(stretched)) {
+            const Float x = dot(w, l.axis_x), y = dot(w, l.axis_y), z = -dot(w, l.direction);
+            const Float across2 = x * x + y * y, inverse2 = 1.0f / max(across2 + z * z, 1e-30f);
+            rise = select(stretched, rise_from_axis(across2 * inverse2, z * sqrt(inverse2)), rise);
+        }
+        const Float t = min(max((l.edge - rise) * l.edge_scale, 0.0f), splat(1.0f));
         factor = select(cone, t * t * (3.0f - 2.0f * t), factor);
     }
     if (any(linear)) {
@@ -52,6 +60,22 @@ EG_INLINE Float light_factor(const LightRow& l, Vec3 w) {
         factor = select(spread, max((l.edge - tangent) * l.edge_scale, 0.0f), factor);
     }
     return factor;
+}
+
+// The factor of light whose decay is not the inverse square of the distance r between light and receiver.
+EG_INLINE Float distance_factor(const LightRow& l, Float r) {
+    const Mask decays = (l.flags & static_cast<int>(kLightDecay)) != 0;
+    if (!any(decays)) return splat(1.0f);
+    r = select(decays, r, splat(1.0f));
+    const Float r2 = r * r;
+    const Float by = select((l.flags & static_cast<int>(kLightByWay2)) != 0, r2,
+                            select((l.flags & static_cast<int>(kLightByWay)) != 0, r, splat(1.0f)));
+    return select(decays, by * (r2 / max(r2 + l.smooth, 1e-37f)), splat(1.0f));
+}
+
+// The share of a light's radiance that arrives from the direction w after the distance r.
+EG_INLINE Float light_factor(const LightRow& l, Vec3 w, Float r) {
+    return light_factor(l, w) * distance_factor(l, r);
 }
 
 // The area light as seen from a point. With a spread, only a part of the light shines there: the disk with
@@ -126,8 +150,8 @@ EG_INLINE Float meet_light(const LightRow& l, int kind, Vec3 from, Vec3 w, Float
 
 // Visits the sized lights of the table that rays of `kind` along w meet between the distances near and far
 // from the point `from`, if they shine on such rays and on the mesh that scattered them. Lights do not block
-// rays. Calls visit(row's number, mask, row, density of emitter samples there without the choice of the
-// light).
+// rays. Calls visit(row's number, mask, row, distance, density of emitter samples there without the choice of
+// the light).
 template <typename Visit>
 EG_INLINE void for_each_met_light(const SceneView& scene, Mask active, Vec3 from, Int from_mesh, Vec3 w,
                                   Float near, Float far, Int kind, const Visit& visit) {
@@ -150,7 +174,7 @@ EG_INLINE void for_each_met_light(const SceneView& scene, Mask active, Vec3 from
         const Float distance = meet_light(l, light_kind, from, w, pdf);
         seen &= (distance > near) & (distance <= far);
         if (light_kind >= kDirectionLight) seen &= missed;
-        if (any(seen)) visit(row, seen, l, pdf);
+        if (any(seen)) visit(row, seen, l, distance, pdf);
     }
 }
 

@@ -170,7 +170,9 @@ EG_INLINE LightSample sample_light_for(const SceneView& scene, Mask active, cons
         s.radiance = select(is_row, l.radiance, s.radiance);
         take_links(lights, is_row, row, l.flags, s);
         const Float r = sqrt(max(dot(offset, offset), 1e-37f));
-        s.share = select(is_row, light_factor(l, offset * (1.0f / r)), s.share);
+        // The distance from an edge says nothing of the decay of light that passes it.
+        const Vec3 w = offset * (1.0f / r);
+        s.share = select(is_row, Point::kOnSurface ? light_factor(l, w, r) : light_factor(l, w), s.share);
         s.radiance = s.radiance * s.share;
     }
 

@@ -44,8 +44,8 @@ EG_INLINE void for_each_light_along(const SceneView& scene, Mask active, const R
                                     Vec3 w, Float near, Float far, Float bsdf_pdf, Int kind,
                                     const Visit& visit) {
     const LightView& lights = scene.lights;
-    const auto add = [&](int row, Mask seen, const LightRow& l, Float pdf) EG_INLINE_LAMBDA {
-        Float weight = light_factor(l, w);
+    const auto add = [&](int row, Mask seen, const LightRow& l, Float distance, Float pdf) EG_INLINE_LAMBDA {
+        Float weight = light_factor(l, w, distance);
         const Mask shared = seen & (bsdf_pdf > 0.0f);
         if (any(shared)) {
             const Float other =

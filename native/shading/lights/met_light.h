@@ -14,16 +14,15 @@ EG_OUTLINE LightSample sample_met_light(const SceneView& scene, Mask active, con
     s.w = w;
     s.r = count = splat(0.0f);
     s.distant = splat(0);
-    const auto meet = [&](int row, Mask seen, const LightRow& l, Float) EG_INLINE_LAMBDA {
+    const auto meet = [&](int row, Mask seen, const LightRow&, Float distance, Float) EG_INLINE_LAMBDA {
         count = count + select(seen, splat(1.0f), 0.0f);
         const Float share = 1.0f / max(count, 1.0f);
         const Mask taken = seen & (u < share);
         u = select(seen, select(taken, u * count, (u - share) / max(1.0f - share, 1e-6f)), u);
         const int light_kind = lights.kind[lights.light_of_row[row]];
-        Float unused;
         s.row = select(taken, splat(row), s.row);
         s.kind = select(taken, splat(light_kind), s.kind);
-        s.r = select(taken, meet_light(l, light_kind, x.position, w, unused), s.r);
+        s.r = select(taken, distance, s.r);
         s.distant = select(taken, splat(light_kind >= kDirectionLight ? -1 : 0), s.distant);
     };
     for_each_met_light(scene, active, x.position, x.mesh, w, splat(0.0f), splat(__builtin_inff()), kind,

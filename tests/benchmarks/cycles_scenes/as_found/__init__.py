@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from . import (  # noqa: F401  (importing a family registers its cases)
+    attributes,
     coarse,
     colors,
     coordinates,
@@ -14,5 +15,7 @@ from . import (  # noqa: F401  (importing a family registers its cases)
     props,
     rooms,
     scatter,
+    shaders,
+    shots,
     tutorials,
 )

@@ -102,8 +102,7 @@ def driven_mixes() -> None:
     stage.add("Head", stage.monkey("Head", stage.material("Worn", worn), smooth=True), (0, 1.2, 1.0), scale=0.8)
 
 
-@case("Masks by coordinates of another object, by Ambient Occlusion and by Wireframe", differs=(
-    "Ambient Occlusion is baked, where its object is alone, which the export says",))  # fmt: skip
+@case("Masks by coordinates of another object, by Ambient Occlusion and by Wireframe")
 def object_masks() -> None:
     """An empty places a gradient; dirt in corners; lines along edges."""
     stage.studio(width=5.0)

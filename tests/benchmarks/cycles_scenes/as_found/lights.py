@@ -104,8 +104,7 @@ def ies_downlights() -> None:
         tree.links.new(profile.outputs[0], emission.inputs["Strength"])
 
 
-@case("Light Falloff: constant, linear and smoothed quadratic, on points, spots and areas", bounces=3, samples=96,
-      differs=("a lamp's light falls with the square of the distance, which the export says",))  # fmt: skip
+@case("Light Falloff: constant, linear and smoothed quadratic, on points, spots and areas", bounces=3, samples=96)
 def falloffs() -> None:
     """Lamps that light far walls as brightly as near ones."""
     _room()

@@ -125,6 +125,9 @@ class Session:
         scene = context.scene
         if not request.pictures:
             raise Problem("there is no target; add a camera and its target picture")
+        for number, picture in enumerate(request.pictures, 1):
+            if not picture.camera:
+                raise Problem(f"target {number}: has no camera; choose one")
         cameras = [find_camera(scene, picture.camera) for picture in request.pictures]
         names, controls = request.names.with_controls(scene, request.in_place, bool(request.animated))
         export = export_differentiable(scene, cameras)
@@ -137,6 +140,8 @@ class Session:
         wrt = names.paths(export, may_be_empty=driver is not None)
         targets, notes = [], []
         for picture, camera, view in zip(request.pictures, cameras, export.views, strict=True):
+            if not picture.image.strip():
+                raise Problem(f"target of camera '{camera.name}': has no picture; choose one")
             transform, note = view_of(scene, absolute(picture.image), picture.view)
             notes += [note] if note else []
             found = images.read_target(absolute(picture.image), transform)
@@ -260,7 +265,7 @@ def find_camera(scene: Any, name: str) -> Any:
 def absolute(path: str) -> Path:
     """Resolve a path; // at the beginning means the folder of the .blend, as everywhere in Blender."""
     if not path.strip():
-        raise Problem("a target has no picture; choose one")
+        raise Problem("a file has no name; choose one")
     return Path(bpy.path.abspath(path))
 
 

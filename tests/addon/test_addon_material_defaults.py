@@ -17,7 +17,7 @@ from edgegrad_addon.export.approximated import subsurface
 from edgegrad_addon.export.geometry import attributes
 from edgegrad_addon.export.nodes.expressions import Reader
 from edgegrad_addon.problem import Problem
-from edgegrad_addon.write_back import check_material
+from edgegrad_addon.write_back.values import check_material
 from tests.support.scenes import blender_scenes as bs
 
 HIDDEN_VALUES = pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="groups keep their values before Blender 5.0")

@@ -16,7 +16,7 @@ from .export.surroundings.directed_lamps import LIGHT
 from .problem import Problem
 from .write_back.destinations import Destination, LightPower, MaterialValue, VerticesOf
 from .write_back.held import Held
-from .write_back.values import check_light, check_material
+from .write_back.values import check_light, check_material, find_material
 from .write_back.vertices import MovedByModifiers, check_vertices
 
 
@@ -101,7 +101,8 @@ class Names:
     def _mesh_path(name: str, export: Export) -> str:
         exported = [key for key, source in export.meshes.items() if name in source.objects]
         if not exported:
-            raise Problem(f"object '{name}': isn't rendered (hidden, without faces, or outside the view layer)")
+            raise Problem(f"object '{name}': isn't rendered (hidden, without faces, or outside the view layer); show "
+                          "it in renders, or leave it out")
         if any(export.meshes[key].part for key in exported):
             raise Problem(f"object '{name}': has hair, which would not follow its vertices; switch its hair off")
         if export.meshes[exported[0]].displaced:
@@ -123,8 +124,7 @@ def destination(export: Export, path: str, in_place: bool) -> Destination:
         return VerticesOf.of(bpy.data.objects[source.object], matrix, in_place)
     if collection == "materials":
         reading = export.materials[name]
-        material = Held.of("materials", bpy.data.materials[reading.material])
-        return MaterialValue(material, reading, fieldname, unit(export, path))
+        return MaterialValue(Held.of("materials", find_material(name)), reading, fieldname, unit(export, path))
     return LightPower(Held.of("objects", bpy.data.objects[name]), unit(export, path))
 
 

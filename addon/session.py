@@ -120,6 +120,9 @@ class Session:
         scene = context.scene
         if not request.pictures:
             raise Problem("there is no target; add a camera and its target picture")
+        for number, picture in enumerate(request.pictures, 1):
+            if not picture.camera:
+                raise Problem(f"target {number}: has no camera; choose one")
         cameras = [find_camera(scene, picture.camera) for picture in request.pictures]
         names, controls = request.names.with_controls(scene, request.in_place, bool(request.animated))
         if request.field is not None and (request.animated or controls):

@@ -30,6 +30,7 @@ from .geometry.memory import Memory
 from .geometry.meshes import Placed, PlacedMeshes
 from .geometry.object_types import RENDERED, OtherGeometry, warn_about_type
 from .geometry.visibility import is_holdout, visible_to, warn_about_visibility
+from .inventory.missing_layers import warn_of_missing_layers
 from .inventory.naming import name_scene, name_settings
 from .materials.caustics import drop_caustics
 from .materials.holdouts import hold_out
@@ -191,6 +192,7 @@ def export_evaluated(evaluation: Evaluation, more_cameras: Sequence[Any], bake: 
     if memory is None:
         _warn_of_frames(out)
         warn_about_coincident(out)
+        warn_of_missing_layers(out)
         append_effects(out)
     return out
 

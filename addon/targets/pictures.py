@@ -82,6 +82,8 @@ def read_picture(scene: Any, picture: Picture, camera: Any, view: edgegrad.Camer
     frame = scene.frame_current if picture.frame is None else picture.frame
     if picture.datablock:
         stored = stored_datablock(picture.datablock, frame)
+    elif not picture.image.strip():
+        raise Problem(f"target of camera '{camera.name}': has no picture; choose one")
     else:
         stored = stored_file(absolute(picture.image), frame)
     where = f"target '{picture.name}' of camera '{picture.camera}'"

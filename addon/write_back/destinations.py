@@ -18,7 +18,7 @@ from ..export.materials.material import MaterialReading, SocketPath
 from ..problem import Problem
 from .held import Held
 from .new_object import check_object, make_free_object, make_object
-from .values import check_light, check_sockets, write_material, write_power
+from .values import check_light, check_sockets, find_material, write_material, write_power
 from .vertices import Topology, check_editable, displacement, write_move
 
 F64 = NDArray[np.float64]
@@ -171,7 +171,7 @@ class StoredEntry:
         """
         entry = self.entry
         if "vertices" in entry:
-            ob = _named(bpy.data.objects, entry["vertices"], self.name)
+            ob = _found(bpy.data.objects.get(entry["vertices"]), self.name)
             check_editable(ob, entry["in_place"])
             if Topology.of(ob.data) != Topology(len(entry["move"]), entry["corners"]):
                 raise Problem(f"{self.name}: its mesh has another topology than when the fit began; undo that change")
@@ -185,7 +185,7 @@ class StoredEntry:
                 check_object(ob)
                 make_object(ob, points, triangles)
         elif "material" in entry:
-            material = _named(bpy.data.materials, entry["material"], self.name)
+            material = _found(find_material(entry["material"]), self.name)
             sockets = {name: None if path is None else SocketPath(*path) for name, path in entry["sockets"].items()}
             reading = MaterialReading(
                 edgegrad.Material(), base_color=sockets["base_color"], emission_color=sockets["emission_color"],
@@ -205,8 +205,7 @@ class StoredEntry:
                 place.write(float(value))
 
 
-def _named(collection: Any, name: str, where: str) -> Any:
-    found = collection.get(name)
-    if found is None:
+def _found(datablock: Any, where: str) -> Any:
+    if datablock is None:
         raise Problem(f"{where}: there is none of this name; rename another one so, or remove it from the text")
-    return found
+    return datablock

@@ -21,13 +21,14 @@ LABELS = {"base_color": "base color", "emission": "emission"}
 def check_material(reading: MaterialReading, name: str, fieldname: str) -> Any:
     """Raise `Problem` unless this field of the material can be written; return Blender's material."""
     where = f"material '{name}'"
-    material = None if reading.material is None else bpy.data.materials.get(reading.material)
+    material = None if reading.material is None else find_material(name)
     if material is None:
         raise Problem(f"{where}: there is no such material to write to")
     label = LABELS[fieldname]
     socket = reading.base_color if fieldname == "base_color" else reading.emission_color
     if socket is None and not (fieldname == "base_color" and material.node_tree is None):
-        raise Problem(f"{where}: has no node whose {label} can be written")
+        raise Problem(f"{where}: has no node whose {label} can be written (a Principled, Diffuse or Emission shader "
+                      "alone has one); fit the values of its nodes as properties instead")  # fmt: skip
     if fieldname in reading.fed:
         raise Problem(f"{where}: its {label} is fed by node '{reading.fed[fieldname]}', so it can't be written; "
                       "unlink it first")  # fmt: skip
@@ -36,6 +37,11 @@ def check_material(reading: MaterialReading, name: str, fieldname: str) -> Any:
                       "above 1, so it can't be written; set subsurface to 0 or the color lower")  # fmt: skip
     check_sockets(material, reading, fieldname)
     return material
+
+
+def find_material(name: str) -> Any:
+    """Return the material of this full name, which has its library; None: there is none."""
+    return next((material for material in bpy.data.materials if material.name_full == name), None)
 
 
 def check_sockets(material: Any, reading: MaterialReading, fieldname: str) -> None:

@@ -15,9 +15,8 @@ namespace edgegrad::EDGEGRAD_ISA {
 // follows it to the camera. `measure` is one over the density of the point on the curve. `light` has
 //   blockers(), visible_to(scene, task)       the meshes that stop it and the kinds of scattering that see it
 //   meet(scene, s)                            completes y, once x is known
-//   arriving(scene, task, p, exit, s)         the light from y at the curve, without its decay, over the
-//   density
-//                                             of its choice
+//   arriving(scene, task, p, exit, s)         the light from y at the curve, over the density of its choice,
+//                                             without its decay
 template <typename Light>
 EG_OUTLINE void connect_shadow(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
                                const CurveExit& exit, const DerivativeView& requested, const float* adjoint,

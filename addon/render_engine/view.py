@@ -20,7 +20,7 @@ from ..problem import Report
 from .drawing import Picture
 from .view_camera import camera_of_view, with_lens
 from .view_memory import ViewMemory
-from .view_thread import Request, ViewThread
+from .view_thread import Request, Shown, ViewThread
 
 # How long a redraw waits for a picture of what has changed, seconds.
 PATIENCE = 0.04
@@ -48,7 +48,8 @@ class View:
         self._error: str | None = None
         self._exported_for: edgegrad.Camera | None = None
         self._request: Request | None = None
-        self._drawn: Any = None
+        self._view: edgegrad.Camera | None = None  # when it was drawn last
+        self._drawn: tuple[Shown | None, str | None] = None, None
         self._picture = Picture()
         _views.add(self)
         if not bpy.app.timers.is_registered(_poll):
@@ -86,14 +87,13 @@ class View:
     def draw(self, context: Any, depsgraph: Any) -> None:
         """Ask for a picture of the view, and draw the last one."""
         camera = _camera(context, depsgraph)
-        request = self._request
-        if self._exported_for is not None and _is_equal(camera, self._view) and not _is_equal(
-                camera, self._exported_for):  # fmt: skip
-            # Materials may depend on the view, which rests now
+        rests = _is_equal(camera, self._view)
+        if rests and self._exported_for is not None and not _is_equal(camera, self._exported_for):
+            # Materials may depend on the view
             self._memory.expect(lambda name: False)
             self._export_for(camera, depsgraph)
         self._view = camera
-        engine = self._engine()
+        request, engine = self._request, self._engine()
         if self._export is None:
             if engine is not None and self._error:
                 engine.update_stats("", self._error)
@@ -105,13 +105,11 @@ class View:
             self._request = request = wanted
             self._thread.post(request)
             self._thread.wait(request, PATIENCE)
-        shown = self._drawn = self._thread.shown
+        self._drawn = shown, _ = self._thread.shown, self._thread.error
         if shown is not None:
             self._picture.draw(engine, depsgraph.scene, shown, context.region.width, context.region.height)
         if engine is not None:
             engine.update_stats("", self._status(request))
-
-    _view: edgegrad.Camera | None = None
 
     def _status(self, request: Request) -> str:
         if self._thread.error is not None:
@@ -121,8 +119,9 @@ class View:
         return f"Sample {done} of {request.samples}"
 
     def redraw_if_new(self) -> None:
-        """Have Blender draw the view if there is another picture than the drawn one."""
-        if self._thread.shown is not self._drawn or self._thread.error is not None:
+        """Have Blender draw the view if there is another picture, or another error, than was drawn."""
+        shown, error = self._drawn
+        if self._thread.shown is not shown or self._thread.error != error:
             engine = self._engine()
             if engine is not None:
                 engine.tag_redraw()

@@ -1,3 +1,4 @@
+# mypy: ignore-errors
 """Runs in Blender with a window, started by test_render_engine.py: rendered views and renders of the demo scene.
 
 It prints one line "MEASURED name value" for each measurement, in seconds or bytes.
@@ -21,6 +22,7 @@ render_engine = sys.modules[f"{ADDON}.render_engine.view"]
 drawing = sys.modules[f"{ADDON}.render_engine.drawing"]
 
 UPDATES = int(os.environ.get("EDGEGRAD_GUI_UPDATES", "1000"))
+SAMPLES = 16
 drawn = []  # (time, picture) of each drawing
 
 
@@ -32,6 +34,23 @@ def watch_drawing():
         drawn.append((time.monotonic(), shown))
 
     drawing.Picture.draw = draw
+    for name in ("update", "draw"):
+        setattr(render_engine.View, name, timed(getattr(render_engine.View, name), name))
+
+
+def timed(function, name):
+    """Log the first calls of a function of Blender's main thread: seconds, and seconds of its processor."""
+    calls = []
+
+    def call(*arguments):
+        wall, cpu = time.monotonic(), time.thread_time()
+        out = function(*arguments)
+        calls.append(None)
+        if len(calls) <= 3:
+            log(f"{name} {len(calls)}: {time.monotonic() - wall:.4f} s, processor {time.thread_time() - cpu:.4f} s")
+        return out
+
+    return call
 
 
 def measured(name, value):
@@ -70,7 +89,7 @@ def first_of_another(request, at):
 def switch_to_rendered():
     scene = bpy.context.scene
     scene.render.engine = "EDGEGRAD"
-    scene.edgegrad_render.preview_samples = 64
+    scene.edgegrad_render.preview_samples = SAMPLES
     begin, at = time.monotonic(), len(drawn)
     space().shading.type = "RENDERED"
     yield from wait_for(lambda: len(drawn) > at, 20, 0.002)
@@ -78,7 +97,7 @@ def switch_to_rendered():
 
 
 def complete():
-    yield from wait_for(lambda: drawn[-1][1].samples >= 64, 120)
+    yield from wait_for(lambda: drawn[-1][1].samples >= SAMPLES, 120)
     yield from redraw(0.5)
 
 

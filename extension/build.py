@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -70,16 +71,25 @@ def packager(blender: str | None) -> list[str]:
 
 
 def interpreters() -> list[str]:
-    """Return Python 3.11 and a later Python of this machine, as far as they are there."""
-    choices = (("python3.11",), ("python3.13", "python3.12", "python3.14"))
-    found = (next(filter(_runs, names), None) for names in choices)
-    return [name for name in found if name is not None]
+    """Return Python 3.11 and a Python of the stable ABI of this machine.
+
+    Raises
+    ------
+    RuntimeError
+        If there is none of them.
+    """
+    return [_find("3.11"), _find("3.13", "3.12", "3.14")]
 
 
-def _runs(name: str) -> bool:
-    # A shim of pyenv is there for Pythons that are not active, too, and fails.
-    return shutil.which(name) is not None and not subprocess.run([name, "-c", ""], capture_output=True,
-                                                                 check=False).returncode  # fmt: skip
+def _find(*versions: str) -> str:
+    root = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv"))
+    for version in versions:
+        # A shim of pyenv is there for Pythons that are not active, too, and fails.
+        for path in (shutil.which(f"python{version}"), *sorted(root.glob(f"versions/{version}.*/bin/python{version}"))):
+            if path and not subprocess.run([path, "-c", ""], capture_output=True, check=False).returncode:
+                return str(path)
+    raise RuntimeError(f"found no Python {' or '.join(versions)}, which builds a wheel of Edgegrad: install it, or "
+                       "name one by --interpreter")  # fmt: skip
 
 
 def build(platform: str, pythons: list[str], built: list[Path], output: Path, blender: str | None = None) -> None:
@@ -132,8 +142,8 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=PROJECT / "dist", help="folder for the zip")
     arguments = parser.parse_args()
     try:
-        build(arguments.platform, arguments.interpreter or interpreters(), arguments.wheel, arguments.output,
-              arguments.blender)
+        pythons = arguments.interpreter or ([] if arguments.wheel else interpreters())
+        build(arguments.platform, pythons, arguments.wheel, arguments.output, arguments.blender)
     except (RuntimeError, ValueError, subprocess.CalledProcessError) as error:
         sys.exit(f"extension.build: {error}")
 

@@ -16,6 +16,9 @@ from itertools import product
 from pathlib import Path
 from typing import NamedTuple
 
+# Folders of a wheel with programs and headers, which cholespy has of METIS. They are no part of the package.
+NOT_PYTHON = ("bin", "include", "lib")
+
 
 class WheelName(NamedTuple):
     """Parts of a wheel's file name. Each tag can be several, joined by dots."""
@@ -77,7 +80,7 @@ def merge(wheels: Sequence[Path], folder: Path) -> Path:
     for path in wheels:
         with zipfile.ZipFile(path) as wheel:
             for info in wheel.infolist():
-                if info.is_dir():
+                if info.is_dir() or info.filename.split("/")[0] in NOT_PYTHON:
                     continue
                 content = wheel.read(info)
                 _, present = files.setdefault(info.filename, (info, content))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -83,7 +84,9 @@ class Replacement:
     def tell(self, step: edgegrad.FitStep) -> None:
         """Make a mesh for the viewport every few iterations. The thread of the fit calls it."""
         if self.live and (step.iteration - 1) % PREVIEW_EVERY == 0:
-            self.newest = self.mesh(step.values[self.path])
+            # A field may be without a surface for a step.
+            with contextlib.suppress(ValueError):
+                self.newest = self.mesh(step.values[self.path])
 
     def mesh(self, values: NDArray[Any]) -> edgegrad.Mesh:
         """Return the surface of the field with these coefficients, in world space."""
@@ -153,6 +156,9 @@ def replace_by_field(scene: Any, export: Export, request: FieldRequest) -> Repla
         found = replace(found, visible_to=mesh.visible_to)
         export.scene.meshes = {one: other for one, other in export.scene.meshes.items() if one != key}
         del export.meshes[key]
+    if ob.animation_data is not None or ob.constraints:
+        notes.append(f"{where}: its animation and its constraints are not carried over to the new object, which stays "
+                     "where the old one is at this frame")  # fmt: skip
     if name in export.scene.meshes:
         raise Problem(f"{where}: another mesh is exported under its name; rename the object")
     export.scene.fields = {**export.scene.fields, name: found}

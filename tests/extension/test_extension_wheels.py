@@ -29,12 +29,12 @@ def wheel(folder: Path, tags: str, files: dict[str, bytes]) -> Path:
 def test_a_merged_wheel_serves_each_python(tmp_path: Path) -> None:
     platforms = "manylinux_2_27_x86_64.manylinux_2_28_x86_64"
     old = wheel(tmp_path, f"cp311-cp311-{platforms}", {"engine/core.cpython-311.so": b"1"})
-    new = wheel(tmp_path, "cp312-abi3-manylinux_2_28_x86_64", {"engine/core.abi3.so": b"2"})
+    new = wheel(tmp_path, "cp312-abi3-manylinux_2_28_x86_64", {"engine/core.abi3.so": b"2", "bin/tool": b"3"})
     merged = merge([old, new], tmp_path)
     assert merged.name == "engine-1.0-cp311.cp312-abi3.cp311-manylinux_2_28_x86_64.whl"
     with zipfile.ZipFile(merged) as made:
         names = made.namelist()
-        assert len(names) == len(set(names))
+        assert len(names) == len(set(names)) and "bin/tool" not in names
         assert {"engine/core.cpython-311.so", "engine/core.abi3.so", *SHARED} <= set(names)
         assert all(made.read(name) == content for name, content in SHARED.items())
         tags = [line for line in made.read("engine-1.0.dist-info/WHEEL").decode().splitlines() if "Tag" in line]

@@ -19,6 +19,7 @@ from edgegrad_addon.problem import Problem
 from edgegrad_addon.properties import request
 from edgegrad_addon.session import Request, Session
 from edgegrad_addon.targets import options
+from edgegrad_addon.targets.draw import draw_target
 from edgegrad_addon.targets.pictures import Picture, silhouette_objects
 from tests.support.scenes import blender_scenes as bs
 from tests.targets.cycles_targets import TRUTH, ball, recolored, saved
@@ -97,6 +98,37 @@ def test_rows_of_the_panel_have_the_same_settings(tmp_path: Any) -> None:
             request(bpy.context)
         row.silhouette_object = bpy.data.objects["Cube"]
         assert request(bpy.context).pictures[0].silhouette_of == ("Cube",)
+    finally:
+        edgegrad_addon.unregister()
+
+
+class Layout:
+    """Records which properties of an item are drawn; a name that the item does not have is an error."""
+
+    def __init__(self) -> None:
+        self.drawn: list[str] = []
+
+    def prop(self, item: Any, name: str) -> None:
+        assert name in item.bl_rna.properties
+        self.drawn.append(name)
+
+
+def test_panel_shows_what_the_kind_of_target_uses(tmp_path: Any) -> None:
+    edgegrad_addon.register()
+    try:
+        row = ball().edgegrad.targets.add()
+
+        def drawn() -> set[str]:
+            layout = Layout()
+            draw_target(layout, row)
+            return set(layout.drawn)
+
+        everywhere = {"datablock", "kind", "mask", "weight"}
+        assert drawn() == everywhere | {"alpha", "view", "exposure", "stops"}
+        row.exposure, row.image = "exposure", "shot.mp4"
+        assert drawn() == everywhere | {"alpha", "view", "exposure", "shared", "use_frame"}
+        row.kind, row.use_frame = "SILHOUETTE", True
+        assert drawn() == everywhere | {"silhouette_object", "silhouette_collection", "use_frame", "frame"}
     finally:
         edgegrad_addon.unregister()
 

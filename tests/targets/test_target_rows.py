@@ -245,22 +245,28 @@ def test_silhouettes_are_of_objects_and_collections(tmp_path: Any) -> None:
 
 
 def test_color_is_found_from_agx_of_unknown_exposure_as_well_as_from_linear(tmp_path: Any) -> None:
-    """The 8-bit picture, with Blender's default dither, is 1.7 stops brighter than the scene."""
+    """The pictures, with Blender's default dither, are 1.7 stops brighter than the scene.
+
+    With 16 bits, the error is that of linear light. With 8 bits, rounding and dither leave about 1.5 % of the light of a
+    pixel, and some hundred pixels of the cube 1e-3.
+    """
     scene = ball(size=24)
     scene.cycles.samples = 256
     scene.render.dither_intensity = 1.0
     linear = saved(tmp_path / "linear.exr", scene, "32", "OPEN_EXR")
     scene.cycles.film_exposure = 2.0**1.7
-    agx = saved(tmp_path / "agx.png", scene)
+    shallow, deep = saved(tmp_path / "agx_8.png", scene), saved(tmp_path / "agx_16.png", scene, "16")
     scene.cycles.film_exposure = 1.0
     recolored()
     errors = {}
-    for path, gain in ((agx, "exposure"), (linear, 1.0)):
+    for path, gain in ((shallow, "exposure"), (deep, "exposure"), (linear, 1.0)):
         pictures = [Picture("Front", str(path), gain=gain)]
-        wanted = Request(pictures, Names(base_color=("Clay",)), iterations=150, samples=16)
+        wanted = Request(pictures, Names(base_color=("Clay",)), iterations=200, samples=16)
         session = Session.prepare(bpy.context, wanted)
         result = session.run()
-        errors[path.suffix] = np.abs(result.values["materials.Clay.base_color"] - TRUTH).max()
-        assert np.log2(result.gains[0]) == pytest.approx(0.0 if gain == 1.0 else 1.7, abs=0.03)
+        errors[path.stem] = np.abs(result.values["materials.Clay.base_color"] - TRUTH).max()
+        assert np.log2(result.gains[0]) == pytest.approx(0.0 if gain == 1.0 else 1.7, abs=0.01)
         assert [note for note in session.late_notes if "found exposure +1." in note] or gain == 1.0
-    assert errors[".png"] <= 2 * errors[".exr"] + 2e-3, errors
+    assert errors["linear"] < 1e-3
+    assert errors["agx_16"] <= 2 * errors["linear"] + 3e-4, errors
+    assert errors["agx_8"] <= 2 * errors["linear"] + 2e-3, errors

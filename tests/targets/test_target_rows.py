@@ -247,8 +247,8 @@ def test_silhouettes_are_of_objects_and_collections(tmp_path: Any) -> None:
 def test_color_is_found_from_agx_of_unknown_exposure_as_well_as_from_linear(tmp_path: Any) -> None:
     """The pictures, with Blender's default dither, are 1.7 stops brighter than the scene.
 
-    With 16 bits, the error is that of linear light. With 8 bits, rounding and dither leave about 1.5 % of the light of a
-    pixel, and some hundred pixels of the cube 1e-3.
+    With 16 bits, the error is that of linear light. With 8 bits, rounding and dither leave about 1.5 % of the light of
+    a pixel, and about 1e-3 of the mean of some hundred pixels.
     """
     scene = ball(size=24)
     scene.cycles.samples = 256

@@ -238,7 +238,7 @@ class Run:
         for half in range(halves):
             part = 0.5 / (self.per_iteration * halves)
             image = self._renderer(j).render(
-                spp=max(1, self.spp // halves), **self._limits(j), seed=self._seed(k, j, 2 * half), camera=view.camera,
+                spp=max(1, self.spp // halves), **self._limits(j), seed=self._seed(k, j, 4 * half), camera=view.camera,
                 progress=self._part(done, half * part, part),
             )
             if not np.isfinite(image).all():
@@ -317,7 +317,7 @@ class Run:
         )
 
     def _seed(self, k: int, j: int, kind: int) -> int:
-        """Seed of iteration k, picture j and kind (0: picture, 1: derivative, 2: second half of the picture).
+        """Seed of iteration k, picture j and kind (0: picture, 1: derivative, 4: second half of the picture).
 
         All seeds are independent.
         """

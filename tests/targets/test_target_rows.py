@@ -19,6 +19,7 @@ from edgegrad_addon.problem import Problem
 from edgegrad_addon.properties import request
 from edgegrad_addon.session import Request, Session
 from edgegrad_addon.targets import options
+from edgegrad_addon.targets.draw import draw_target
 from edgegrad_addon.targets.pictures import Picture, silhouette_objects
 from tests.support.scenes import blender_scenes as bs
 from tests.targets.cycles_targets import TRUTH, ball, recolored, saved
@@ -97,6 +98,37 @@ def test_rows_of_the_panel_have_the_same_settings(tmp_path: Any) -> None:
             request(bpy.context)
         row.silhouette_object = bpy.data.objects["Cube"]
         assert request(bpy.context).pictures[0].silhouette_of == ("Cube",)
+    finally:
+        edgegrad_addon.unregister()
+
+
+class Layout:
+    """Records which properties of an item are drawn; a name that the item does not have is an error."""
+
+    def __init__(self) -> None:
+        self.drawn: list[str] = []
+
+    def prop(self, item: Any, name: str) -> None:
+        assert name in item.bl_rna.properties
+        self.drawn.append(name)
+
+
+def test_panel_shows_what_the_kind_of_target_uses(tmp_path: Any) -> None:
+    edgegrad_addon.register()
+    try:
+        row = ball().edgegrad.targets.add()
+
+        def drawn() -> set[str]:
+            layout = Layout()
+            draw_target(layout, row)
+            return set(layout.drawn)
+
+        everywhere = {"datablock", "kind", "mask", "weight"}
+        assert drawn() == everywhere | {"alpha", "view", "exposure", "stops"}
+        row.exposure, row.image = "exposure", "shot.mp4"
+        assert drawn() == everywhere | {"alpha", "view", "exposure", "shared", "use_frame"}
+        row.kind, row.use_frame = "SILHOUETTE", True
+        assert drawn() == everywhere | {"silhouette_object", "silhouette_collection", "use_frame", "frame"}
     finally:
         edgegrad_addon.unregister()
 
@@ -213,22 +245,28 @@ def test_silhouettes_are_of_objects_and_collections(tmp_path: Any) -> None:
 
 
 def test_color_is_found_from_agx_of_unknown_exposure_as_well_as_from_linear(tmp_path: Any) -> None:
-    """The 8-bit picture, with Blender's default dither, is 1.7 stops brighter than the scene."""
+    """The pictures, with Blender's default dither, are 1.7 stops brighter than the scene.
+
+    With 16 bits, the error is that of linear light. With 8 bits, rounding and dither leave about 1.5 % of the light of
+    a pixel, and about 1e-3 of the mean of some hundred pixels.
+    """
     scene = ball(size=24)
     scene.cycles.samples = 256
     scene.render.dither_intensity = 1.0
     linear = saved(tmp_path / "linear.exr", scene, "32", "OPEN_EXR")
     scene.cycles.film_exposure = 2.0**1.7
-    agx = saved(tmp_path / "agx.png", scene)
+    shallow, deep = saved(tmp_path / "agx_8.png", scene), saved(tmp_path / "agx_16.png", scene, "16")
     scene.cycles.film_exposure = 1.0
     recolored()
     errors = {}
-    for path, gain in ((agx, "exposure"), (linear, 1.0)):
+    for path, gain in ((shallow, "exposure"), (deep, "exposure"), (linear, 1.0)):
         pictures = [Picture("Front", str(path), gain=gain)]
-        wanted = Request(pictures, Names(base_color=("Clay",)), iterations=150, samples=16)
+        wanted = Request(pictures, Names(base_color=("Clay",)), iterations=200, samples=16)
         session = Session.prepare(bpy.context, wanted)
         result = session.run()
-        errors[path.suffix] = np.abs(result.values["materials.Clay.base_color"] - TRUTH).max()
-        assert np.log2(result.gains[0]) == pytest.approx(0.0 if gain == 1.0 else 1.7, abs=0.03)
+        errors[path.stem] = np.abs(result.values["materials.Clay.base_color"] - TRUTH).max()
+        assert np.log2(result.gains[0]) == pytest.approx(0.0 if gain == 1.0 else 1.7, abs=0.01)
         assert [note for note in session.late_notes if "found exposure +1." in note] or gain == 1.0
-    assert errors[".png"] <= 2 * errors[".exr"] + 2e-3, errors
+    assert errors["linear"] < 1e-3
+    assert errors["agx_16"] <= 2 * errors["linear"] + 3e-4, errors
+    assert errors["agx_8"] <= 2 * errors["linear"] + 2e-3, errors

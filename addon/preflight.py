@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from . import targets
+from . import target_rows
 from .rows import switched_on, title
 
 
@@ -67,9 +67,9 @@ def _target(row: Any, number: int, scene: Any) -> Obstacle | None:
     open_it = {"number": number}
     if not row.image.strip():
         return Obstacle(f"Camera '{name}' has no picture", "edgegrad.target_open", "Open Target Picture", open_it)
-    if targets.file_of(row.image) is None:
+    if target_rows.file_of(row.image) is None:
         return Obstacle(f"Picture '{row.image}' is missing", "edgegrad.target_open", "Open Target Picture", open_it)
-    size, rendered = targets.picture_size(row.image), targets.render_size(scene)
+    size, rendered = target_rows.picture_size(row.image), target_rows.render_size(scene)
     if size is None:
         return Obstacle(f"Picture '{row.image}' can't be read", "edgegrad.target_open", "Open Target Picture", open_it)
     if size != rendered:

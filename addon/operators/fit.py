@@ -12,7 +12,7 @@ from ..rows import remember_effects
 from ..running.fit_job import FitJob, duration
 from ..running.guard import Guard
 from ..running.job import BEST, RESTORE, Job
-from ..session import Session
+from ..session import Request, Session
 from ..status import STATUS
 from . import _common
 from .background import InBackground
@@ -20,15 +20,17 @@ from .background import InBackground
 DIFFERENCE = "Edgegrad Difference"
 
 
-class Fit(InBackground, bpy.types.Operator):
-    """Change the chosen parameters until the pictures match their targets. Esc: back to the start"""
+class RunsFit(InBackground):
+    """Part of the operators that run a fit; Blender does not allow that an operator inherits from another."""
 
-    bl_idname = "edgegrad.fit"
-    bl_label = "Fit"
-    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+    report: Any  # of Blender's Operator
+
+    def requested(self, context: Any) -> Request:
+        """Return the fit that is set in the panel."""
+        return request(context)
 
     def prepare(self, context: Any) -> tuple[Job, Guard | None]:
-        session = Session.prepare(context, request(context))
+        session = Session.prepare(context, self.requested(context))
         _common.tell(self, session.export.report, session.notes)
         guard = Guard(session, context.scene)
         problem = guard.problem()
@@ -36,11 +38,8 @@ class Fit(InBackground, bpy.types.Operator):
             raise Problem(f"a fit can't start, since {problem}; leave that mode first")
         return FitJob(session, _common.file_of(DIFFERENCE, ".png")), guard
 
-    def modal(self, context: Any, event: Any) -> set[str]:
-        job = STATUS.job
-        if event.type == "TIMER" and isinstance(job, FitJob) and job is self._job:
-            show_state(context, job)
-        return super().modal(context, event)
+    def _show_progress(self, context: Any, job: Any) -> None:
+        show_state(context, job)
 
     def finish(self, context: Any, job: Job) -> set[str]:
         assert isinstance(job, FitJob)
@@ -56,6 +55,14 @@ class Fit(InBackground, bpy.types.Operator):
         STATUS.ended(said)
         self.report({"INFO"}, said)
         return {"FINISHED"}
+
+
+class Fit(RunsFit, bpy.types.Operator):
+    """Change the chosen parameters until the pictures match their targets. Esc: back to the start"""
+
+    bl_idname = "edgegrad.fit"
+    bl_label = "Fit"
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
 
 
 def show_state(context: Any, job: FitJob) -> None:

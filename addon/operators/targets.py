@@ -5,7 +5,7 @@ from typing import Any
 
 import bpy
 
-from .. import targets
+from .. import target_rows
 from ..problem import Problem
 from . import _common
 
@@ -16,7 +16,7 @@ def add_target(scene: Any) -> Any:
     """Add a target for the next camera without one; return the row, which is made active."""
     settings = scene.edgegrad
     row = settings.targets.add()
-    row.camera = targets.next_camera(scene)
+    row.camera = target_rows.next_camera(scene)
     settings.active_target = len(settings.targets) - 1
     return row
 
@@ -78,11 +78,11 @@ class OpenTarget(bpy.types.Operator):
             settings.active_target = self.number
         row = settings.targets[settings.active_target]
         row.image = self.filepath
-        size = targets.picture_size(row.image)
+        size = target_rows.picture_size(row.image)
         if size is None:
             return _common.refuse(self, Problem(f"image '{row.image}': can't be read"))
-        if first and size != targets.render_size(context.scene):
-            targets.set_render_size(context.scene, size)
+        if first and size != target_rows.render_size(context.scene):
+            target_rows.set_render_size(context.scene, size)
             self.report({"INFO"}, f"renders have the size of the picture now, {size[0]} x {size[1]}")
         return {"FINISHED"}
 
@@ -106,10 +106,10 @@ class MatchRender(bpy.types.Operator):
         if 0 <= self.number < len(settings.targets):
             settings.active_target = self.number
         row = settings.targets[settings.active_target]
-        size = targets.picture_size(row.image)
+        size = target_rows.picture_size(row.image)
         if size is None:
             return _common.refuse(self, Problem(f"image '{row.image}': can't be read; choose another picture"))
-        targets.set_render_size(context.scene, size)
+        target_rows.set_render_size(context.scene, size)
         self.report({"INFO"}, f"renders are {size[0]} x {size[1]} pixels now")
         return {"FINISHED"}
 

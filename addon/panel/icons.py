@@ -8,7 +8,7 @@ import bpy
 import bpy.utils.previews
 
 from ..running.curve import curve
-from ..targets import file_of
+from ..target_rows import file_of
 
 CURVE_SIZE = 256
 

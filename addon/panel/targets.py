@@ -6,7 +6,7 @@ from typing import Any
 
 import bpy
 
-from .. import targets
+from .. import target_rows
 from . import icons
 from .tab import Tab, editable, others
 from .words import wrapped
@@ -19,7 +19,7 @@ class TargetList(bpy.types.UIList):
 
     def draw_item(self, context: Any, layout: Any, data: Any, item: Any, icon: int, active_data: Any,
                   active_property: str) -> None:  # fmt: skip
-        mark, words = targets.state(item, context.scene)
+        mark, words = target_rows.state(item, context.scene)
         row = layout.row(align=True)
         split = row.split(factor=0.4, align=True)
         split.label(text=item.camera.name if item.camera else "no camera",
@@ -62,7 +62,7 @@ class TargetsPanel(Tab, bpy.types.Panel):
         column.prop(target, "camera")
         column.prop(target, "image")
         others(column, target, ("camera", "image"))
-        size, rendered = targets.picture_size(target.image), targets.render_size(context.scene)
+        size, rendered = target_rows.picture_size(target.image), target_rows.render_size(context.scene)
         if size is not None and size != rendered:
             column = layout.column(align=True)
             column.label(text=f"{size[0]} × {size[1]}, but renders are {rendered[0]} × {rendered[1]}", icon="ERROR")

@@ -104,7 +104,7 @@ def cases(driver: Driver) -> Iterator[Case]:
                        driver.cameras[0].name)  # fmt: skip
 
 
-def case_of(derivative: Derivative, camera: str) -> Case:
+def case_of(derivative: Derivative, name: str, camera: str) -> Case:
     """Return the case of a derivative by names, along the direction of its tangent."""
     export, sides = derivative.export, []
     size = max(float(np.max(np.abs(value))) for value in derivative.tangent.values())
@@ -115,7 +115,7 @@ def case_of(derivative: Derivative, camera: str) -> Case:
         for path, tangent in derivative.tangent.items():
             values.put(moved, path, np.asarray(values.get(moved, path)) + side * tangent)
         sides.append(moved)
-    return Case(", ".join(derivative.tangent), h, (sides[0], sides[1]), export.scene, derivative.tangent,
+    return Case(name, h, (sides[0], sides[1]), export.scene, derivative.tangent,
                 _limits(export), camera)  # fmt: skip
 
 

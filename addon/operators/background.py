@@ -55,20 +55,31 @@ class InBackground:
 
     def modal(self, context: Any, event: Any) -> set[str]:
         if self._job is None or STATUS.job is not self._job:  # it was shut down
+            self._clean_up(context)
             return {"CANCELLED", "PASS_THROUGH"}
         if event.type == "ESC" and event.value == "PRESS":
             self._job.end(RESTORE)
             return {"RUNNING_MODAL"}
-        if event.type == "TIMER" and current.poll(context):
+        if event.type == "TIMER":
             job = self._job
-            current.close()
-            return self._ended(context, job)
+            if current.poll(context):
+                current.close()
+                self._clean_up(context)
+                return self._ended(context, job)
+            self._show_progress(context, job)
         return {"PASS_THROUGH"}
 
     def cancel(self, context: Any) -> None:
         """Stop the work, since Blender closes its window or loads another file."""
         if STATUS.job is self._job:
             current.shut_down("its window was closed")
+        self._clean_up(context)
+
+    def _show_progress(self, context: Any, job: Any) -> None:
+        """Show more of a running job than its bar."""
+
+    def _clean_up(self, context: Any) -> None:
+        """Give back what `invoke` or `_show_progress` has taken; the job has ended. It may be called again."""
 
     def _ended(self, context: Any, job: Job) -> set[str]:
         if job.error is not None:

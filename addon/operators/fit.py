@@ -38,11 +38,8 @@ class RunsFit(InBackground):
             raise Problem(f"a fit can't start, since {problem}; leave that mode first")
         return FitJob(session, _common.file_of(DIFFERENCE, ".png")), guard
 
-    def modal(self, context: Any, event: Any) -> set[str]:
-        job = STATUS.job
-        if event.type == "TIMER" and isinstance(job, FitJob) and job is self._job:
-            show_state(context, job)
-        return super().modal(context, event)
+    def _show_progress(self, context: Any, job: Any) -> None:
+        show_state(context, job)
 
     def finish(self, context: Any, job: Job) -> set[str]:
         assert isinstance(job, FitJob)

@@ -126,7 +126,7 @@ class Check(InBackground, bpy.types.Operator):
             found, notes = list(cases(driver)), driver.notes
         else:
             derivative = derivative_of(context, row)
-            found, notes = [case_of(derivative, camera.name)], derivative.notes
+            found, notes = [case_of(derivative, " ".join(title(row)[1:]), camera.name)], derivative.notes
             _common.tell(self, derivative.export.report, notes)
         for note in notes:
             self.report({"INFO"}, note)

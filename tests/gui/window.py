@@ -111,20 +111,6 @@ def open_tab(name: str) -> Script:
     yield from redraw()
 
 
-def widen(pixels: int) -> Script:
-    """Make the sidebar wider, by its border."""
-    side = region()
-    x, y = side.x, int(window().height - 1 - side.y - side.height / 2)
-    _run("xdotool", "mousemove", str(x), str(y))
-    yield 0.3
-    _run("xdotool", "mousedown", "1")
-    for part in range(1, 11):
-        _run("xdotool", "mousemove", str(x - pixels * part // 10), str(y))
-        yield 0.05
-    _run("xdotool", "mouseup", "1")
-    yield from redraw()
-
-
 def start(script: Script, found: dict[str, Any]) -> None:
     """Run a script, write what it has found as JSON, and quit Blender."""
 

@@ -67,10 +67,10 @@ def test_sizes_of_pictures_are_read_from_their_heads(suffix: str, tmp_path: Path
         images.write_image(file, np.ones((7, 9, 3), np.float32))
     else:
         Image.new("RGB", (9, 7)).save(file)
-    assert targets.picture_size(str(file)) == (9, 7)
+    assert target_rows.picture_size(str(file)) == (9, 7)
     file.write_bytes(b"no picture")
-    assert targets.picture_size(str(file)) is None
-    assert targets.picture_size("") is None and targets.picture_size(str(tmp_path)) is None
+    assert target_rows.picture_size(str(file)) is None
+    assert target_rows.picture_size("") is None and target_rows.picture_size(str(tmp_path)) is None
 
 
 def test_renders_become_as_large_as_the_picture(scene: Any, picture: str) -> None:
@@ -79,9 +79,9 @@ def test_renders_become_as_large_as_the_picture(scene: Any, picture: str) -> Non
     assert (scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage) == (20, 10, 100)
     assert scene.edgegrad.targets[0].camera == scene.camera and not scene.render.use_border
     scene.render.resolution_x = 99
-    assert targets.state(scene.edgegrad.targets[0], scene) == ("ERROR", "a picture.exr")
+    assert target_rows.state(scene.edgegrad.targets[0], scene) == ("ERROR", "a picture.exr")
     bpy.ops.edgegrad.match_render()
-    assert targets.state(scene.edgegrad.targets[0], scene) == ("CHECKMARK", "a picture.exr")
+    assert target_rows.state(scene.edgegrad.targets[0], scene) == ("CHECKMARK", "a picture.exr")
 
 
 def test_each_obstacle_has_its_cure(scene: Any, picture: str) -> None:

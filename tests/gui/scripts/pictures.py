@@ -9,10 +9,10 @@ import numpy as np
 
 from tests.gui.scripts import stage
 from tests.gui.scripts.stage import ended, status
-from tests.gui.window import Script, area, call, open_tab, over_viewport, redraw, shot, wait_for, widen
+from tests.gui.window import Script, area, call, open_tab, over_viewport, redraw, shot, wait_for
 
 FOUND: dict[str, Any] = {}
-SIZE = 320, 240
+SIZE = 200, 150
 
 
 def head() -> Any:
@@ -54,28 +54,28 @@ def main() -> Script:
     bpy.data.objects["Light"].select_set(True)
     call(bpy.ops.edgegrad.parameters_add, "EXEC_DEFAULT", of="POWER")
     settings.active_parameter = 0
-    settings.iterations = 60
+    settings.iterations, settings.samples = 60, 4
+    scene.cycles.max_bounces = 2
     status().said = ""
     yield from open_tab("Edgegrad")
-    yield from widen(110)
     area().spaces.active.region_3d.view_perspective = "CAMERA"
     area().spaces.active.overlay.show_floor = False
     area().spaces.active.shading.color_type = "MATERIAL"
     area().spaces.active.region_3d.view_camera_zoom = 20.0
     area("PROPERTIES").type = "IMAGE_EDITOR"
     assert call(bpy.ops.edgegrad.fit) == {"RUNNING_MODAL"}
-    yield from wait_for(lambda: len(status().job.losses) > 6)
+    yield from wait_for(lambda: len(status().job.losses) > 6, 200.0)
     call(bpy.ops.edgegrad.show_difference)
     with bpy.context.temp_override(window=bpy.context.window_manager.windows[0], area=area("IMAGE_EDITOR"),
                                    region=next(r for r in area("IMAGE_EDITOR").regions if r.type == "WINDOW")):
         bpy.ops.image.view_all(fit_view=True)
-    yield from wait_for(lambda: len(status().job.losses) > 25, 200.0)
+    yield from wait_for(lambda: len(status().job.losses) > 30, 200.0)
     over_viewport()
     yield from redraw(1.0)
     shot("running")
     yield from ended()
     FOUND["fit"] = status().said
-    settings.look_samples = 64
+    settings.look_samples = 32
     call(bpy.ops.edgegrad.gradient)
     yield from ended()
     with bpy.context.temp_override(window=bpy.context.window_manager.windows[0], area=area("IMAGE_EDITOR"),

@@ -26,7 +26,9 @@ from ..rendering.renderer import Renderer
 from ..scene import parameters
 from ..scene.camera import Camera
 from ..scene.scene import Scene
+from . import topological_steps
 from .driven import Driven, Placement, Steps
+from .field_variables import Coefficients
 from .losses import Loss
 from .targets import View
 from .variables import Unknown
@@ -118,6 +120,7 @@ class Run:
             if self.driven is not None:
                 changed += self.place(self.steps.take(gradient, factor))
             self.renderer.update(changed)
+            self._change_topology(k, full_turn)
             if k == full_turn - 1:
                 self._warn_of_untouched()
             if callback is not None:
@@ -127,6 +130,20 @@ class Run:
                 if answer is not None and not flag("fit", "what the callback returns", answer):
                     return "callback"
         return None
+
+    def _change_topology(self, k: int, full_turn: int) -> None:
+        """Let the distance fields open holes and get parts, if it is time for it."""
+        for item in self.unknowns:
+            if not isinstance(item, Coefficients):
+                continue
+            if not topological_steps.is_due(item.options.topology_every, k, full_turn, self.iterations):
+                continue
+
+            def render(j: int, twin: int) -> NDArray[np.float32]:
+                return self.renderer.render(spp=self.spp, **self.limits, seed=self._seed(k, j, 2 + twin),
+                                            camera=self.seen[j].camera)
+
+            topological_steps.take_step(item, self.work, self.renderer, self.seen, self.loss, render)
 
     def place(self, values: Mapping[str, F64]) -> list[str]:
         """Set the driven variables and the scene's parameters that follow; return the paths of the latter."""

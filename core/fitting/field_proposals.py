@@ -22,6 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..distance_fields.ragged import connected
 from ..geometry.camera_view import depths, in_picture, pixels
 from ..scene.camera import Camera
 
@@ -126,6 +127,21 @@ def added(values: F64, points: F64, scale: float, views: Sequence[Evidence]) -> 
         seen, distance = _at(view.missing, view, points, scale)
         missing[seen] = np.minimum(missing[seen], distance)
     return np.minimum(values, np.maximum(filled, missing))
+
+
+def parts(inside: Flags) -> NDArray[np.int64]:
+    """Number of the connected part of each node inside; -1 outside. Nodes are connected along the axes."""
+    index = np.arange(inside.size).reshape(inside.shape)
+    start, end = [], []
+    for axis in range(3):
+        within, at = np.moveaxis(inside, axis, 0), np.moveaxis(index, axis, 0)
+        both = within[:-1] & within[1:]
+        start.append(at[:-1][both])
+        end.append(at[1:][both])
+    label = connected(np.concatenate(start), np.concatenate(end), inside.size)
+    out = np.full(inside.shape, -1, np.int64)
+    out[inside] = np.unique(label[inside.ravel()], return_inverse=True)[1].reshape(-1)
+    return out
 
 
 def _at(region: F64, view: Evidence, points: F64, scale: float) -> tuple[NDArray[np.int64], F64]:

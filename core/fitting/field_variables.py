@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from .._check import number, whole
 from .._fields import Check, Checked, by
 from ..distance_fields import spline
-from ..distance_fields.redistancing import distance_coefficients
+from ..distance_fields.redistancing import coefficients_without, distance_coefficients
 from ..distance_fields.regularisers import eikonal_of, laplacian_of
 from ..scene import parameters
 from ..scene.field import Field
@@ -65,7 +65,7 @@ class FieldSteps(Checked):
     coarser: int = 0
     redistance_every: int = 5
     smoothness: float = 1.0
-    topology_every: int = 10
+    topology_every: int = 5
     laplacian: float = 0.0
     eikonal: float = 0.0
     most_memory: float = 4e9
@@ -163,6 +163,21 @@ class Coefficients:
         """
         values = self._within(spline.coefficients(nodes))
         return distance_coefficients(values, self._spacing) if _has_surface(values) else None
+
+    def opened(self, cells: float) -> F64 | None:
+        """Coefficients without whatever is thinner than twice a number of cells (a morphological opening)."""
+        by = cells * float(self._spacing.max())
+        if not _has_surface(self._values + by):
+            return None
+        inner = distance_coefficients(self._values + by, self._spacing)
+        return self._within(distance_coefficients(inner - by, self._spacing))
+
+    def coefficients_without(self, removed: NDArray[np.bool_]) -> F64:
+        """Coefficients, on the present grid, of the distance from the surface without some of the nodes inside.
+
+        The removed nodes are a whole connected part, and not all nodes inside.
+        """
+        return self._within(coefficients_without(self._values, removed, self._spacing))
 
     def adopt(self, values: F64) -> None:
         """Go on from other coefficients of the present grid. Means of gradients of the former shape are forgotten."""

@@ -26,11 +26,11 @@ from ..rendering.renderer import Renderer
 from ..scene import parameters
 from ..scene.camera import Camera
 from ..scene.scene import Scene
-from . import topological_steps
 from .driven import Driven, Placement, Steps
 from .field_variables import Coefficients
 from .losses import Loss
 from .targets import View
+from .topological_steps import TopologicalStep, topology_is_due
 from .variables import Unknown
 from .zero_gradients import why_untouched
 
@@ -136,14 +136,19 @@ class Run:
         for item in self.unknowns:
             if not isinstance(item, Coefficients):
                 continue
-            if not topological_steps.is_due(item.options.topology_every, k, full_turn, self.iterations):
+            last = item.options.topology_every > 0 and k == self.iterations - 1
+            if not last and not topology_is_due(item.options.topology_every, k, full_turn, self.iterations):
                 continue
 
             def render(j: int, twin: int) -> NDArray[np.float32]:
                 return self.renderer.render(spp=self.spp, **self.limits, seed=self._seed(k, j, 2 + twin),
                                             camera=self.seen[j].camera)
 
-            topological_steps.take_step(item, self.work, self.renderer, self.seen, self.loss, render)
+            step = TopologicalStep(item, self.work, self.renderer, self.seen, self.loss, render)
+            if last:
+                step.simplify()
+            else:
+                step.take()
 
     def place(self, values: Mapping[str, F64]) -> list[str]:
         """Set the driven variables and the scene's parameters that follow; return the paths of the latter."""

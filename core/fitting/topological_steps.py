@@ -16,7 +16,7 @@ from ..rendering.renderer import Renderer
 from ..scene import parameters
 from ..scene.field import Field
 from ..scene.scene import Scene
-from .field_proposals import Evidence, added, carved, evidence
+from .field_proposals import Evidence, added, carved, evidence, parts
 from .field_variables import Coefficients
 from .losses import Loss
 from .targets import View
@@ -28,48 +28,101 @@ Render = Callable[[int, int], NDArray[np.float32]]
 
 # A proposal must lower the loss by at least this part of it.
 LEAST_FALL = 0.01
+# Carved matter has thin remains, which no view sees past. After a change, everything is removed that is thinner than
+# twice one of these numbers of cells: the first that costs at most a part of the fall of the loss.
+OPENINGS, SIMPLER = (1.5, 1.25, 1.0, 0.75), 0.1
 # Part of a fit after which the topology stays, so that the last steps of the surface can settle.
 LAST_PART = 0.75
 
 
-def is_due(options_every: int, k: int, full_turn: int, iterations: int) -> bool:
+def topology_is_due(turns: int, k: int, full_turn: int, iterations: int) -> bool:
     """Whether a topological step follows the iteration k, counted from 0."""
-    every = options_every * full_turn
+    every = turns * full_turn
     return bool(every and (k + 1) % every == 0 and k + 1 <= LAST_PART * iterations)
 
 
-def take_step(
-    item: Coefficients, scene: Scene, renderer: Renderer, views: Sequence[View], loss: Loss, render: Render
-) -> bool:
-    """Propose other fields for one variable, and keep the first that lowers the loss; return whether there is one.
+class TopologicalStep:
+    """A try to change the topology of one variable. The scene and the renderer always have the kept field."""
 
-    The scene and the renderer have the kept field afterwards.
-    """
-    field: Field = parameters.owner(scene, item.path)[0]
-    if "camera" not in field.visible_to:
-        return False
-    now = _pictures(views, render)
-    losses = _losses(views, loss, now)
-    kinds = field.visible_to
-    try:
-        field.visible_to = kinds - {"camera"}
-        renderer.update()
-        behind = _pictures(views, render)
-    finally:
-        field.visible_to = kinds
-        renderer.update()
-    found = [evidence(v.camera, v.image, v.mask, a, b) for v, a, b in zip(views, now, behind, strict=True)]
-    before = parameters.get(scene, item.path)
-    for values in _proposals(item, field, found):
-        parameters.put(scene, item.path, item.scene_values(values))
-        renderer.update([item.path])
-        after = _losses(views, loss, _pictures(views, render))
-        if np.all(after < (1.0 - LEAST_FALL) * losses):
-            item.adopt(values)
+    def __init__(
+        self, item: Coefficients, scene: Scene, renderer: Renderer, views: Sequence[View], loss: Loss, render: Render
+    ) -> None:
+        self.item, self.scene, self.renderer = item, scene, renderer
+        self.views, self.loss, self.render = views, loss, render
+        self.field: Field = parameters.owner(scene, item.path)[0]
+        self.losses = np.zeros(2)
+
+    def take(self) -> bool:
+        """Change holes and parts, where that lowers the loss; return whether anything has changed."""
+        if "camera" not in self.field.visible_to:
+            return False
+        shown = self._pictures()
+        self.losses = self._losses(shown)
+        before = self.losses
+        hidden = self._pictures_without()
+        found = [evidence(v.camera, v.image, v.mask, a, b) for v, a, b in zip(self.views, shown, hidden, strict=True)]
+        changed = any(self._is_kept(values, LEAST_FALL) for values in _proposals(self.item, self.field, found))
+        if changed:
+            allowed = SIMPLER * (before - self.losses) / self.losses
+            for cells in OPENINGS:
+                opened = self.item.opened(cells)
+                if opened is not None and self._is_kept(opened, -float(allowed.min())):
+                    break
+        return self.simplify() or changed
+
+    def simplify(self) -> bool:
+        """Remove separate parts that the pictures do not need; return whether anything has changed."""
+        if not self.losses.any():
+            self.losses = self._losses(self._pictures())
+        label = parts(self.item.nodes() < 0.0)
+        # From small to large; the largest part stays.
+        return self._without(label, np.argsort(np.bincount(label[label >= 0]), kind="stable")[:-1])
+
+    def _without(self, label: NDArray[np.int64], numbers: NDArray[np.int64]) -> bool:
+        """Remove these parts together or, if the pictures need them, those of each half of them."""
+        if not len(numbers):
+            return False
+        if self._is_kept(self.item.coefficients_without(np.isin(label, numbers)), -LEAST_FALL):
             return True
-    parameters.put(scene, item.path, before)
-    renderer.update([item.path])
-    return False
+        middle = len(numbers) // 2
+        halves = [numbers[:middle], numbers[middle:]] if middle else []
+        return any([self._without(label, half) for half in halves])
+
+    def _is_kept(self, values: F64, fall: float) -> bool:
+        """Render a proposal, and keep it if both losses fall by more than a part of them."""
+        before = parameters.get(self.scene, self.item.path)
+        parameters.put(self.scene, self.item.path, self.item.scene_values(values))
+        self.renderer.update([self.item.path])
+        losses = self._losses(self._pictures())
+        if np.all(losses < (1.0 - fall) * self.losses):
+            self.losses = losses
+            self.item.adopt(values)
+            return True
+        parameters.put(self.scene, self.item.path, before)
+        self.renderer.update([self.item.path])
+        return False
+
+    def _pictures(self) -> Pictures:
+        return [[self.render(j, twin) for twin in range(2)] for j in range(len(self.views))]
+
+    def _pictures_without(self) -> Pictures:
+        """Pictures in which cameras do not see the field. It still throws shadows and is seen in mirrors."""
+        kinds = self.field.visible_to
+        try:
+            self.field.visible_to = kinds - {"camera"}
+            self.renderer.update()
+            return self._pictures()
+        finally:
+            self.field.visible_to = kinds
+            self.renderer.update()
+
+    def _losses(self, pictures: Pictures) -> F64:
+        """(2,) losses of the two sets of pictures."""
+        return np.array([
+            sum(view.weight * self.loss(picture[twin], view.image, view.mask)[0]
+                for view, picture in zip(self.views, pictures, strict=True))
+            for twin in range(2)
+        ])  # fmt: skip
 
 
 def _proposals(item: Coefficients, field: Field, views: Sequence[Evidence]) -> Iterator[F64]:
@@ -89,16 +142,3 @@ def _proposals(item: Coefficients, field: Field, views: Sequence[Evidence]) -> I
             changed = item.coefficients_of(one.reshape(nodes.shape))
             if changed is not None:
                 yield changed
-
-
-def _pictures(views: Sequence[View], render: Render) -> Pictures:
-    return [[render(j, twin) for twin in range(2)] for j in range(len(views))]
-
-
-def _losses(views: Sequence[View], loss: Loss, pictures: Pictures) -> F64:
-    """(2,) losses of the two sets of pictures."""
-    return np.array([
-        sum(view.weight * loss(picture[twin], view.image, view.mask)[0]
-            for view, picture in zip(views, pictures, strict=True))
-        for twin in range(2)
-    ])  # fmt: skip

@@ -7,7 +7,7 @@ from .expression import procedural
 from .fitting import losses, optimisers
 from .fitting.checkpoints import Checkpoint, read_checkpoint
 from .fitting.field_variables import FieldSteps
-from .fitting.run import FitStep
+from .fitting.fit_step import FitStep
 from .fitting.scene_fit import FitResult, fit
 from .fitting.targets import Target
 from .planning.scene_plan import Plan, plan

@@ -62,6 +62,26 @@ def distance_coefficients(values: F64, spacing: F64) -> F64:
     return spline.coefficients(np.where(inside, -distance, distance))
 
 
+def coefficients_without(values: F64, removed: NDArray[np.bool_], spacing: F64) -> F64:
+    """Coefficients of the distance from the rest of a surface, after some of its parts are gone.
+
+    Parameters
+    ----------
+    values
+        Coefficients of a distance.
+    removed
+        Selects the nodes inside of the parts that go; nodes inside of others must remain.
+    spacing
+        (3,) lengths of a cell.
+    """
+    at_nodes = spline.node_values(values)
+    kept = (at_nodes < 0.0) & ~removed
+    nearer = [sweeping.distances(np.where(nodes, 0.0, np.inf), spacing) for nodes in (kept, removed)]
+    known = (np.abs(at_nodes) < BAND * float(spacing.max())) & (nearer[0] <= nearer[1])
+    distance = sweeping.distances(np.where(known, np.abs(at_nodes), np.inf), spacing)
+    return spline.coefficients(np.where(kept, -distance, distance))
+
+
 def _projected(values: F64, nodes: NDArray[np.int64], value: F64, slope: F64, spacing: F64, reach: float) -> F64:
     """Distances of nodes from the surface: a Newton step along the gradient, and the distance that is left there."""
     square = np.sum(slope**2, axis=1)

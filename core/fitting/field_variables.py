@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from .._check import number, whole
 from .._fields import Check, Checked, by
 from ..distance_fields import spline
-from ..distance_fields.redistancing import distance_coefficients
+from ..distance_fields.redistancing import coefficients_without, distance_coefficients
 from ..distance_fields.regularisers import eikonal_of, laplacian_of
 from ..scene import parameters
 from ..scene.field import Field
@@ -53,6 +53,9 @@ class FieldSteps(Checked):
     smoothness
         lambda of the filter (1 + lambda L)^-2 of gradients along each axis, L the second difference: a change at the
         surface spreads over about sqrt(lambda) cells. 0: no filter.
+    topology_every
+        After how many turns through all pictures a fit tries to carve holes and to add parts (`field_proposals`); 0:
+        never. A change is kept only if it lowers the loss. A try renders each picture four to six times.
     laplacian, eikonal
         Weights of `distance_fields.laplacian` and `distance_fields.eikonal`, in units of the loss. The gradient of a
         step includes them; the reported losses do not.
@@ -63,6 +66,7 @@ class FieldSteps(Checked):
     coarser: int = 0
     redistance_every: int = 5
     smoothness: float = 1.0
+    topology_every: int = 5
     laplacian: float = 0.0
     eikonal: float = 0.0
     most_memory: float = 4e9
@@ -71,6 +75,7 @@ class FieldSteps(Checked):
         "coarser": by(whole, 0, 8),
         "redistance_every": by(whole, 1, 1_000_000),
         "smoothness": by(number, least=0.0, greatest=1e6),
+        "topology_every": by(whole, 0, 1_000_000),
         "laplacian": by(number, least=0.0),
         "eikonal": by(number, least=0.0),
         "most_memory": by(number, above=0.0),
@@ -136,10 +141,51 @@ class Coefficients(Resumable):
         change = move * (most / max(largest, factor)) if largest > 0.0 else move
         self._count += 1
         self._accept(self._values + change * float(self._spacing.min()))
-        value = self._values
+        return self.scene_values(self._values)
+
+    def scene_values(self, values: F64) -> F64:
+        """Coefficients of the scene's field for those of the present grid."""
         for _ in range(self._level):
-            value = spline.refined(value)
-        return value
+            values = spline.refined(values)
+        return values
+
+    def nodes(self) -> F64:
+        """Values at the nodes of the present grid."""
+        return np.asarray(spline.node_values(self._values))
+
+    def node_places(self, field: Field) -> F64:
+        """(n, 3) places in the world of the nodes of the present grid."""
+        at = np.indices(np.array(self._values.shape) - 2).reshape(3, -1).T * 2.0**self._level
+        to_world = field.grid_to_world()
+        return np.asarray(at @ to_world[:, :3].T + to_world[:, 3])
+
+    def coefficients_of(self, nodes: F64) -> F64 | None:
+        """Coefficients, on the present grid, of the distance from the surface with other values at the nodes.
+
+        None if there is no surface.
+        """
+        values = self._within(spline.coefficients(nodes))
+        return distance_coefficients(values, self._spacing) if _has_surface(values) else None
+
+    def opened(self, cells: float) -> F64 | None:
+        """Coefficients without whatever is thinner than twice a number of cells (a morphological opening)."""
+        by = cells * float(self._spacing.max())
+        if not _has_surface(self._values + by):
+            return None
+        inner = distance_coefficients(self._values + by, self._spacing)
+        return self._within(distance_coefficients(inner - by, self._spacing))
+
+    def coefficients_without(self, removed: NDArray[np.bool_]) -> F64:
+        """Coefficients, on the present grid, of the distance from the surface without some of the nodes inside.
+
+        The removed nodes are a whole connected part, and not all nodes inside.
+        """
+        return self._within(coefficients_without(self._values, removed, self._spacing))
+
+    def adopt(self, values: F64) -> None:
+        """Go on from other coefficients of the present grid. Means of gradients of the former shape are forgotten."""
+        self._values = values
+        self._optimiser = AdamUniform(1.0, beta2=BETA2)
 
     def restore(self, state: State) -> None:
         super().restore(state)
@@ -147,14 +193,17 @@ class Coefficients(Resumable):
 
     def _accept(self, values: F64) -> None:
         """Take the new coefficients over. A step by which the surface would vanish is not made."""
-        if self._enclosed:
-            shell = _shell(values)
-            values[shell] = np.maximum(values[shell], _BORDER * float(self._spacing.min()))
+        values = self._within(values)
         if not _has_surface(values):
             return
         if self._count % self.options.redistance_every == 0:
             values = distance_coefficients(values, self._spacing)
         self._values = values
+
+    def _within(self, values: F64) -> F64:
+        """The coefficients, with a surface that stays in the box if it began there."""
+        return np.where(_shell(values), np.maximum(values, _BORDER * float(self._spacing.min())), values) if (
+            self._enclosed) else values
 
     def _regulariser(self) -> F64:
         total = np.zeros_like(self._values)

@@ -11,14 +11,13 @@ from __future__ import annotations
 import time
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .._check import choice, flag, function, numeric, shown
+from .._check import function, numeric, shown
 from ..planning.scene_plan import Plan, plan
 from ..rendering.one_shot import CAUSTIC_SAMPLES
 from ..rendering.options import Progress
@@ -27,10 +26,13 @@ from ..scene import parameters
 from ..scene.camera import Camera
 from ..scene.scene import Scene
 from .driven import Driven, Numbers, Placement, Steps, Variable
+from .field_variables import Coefficients
+from .fit_step import Callback, FitStep, ending
 from .gains import Gains
 from .losses import Loss
-from .silhouettes import Silhouettes, moves_silhouettes
+from .silhouettes import Silhouettes, is_negative, moves_silhouettes
 from .targets import View
+from .topological_steps import TopologicalStep, topology_is_due
 from .variables import Unknown
 from .zero_gradients import why_untouched
 
@@ -44,51 +46,6 @@ LAST_STEP = 0.05
 SMOOTHED_OVER = 5
 # Last iterations whose losses are used to estimate the noise of the loss.
 NOISE_OVER = 20
-ON_CANCEL = ("restore", "best")
-
-
-@dataclass(frozen=True)
-class FitStep:
-    """State of a fit that its callback receives after each iteration.
-
-    Attributes
-    ----------
-    iteration, iterations
-        Number of iterations done, at least 1, and their total number.
-    loss
-        Loss at the values of this iteration, before its step. With several pictures: weighted mean of the most
-        recent loss of each.
-    smoothed
-        Mean of the loss over the last few iterations.
-    best
-        Iteration, counted from 1, with the best values so far.
-    seconds
-        Seconds since the fit began.
-    values
-        Maps a parameter path to the value after the step. Read-only.
-    view, picture
-        Index of the last target of this iteration, and its picture at the values before the step. Read-only.
-    gradient
-        Maps a parameter path to the gradient of the loss at the values before the step. Read-only.
-    effects
-        Maps a parameter path to the effect of its first step: the sum of the products of gradient and step length at
-        the start.
-    """
-
-    iteration: int
-    iterations: int
-    loss: float
-    smoothed: float
-    best: int
-    seconds: float
-    values: Mapping[str, Any]
-    view: int
-    picture: NDArray[np.float32]
-    gradient: Mapping[str, F64]
-    effects: Mapping[str, float]
-
-
-Callback = Callable[[FitStep], bool | str | None]
 
 
 class Run:
@@ -140,18 +97,49 @@ class Run:
             changed = [item.path for item in self.unknowns]
             if self.driven is not None:
                 changed += self.place(self.steps.take(gradient, factor))
-            self.renderer.update(changed)
-            if self.silhouettes is not None:
-                self.silhouettes.update(changed)
+            self._update(changed)
+            self._change_topology(k, full_turn)
             self.done = k + 1
             if k == full_turn - 1:
                 self._warn_of_untouched()
-            stop = None if callback is None else _stop(callback(self._report(k + 1, gradient)))
+            stop = None if callback is None else ending(callback(self._report(k + 1, gradient)))
             if self.checkpoint is not None and (stop is not None or self.done % self.checkpoint_every == 0):
                 self.checkpoint()
             if stop is not None:
                 return stop
         return None
+
+    def _change_topology(self, k: int, full_turn: int) -> None:
+        """Let the distance fields open holes and get parts, if it is time for it."""
+        for item in self.unknowns:
+            if not isinstance(item, Coefficients):
+                continue
+            last = item.options.topology_every > 0 and k == self.iterations - 1
+            if not last and not topology_is_due(item.options.topology_every, k, full_turn, self.iterations):
+                continue
+
+            def render(j: int, twin: int, without: bool) -> NDArray[np.float32]:
+                view = self.seen[j]
+                if without and view.objects is not None:
+                    return np.full(view.image.shape, is_negative(self.work, view.objects), np.float32)
+                image = self._renderer(j).render(spp=self.spp, **self._limits(j), seed=self._seed(k, j, 3 + twin),
+                                                 camera=view.camera)
+                return np.asarray(self.gains.values[j] * image, np.float32) if isinstance(view.gain, str) else image
+
+            step = TopologicalStep(item, self.work, self._update, self.seen, self.loss, render)
+            if last:
+                step.simplify()
+            else:
+                step.take()
+
+    def _update(self, changed: list[str]) -> None:
+        """Take over changed parameters, in the scene's renderer and in those of silhouettes; all, if none is named."""
+        if changed:
+            self.renderer.update(changed)
+        else:
+            self.renderer.update()
+        if self.silhouettes is not None:
+            self.silhouettes.update(changed)
 
     def place(self, values: Mapping[str, F64]) -> list[str]:
         """Set the driven variables and the scene's parameters that follow; return the paths of the latter."""
@@ -361,13 +349,6 @@ class Run:
                     RuntimeWarning,
                     stacklevel=4,
                 )
-
-
-def _stop(answer: bool | str | None) -> str | None:
-    """Say how the callback's answer stops the fit; None: it does not."""
-    if isinstance(answer, str):
-        return choice("fit", "what the callback returns", answer, ON_CANCEL)
-    return "callback" if answer is not None and not flag("fit", "what the callback returns", answer) else None
 
 
 def _camera_of_gradient(renderer: Renderer, camera: Camera, wrt: list[str]) -> Camera | None:

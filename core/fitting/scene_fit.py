@@ -32,9 +32,10 @@ from .checkpoint_file import check_checkpoint
 from .checkpoints import Checkpoints
 from .driven import Driven, Placement
 from .field_variables import FieldSteps
+from .fit_step import ON_CANCEL, Callback
 from .large_steps import MOST_SMOOTHNESS
 from .losses import Loss, Pyramid
-from .run import ON_CANCEL, Callback, Run
+from .run import Run
 from .silhouettes import Silhouettes
 from .targets import Targets, views
 from .variables import unknown

@@ -15,7 +15,7 @@ import edgegrad
 from edgegrad import FieldSteps, Scene, Target, read_checkpoint
 from edgegrad import expression as e
 from edgegrad.fitting import checkpoint_file
-from edgegrad.fitting.run import FitStep
+from edgegrad.fitting.fit_step import FitStep
 from tests.fitting.killed_fits import kill_fits
 from tests.support import shapes
 from tests.support.fields.splines import sampled

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import edgegrad
-from edgegrad.fitting.run import FitStep
+from edgegrad.fitting.fit_step import FitStep
 from edgegrad.fitting.scene_fit import fit
 from edgegrad.fitting.targets import Target
 from tests.support.fits import COLOR, VERTICES, ball, picture, same, state

@@ -19,7 +19,7 @@ from edgegrad_addon import preflight, rows, setups
 from edgegrad_addon.animated.stored import add_row, stored_wanted
 from edgegrad_addon.problem import Problem
 from edgegrad_addon.properties import request
-from edgegrad_addon.targets import rows as targets
+from edgegrad_addon.targets import rows as target_rows
 from tests.support.animated import scenes as zoo
 from tests.support.scenes import blender_scenes as bs
 

@@ -39,7 +39,7 @@ class CameraView:
     of_layer: Callable[[str], tuple[float, ...] | None] = lambda _: None
 
     @staticmethod
-    def of(camera: edgegrad.Camera, of_layer: Callable[[str], tuple[float, ...] | None]) -> CameraView:
+    def of(camera: edgegrad.Camera, of_layer: Callable[[str], tuple[float, ...] | None] = lambda _: None) -> CameraView:
         """Return the view of an exported camera, with the properties of its view layer."""
         matrix = np.diag([1.0, 1.0, -1.0, 1.0]) @ np.linalg.inv(camera.to_world)
         return CameraView(np.asarray(matrix, np.float64), pixel_size(camera), _window(camera, matrix), of_layer)

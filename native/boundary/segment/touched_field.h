@@ -6,7 +6,7 @@
 // along it (H = grad g; derivations, R). Only lines with kappa_n > 0 stay outside beside the point.
 #pragma once
 
-#include "boundary/samples/field_curves.h"
+#include "boundary/samples/field_patches.h"
 #include "boundary/segment/segment.h"
 #include "boundary/segment/silhouette.h"
 

@@ -12,7 +12,8 @@ VOLATILE = {"rna_type", "bl_rna", "session_uid", "is_evaluated", "original", "us
             "tag", "id_data", "is_dirty", "is_runtime_data", "depsgraph", "render_slots", "bindcode", "pixels",
             "current_character", "current_line", "select_end_line", "select_end_character", "is_modified",
             "is_in_memory"}  # fmt: skip
-# Long arrays are read as a whole.
+# The user interface, of which Blender 4.5 cannot read all properties without a window.
+INTERFACE = ("screens", "window_managers", "workspaces")
 MOST_DEPTH = 8
 
 
@@ -20,7 +21,7 @@ def dump() -> dict[str, str]:
     """Return all values of all datablocks by their paths."""
     found: dict[str, str] = {}
     for prop in bpy.types.BlendData.bl_rna.properties:
-        if prop.type != "COLLECTION":
+        if prop.type != "COLLECTION" or prop.identifier in INTERFACE:
             continue
         for datablock in getattr(bpy.data, prop.identifier):
             where = f"{prop.identifier}[{datablock.name_full!r}]"

@@ -18,10 +18,10 @@ from edgegrad_addon.animated.parameter import Wanted
 from edgegrad_addon.parameters import Names
 from edgegrad_addon.session import Picture, Request, Session
 from tests.support.scenes import blender_scenes as bs
-from tests.write_back.data_dump import difference, dump
+from tests.write_back.data_dump import INTERFACE, difference, dump
 
 # Kinds that come from files and windows.
-NOT_MADE = {"libraries", "screens", "window_managers", "workspaces", "fonts", "cache_files", "movieclips", "sounds",
+NOT_MADE = {"libraries", *INTERFACE, "fonts", "cache_files", "movieclips", "sounds",
             "paint_curves", "colors", "annotations", "grease_pencils_v3", "shape_keys"}  # fmt: skip
 # Kinds that are made by their name alone, in the versions that have them.
 BY_NAME = ("brushes", "palettes", "linestyles", "masks", "volumes", "hair_curves", "pointclouds", "grease_pencils",

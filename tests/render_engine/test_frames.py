@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -222,6 +223,32 @@ def test_what_is_left_out_is_reported(scene: Any, monkeypatch: Any) -> None:
     bpy.ops.render.render()
     assert [line.split(":")[0] for line in said] == ["object 'Cube'", "view layer 'ViewLayer'"]
     assert said[1].endswith("its passes Mist are not rendered")
+
+
+def test_a_frame_in_another_thread_bakes_nothing(scene: Any, tmp_path: Path, monkeypatch: Any) -> None:
+    """Blender renders in a thread of its own if it has a window; bakes need its main thread."""
+    said: list[str] = []
+    errors: list[BaseException] = []
+
+    def in_thread(of: Any, depsgraph: Any) -> None:
+        def run() -> None:
+            try:
+                final.render_frame(Watched(of, {"report": lambda kind, text: said.append(text)}), depsgraph)
+            except BaseException as error:
+                errors.append(error)
+
+        thread = threading.Thread(target=run)
+        thread.start()
+        thread.join()
+
+    monkeypatch.setattr(engine, "render_frame", in_thread)
+    assert color(rendered(tmp_path)).tobytes() == expected().tobytes() and not said and not errors
+    material = bpy.data.materials["Red"]
+    made = material.node_tree.nodes.new("ShaderNodeTexGabor")
+    material.node_tree.links.new(made.outputs["Value"], bs.shader(material).inputs["Color"])
+    rendered(tmp_path)
+    assert len(said) == 1 and not errors
+    assert said[0].startswith("material 'Red': isn't baked; the sockets' own values are used")
 
 
 def test_view_layers_are_rendered_one_by_one(scene: Any, tmp_path: Path) -> None:

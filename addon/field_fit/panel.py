@@ -1,4 +1,4 @@
-"""The panel of fits as fields, below Edgegrad's own."""
+"""The panel of fits as fields, in Edgegrad's tab."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ class FieldPanel(bpy.types.Panel):
     """Panel with the options and the button of a fit as a field."""
 
     bl_idname = "EDGEGRAD_PT_field"
-    bl_parent_id = "EDGEGRAD_PT_main"
     bl_label = "Fit as Field"
     bl_category = "Edgegrad"
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
+    bl_order = 3
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
 
     def draw(self, context: Any) -> None:

@@ -1,4 +1,4 @@
-"""The panel of fits as fields, below Edgegrad's own."""
+"""The panel of fits as fields, in Edgegrad's tab."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ class FieldPanel(Tab, bpy.types.Panel):
     """Panel with the options and the button of a fit as a field."""
 
     bl_idname = "EDGEGRAD_PT_field"
-    bl_parent_id = "EDGEGRAD_PT_fit"
     bl_label = "Fit as Field"
+    bl_order = 3
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
 
     def draw(self, context: Any) -> None:

@@ -22,7 +22,7 @@ class LookPanel(Tab, bpy.types.Panel):
 
     bl_idname = "EDGEGRAD_PT_look"
     bl_label = "Look"
-    bl_order = 3
+    bl_order = 4
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
 
     def draw(self, context: Any) -> None:

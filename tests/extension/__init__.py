@@ -1,1 +1,1 @@
-"""The extension: its zip, its wheels, and how it is loaded and disabled in Blender."""
+"""Tests of the extension: its zip, its wheels, and how it is loaded."""

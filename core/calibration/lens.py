@@ -14,7 +14,7 @@ here are special cases. Cameras of a fit have no distortion, so it is taken out 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -40,6 +40,8 @@ MODELS: dict[str, tuple[str, ...]] = {
 _COEFFICIENTS = ("k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2")
 # Pixels that a picture without distortion may be off; less is not worth the blur of resampling.
 LEAST_SHIFT = 0.01
+# Pixels that are interpolated at a time.
+BAND = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -128,8 +130,7 @@ class Lens(Checked):
     @property
     def shift(self) -> float:
         """Largest distance, in pixels, between a place in the picture and in that of `camera`."""
-        source = self._sources()
-        return float(np.abs(source - _centres(self.height, self.width)).max())
+        return max(float(np.abs(self.distort(self._ideal(rows)) - self._centres(rows)).max()) for rows in self._bands())
 
     def undistort(self, picture: ArrayLike, weight: ArrayLike | None = None) -> tuple[NDArray[Any], F64]:
         """Return a picture as `camera` would have taken it.
@@ -153,13 +154,22 @@ class Lens(Checked):
             array("Lens", "weight", weight, image.shape[:2], np.float64, least=0.0, booleans=True))  # fmt: skip
         if self.shift < LEAST_SHIFT:
             return image, weights
-        source = self._sources()
-        inside = self._one_to_one() & (source >= 0.0).all(axis=2)
+        limit = self._limit()
+        total, found = np.zeros(image.shape[:2]), np.zeros_like(image)
+        for rows in self._bands():
+            found[rows], total[rows] = self._interpolated(image, weights, rows, limit)
+        return found, total
+
+    def _interpolated(self, image: NDArray[Any], weights: F64, rows: slice, limit: float) -> tuple[F64, F64]:
+        """Return some rows of the undistorted picture, and their weights."""
+        ideal = self._ideal(rows)
+        source = self.distort(ideal)
+        inside = ((ideal**2).sum(axis=2) <= limit * limit) & (source >= 0.0).all(axis=2)
         inside &= (source[..., 0] <= self.width) & (source[..., 1] <= self.height)
         at = np.clip(np.where(inside[..., None], source, 0.5) - 0.5, 0.0, [self.width - 1, self.height - 1])
         low = np.minimum(at.astype(np.int64), [max(self.width - 2, 0), max(self.height - 2, 0)])
         part = at - low
-        total, found = np.zeros(image.shape[:2]), np.zeros(image.shape, np.float64)
+        total, found = np.zeros(inside.shape), np.zeros((*inside.shape, image.shape[2]))
         for dx in (0, 1):
             for dy in (0, 1):
                 x, y = np.minimum(low[..., 0] + dx, self.width - 1), np.minimum(low[..., 1] + dy, self.height - 1)
@@ -167,31 +177,28 @@ class Lens(Checked):
                 total += share
                 found += share[..., None] * image[y, x]
         total *= inside
-        with np.errstate(invalid="ignore", divide="ignore"):
-            found = np.where(total[..., None] > 0.0, found / total[..., None], 0.0)
-        return found.astype(image.dtype), total
+        return found / np.where(total > 0.0, total, np.inf)[..., None], total
 
-    def _ideal(self) -> F64:
-        """(H, W, 2) ideal coordinates of the pixels of `camera`."""
-        return np.asarray((_centres(self.height, self.width) - [self.cx, self.cy]) / self.fx)
+    def _bands(self) -> Iterator[slice]:
+        """Slices of rows of about a million pixels, which bound the memory that photographs need."""
+        step = max(1, BAND // self.width)
+        return (slice(first, min(first + step, self.height)) for first in range(0, self.height, step))
 
-    def _sources(self) -> F64:
-        return self.distort(self._ideal())
+    def _centres(self, rows: slice) -> F64:
+        x, y = np.meshgrid(np.arange(self.width) + 0.5, np.arange(rows.start, rows.stop) + 0.5)
+        return np.stack([x, y], axis=2)
 
-    def _one_to_one(self) -> NDArray[np.bool_]:
-        """Whether the distortion grows outwards at each pixel; beyond, polynomials fold the picture back."""
-        ideal = self._ideal()
-        r = np.sqrt((ideal**2).sum(axis=2))
-        radii = np.linspace(0.0, float(r.max()), 4096)
+    def _ideal(self, rows: slice) -> F64:
+        """(rows, W, 2) ideal coordinates of pixels of `camera`."""
+        return np.asarray((self._centres(rows) - [self.cx, self.cy]) / self.fx)
+
+    def _limit(self) -> float:
+        """Distance of ideal coordinates from the axis up to which the distortion grows outwards; then it folds back."""
+        corners = [(x - self.cx, y - self.cy) for x in (0, self.width) for y in (0, self.height)]
+        radii = np.linspace(0.0, max(float(np.hypot(*corner)) for corner in corners) / self.fx, 4096)
         r2 = radii * radii
         with np.errstate(divide="ignore", invalid="ignore"):
             moved = radii * (1.0 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3))) / (
                 1.0 + r2 * (self.k4 + r2 * (self.k5 + r2 * self.k6)))  # fmt: skip
             falls = ~(np.diff(moved) > 0.0)
-        limit = radii[np.argmax(falls)] if falls.any() else np.inf
-        return np.asarray(r <= limit)
-
-
-def _centres(height: int, width: int) -> F64:
-    x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
-    return np.stack([x, y], axis=2)
+        return float(radii[np.argmax(falls)]) if falls.any() else np.inf

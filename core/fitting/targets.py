@@ -245,13 +245,12 @@ def _view(scene: Scene, where: str, target: Target, engine: str) -> View:
         mask = _resized_mask(where, mask, size)
         if not mask.any():
             raise ValueError(f"{where}: mask is 0 everywhere where the image is opaque")
-    if image.shape[2] == 4:
-        alpha, image = image[..., 3:], image[..., :3]
-        if (alpha < 1.0).any():
-            image = image + (1.0 - alpha) * _world_alone(scene, camera, engine)
     gain: Any = target.gain
+    alpha, image = image[..., 3:], image[..., :3]
     if not isinstance(gain, str):
         image = image / gain
+    if alpha.size and (alpha < 1.0).any():
+        image = image + (1.0 - alpha) * _world_alone(scene, camera, engine)
     objects = None if target.objects is None else frozenset(target.objects)
     return View(np.asarray(image, np.float32), camera, mask, target.weight, gain, target.shared, objects)
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from edgegrad.calibration import MODELS, Lens
+from edgegrad.calibration import lens as lens_module
 
 CURVED = Lens(96, 64, 80.0, 84.0, 50.0, 30.0, k1=-0.25, k2=0.06, k3=-0.01, p1=0.004, p2=-0.003)
 
@@ -56,6 +57,16 @@ def test_pixels_outside_have_no_weight_and_ignored_ones_no_part() -> None:
     picture[:, :10] = 1e6
     found, weight = zoomed.undistort(picture, mask)
     assert found[weight > 0.0].max() == pytest.approx(1.0, abs=1e-6) and (weight[4:28, 12:20] > 0.0).all()
+
+
+def test_pictures_in_several_bands_are_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    picture = np.random.default_rng(0).random((64, 96, 3)).astype(np.float32)
+    found, weight = CURVED.undistort(picture)
+    monkeypatch.setattr(lens_module, "BAND", 5 * 96)
+    again, weights = CURVED.undistort(picture)
+    np.testing.assert_array_equal(found, again)
+    np.testing.assert_array_equal(weight, weights)
+    assert CURVED.shift > 1.0
 
 
 def test_folds_of_the_polynomial_have_no_weight() -> None:

@@ -92,6 +92,8 @@ def test_alpha_as_a_mask_counts_opaque_pixels_alone() -> None:
     tall = np.zeros((48, 32 * 2, 4), np.float32)
     tall[::2] = (0.5, 0.5, 0.5, 1.0)
     np.testing.assert_allclose(views(scene, Target(tall))[0].image, 0.25 + 0.5 * 0.2, rtol=1e-5)
+    # A known gain is that of the picture, not of the world behind it.
+    np.testing.assert_allclose(views(scene, Target(tall, gain=2.0))[0].image, 0.125 + 0.5 * 0.2, rtol=1e-5)
 
 
 def test_another_aspect_is_refused_with_its_cure() -> None:

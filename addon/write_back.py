@@ -161,7 +161,7 @@ def check_material(reading: MaterialReading, name: str, fieldname: str) -> Any:
         raise Problem(f"{where}: there is no such material to write to")
     if material.library is not None or material.override_library is not None:
         raise Problem(f"{where}: is linked from another file and can't be written; make it local first")
-    label = {"base_color": "base color", "emission": "emission"}[fieldname]
+    label = {"base_color": "base colour", "emission": "emission"}[fieldname]
     socket = reading.base_color if fieldname == "base_color" else reading.emission_color
     if socket is None and not (fieldname == "base_color" and material.node_tree is None):
         raise Problem(f"{where}: has no node whose {label} can be written")
@@ -170,7 +170,7 @@ def check_material(reading: MaterialReading, name: str, fieldname: str) -> Any:
                       "unlink it first")  # fmt: skip
     if fieldname in reading.value.textures:
         raise Problem(f"{where}: its {label} is scaled by subsurface scattering, which depends on the view, or is "
-                      "above 1, so it can't be written; set subsurface to 0 or the color lower")  # fmt: skip
+                      "above 1, so it can't be written; set subsurface to 0 or the colour lower")  # fmt: skip
     return material
 
 

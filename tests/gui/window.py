@@ -91,14 +91,6 @@ def over_viewport() -> None:
     _run("xdotool", "mousemove", str(int(x)), str(int(window().height - 1 - y)))
 
 
-def click_below_top(kind: str, across: float, down: float, button: int) -> None:
-    """Click into an area, at a part of its width and some pixels (at scale 1) below its top."""
-    one, scale = area(kind), bpy.context.preferences.system.ui_scale
-    y = one.y + one.height - down * scale
-    _run("xdotool", "mousemove", str(int(one.x + across * one.width)), str(int(window().height - 1 - y)))
-    _run("xdotool", "click", str(button))
-
-
 def key(*names: str) -> None:
     """Press keys by their X names, such as 'Escape' or 'ctrl+z'."""
     _run("xdotool", "key", *names)

@@ -8,7 +8,7 @@ import bpy
 
 from tests.gui.scripts import stage
 from tests.gui.scripts.stage import ended, status
-from tests.gui.window import Script, area, call, click_below_top, key, open_tab, redraw, shot
+from tests.gui.window import Script, call, open_tab, redraw, shot
 
 FOUND: dict[str, Any] = {}
 
@@ -24,29 +24,11 @@ def unfold() -> None:
         bpy.utils.register_class(panel)
 
 
-def menu() -> Script:
-    """Right-click on the cube's location in the Properties editor, and choose the last entry."""
-    area("PROPERTIES").spaces.active.context = "OBJECT"
-    yield from redraw()
-    click_below_top("PROPERTIES", 0.65, 148.0, 3)
-    yield 1.0
-    shot("menu")
-    key("Up")
-    yield 0.5
-    key("Return")
-    yield from redraw()
-    settings = bpy.context.scene.edgegrad
-    FOUND["menu"] = [[row.owner.name, row.path, row.index] for row in settings.parameters]
-    settings.parameters.clear()
-
-
 def main() -> Script:
     """Gradient, check, plan and vertex gradient of the cube's vertices."""
     yield from redraw(1.0)
     settings = bpy.context.scene.edgegrad
     unfold()
-    stage.cube()
-    yield from menu()
     stage.write_target()
     call(bpy.ops.edgegrad.target_open, "EXEC_DEFAULT", filepath=stage.TARGET)
     stage.cube()

@@ -53,7 +53,7 @@ class PlanPanel(Tab, bpy.types.Panel):
 
     bl_idname = "EDGEGRAD_PT_plan"
     bl_label = "Plan"
-    bl_order = 4
+    bl_order = 5
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
 
     def draw(self, context: Any) -> None:
@@ -69,7 +69,7 @@ class AdvancedPanel(Tab, bpy.types.Panel):
 
     bl_idname = "EDGEGRAD_PT_advanced"
     bl_label = "Advanced"
-    bl_order = 5
+    bl_order = 6
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
 
     def draw(self, context: Any) -> None:
@@ -82,7 +82,7 @@ class NotesPanel(Tab, bpy.types.Panel):
 
     bl_idname = "EDGEGRAD_PT_notes"
     bl_label = "Notes"
-    bl_order = 6
+    bl_order = 7
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
 
     @classmethod

@@ -1,1 +1,1 @@
-"""Blender with a window: what the add-on does while an artist works."""
+"""Tests in a real Blender with a window."""

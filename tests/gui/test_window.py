@@ -22,7 +22,7 @@ pytestmark = pytest.mark.window
 HERE = Path(__file__).parent
 EXTENSION = os.environ.get("EXTENSION", "")
 FOLDER, SHOTS = os.environ.get("WINDOW_DIR", ""), os.environ.get("SHOTS", "")
-LIMIT = 600  # seconds for one script
+LIMIT = 1200  # seconds for one script
 
 
 @pytest.fixture(scope="module")
@@ -31,8 +31,10 @@ def run(tmp_path_factory: Any) -> Any:
     if not EXTENSION or not FOLDER:
         pytest.skip("needs the extension's zip (EXTENSION=…) and a folder for a Blender with a window (WINDOW_DIR=…)")
     known: dict[str, tuple[dict[str, Any], str]] = {}
+    failed: dict[str, str] = {}
 
     def once(name: str) -> tuple[dict[str, Any], str]:
+        assert name not in failed, failed[name]
         if name not in known:
             folder = tmp_path_factory.mktemp(name)
             # Blender sees no more of the tests than what its scripts need.
@@ -43,8 +45,10 @@ def run(tmp_path_factory: Any) -> Any:
             command = ["bash", str(HERE / "blender_window.sh"), "--dir", FOLDER, "--ext", EXTENSION, "--out", str(out),
                        "--timeout", str(LIMIT), "--data", str(tests), str(HERE / "start.py"), name]  # fmt: skip
             done = subprocess.run(command, capture_output=True, text=True, check=False)
-            log = (out / "blender.log").read_text()
-            assert done.returncode == 0, done.stderr + log
+            log = (out / "blender.log").read_text() if (out / "blender.log").exists() else ""
+            if done.returncode != 0:
+                failed[name] = done.stderr + log
+            assert done.returncode == 0, failed[name]
             known[name] = json.loads((out / "found.json").read_text()), log
         return known[name]
 
@@ -82,7 +86,7 @@ def test_a_change_of_its_objects_ends_a_fit(how: str, run: Any) -> None:
 @pytest.mark.parametrize("how", ["stop", "stop properties"])
 def test_one_undo_restores_every_value(how: str, run: Any) -> None:
     found = run("endings")[0][how]
-    assert found["changed"] and found["undone"] and "loss" in found["said"], found
+    assert found["changed"] and found["undone"] and "Loss" in found["said"], found
 
 
 def test_blender_stays_usable(run: Any) -> None:
@@ -114,7 +118,7 @@ def test_the_way_to_the_first_fit(run: Any) -> None:
                            ("no parameter", "edgegrad.parameters_add"), ("edit mode", "object.mode_set")):  # fmt: skip
         assert found[name][1] == operator, name
     assert found["ready"] == [] and "base colors" in found["set up"].lower()
-    assert "loss" in found["fit"] and found["color"][2] > found["color"][0]
+    assert "Loss" in found["fit"] and found["color"][2] > found["color"][0]
     assert max(found["sensitivities"]) == 1.0 and min(found["sensitivities"]) >= 0.0
     assert "no armature" in found["no armature"] and found["images"] == []
     assert {"idle.png", "target.png", "ready.png", "running.png", "finished.png"} <= set(found["pictures"])

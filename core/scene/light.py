@@ -144,10 +144,6 @@ class SpotLight(_NearLight):
     falloff
         Shape of the soft edge: ``"SMOOTH"`` is Blender's; ``"LINEAR"`` falls linearly in the angle to the
         axis, from 1 at (1 - blend) angle/2 to 0 at angle/2 (Mitsuba's spot).
-    stretch, across
-        (2,) factors > 0 by which the cone is stretched along the axes x and y around its direction, as by the scale of
-        Blender's object, and (3,) a vector in the plane of direction and x, not along the direction. None: the cone is
-        round. A stretched cone has the edge ``"SMOOTH"``, of a `blend` of at least 0.001, and an angle below pi.
     """
 
     position: NDArray[np.float64]
@@ -158,8 +154,6 @@ class SpotLight(_NearLight):
     radius: float = 0.0
     sphere: bool = False
     falloff: str = "SMOOTH"
-    stretch: NDArray[np.float64] | None = None
-    across: NDArray[np.float64] = field(default_factory=lambda: np.array([1.0, 0.0, 0.0]))
 
     checks: ClassVar[Mapping[str, Check]] = {
         **PointLight.checks,
@@ -167,18 +161,7 @@ class SpotLight(_NearLight):
         "angle": by(number, above=0.0, below=_HALF_TURN),
         "blend": by(number, least=0.0, below=1.0 + 1e-6),
         "falloff": by(choice, FALLOFFS),
-        "stretch": optional(by(array, (2,), np.float64, least=1e-6)),
-        "across": _direction,
     }
-
-    def _validate(self, where: str) -> None:
-        if self.stretch is None:
-            return
-        if self.falloff != "SMOOTH" or self.angle >= np.pi:
-            raise ValueError(f"{where}: stretch needs the falloff 'SMOOTH' and an angle below pi")
-        sizes = np.linalg.norm(self.direction) * np.linalg.norm(self.across)
-        if np.linalg.norm(np.cross(self.direction, self.across)) <= 1e-6 * sizes:
-            raise ValueError(f"{where}: across must not be along direction")
 
 
 @dataclass

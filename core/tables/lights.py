@@ -20,7 +20,7 @@ from .geometry import link_sets, ray_bits
 # Kinds of lights, as the native LightKind; its kind 0, emissive triangles, has no rows here.
 POINT, SPHERE, DISK, RECTANGLE, ELLIPSE, DIRECTION, CONE = range(1, 8)
 # Bits of `flags`.
-SMOOTH_CONE, LINEAR_CONE, SPREAD, CASTS_SHADOW, DECAYS, BY_WAY, BY_WAY2, STRETCHED = (1 << k for k in range(8))
+SMOOTH_CONE, LINEAR_CONE, SPREAD, CASTS_SHADOW, DECAYS, BY_WAY, BY_WAY2 = 1, 2, 4, 8, 16, 32, 64
 _BY_DECAY = {"QUADRATIC": 0, "LINEAR": BY_WAY, "CONSTANT": BY_WAY2}
 
 # Positions of the fields in a row.
@@ -133,9 +133,6 @@ def _point(light: PointLight | SpotLight, origin: NDArray[np.float64], row: NDAr
         width = row[EDGE] * light.blend
         step = light.blend.real < LEAST_BLEND or width.real <= 1.0 / _STEP
         row[EDGE_SCALE] = _STEP if step else 1.0 / width
-        if light.stretch is not None:
-            flags |= STRETCHED
-            _stretch(light, row)
     if light.radius.real < _LEAST_RADIUS:
         row[RADIANCE] = intensity
         return POINT, flags
@@ -149,18 +146,6 @@ def _decay(light: PointLight | SpotLight | AreaLight, row: NDArray[Any]) -> int:
     row[SMOOTH] = light.smooth
     by = _BY_DECAY[light.decay]
     return DECAYS | by if by or light.smooth.real > 0.0 else 0
-
-
-def _stretch(light: SpotLight, row: NDArray[Any]) -> None:
-    assert light.stretch is not None
-    axis = row[SHINES_TO]
-    row[AXIS_X] = _unit(light.across - axis * (axis @ light.across))
-    row[AXIS_Y] = np.cross(axis, row[AXIS_X])
-    row[EXTENT_X], row[EXTENT_Y] = 1.0 / light.stretch
-    # Borders of light that jumps are computed for round cones alone, so this one is always soft.
-    row[EDGE_SCALE] = 1.0 / (row[EDGE] * max(light.blend, LEAST_BLEND, key=lambda blend: blend.real))
-    widest = np.arctan(np.tan(0.5 * light.angle.real) * light.stretch.real.max())
-    row[ONE_MINUS_COS] = 2.0 * np.sin(0.5 * max(widest, 0.5 * light.angle.real)) ** 2
 
 
 def _sun(light: SunLight, row: NDArray[Any]) -> int:

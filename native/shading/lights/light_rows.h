@@ -39,14 +39,7 @@ EG_INLINE Float light_factor(const LightRow& l, Vec3 w) {
     const Vec3 chord = w + l.direction;
     const Float chord2 = dot(chord, chord);  // 2 (1 - cos)
     if (any(cone)) {
-        Float rise = 0.5f * chord2;
-        const Mask stretched = has(kLightStretched);
-        if (any(stretched)) {
-            const Float x = dot(w, l.axis_x), y = dot(w, l.axis_y), z = -dot(w, l.direction);
-            const Float across2 = x * x + y * y, inverse2 = 1.0f / max(across2 + z * z, 1e-30f);
-            rise = select(stretched, rise_from_axis(across2 * inverse2, z * sqrt(inverse2)), rise);
-        }
-        const Float t = min(max((l.edge - rise) * l.edge_scale, 0.0f), splat(1.0f));
+        const Float t = min(max((l.edge - 0.5f * chord2) * l.edge_scale, 0.0f), splat(1.0f));
         factor = select(cone, t * t * (3.0f - 2.0f * t), factor);
     }
     if (any(linear)) {

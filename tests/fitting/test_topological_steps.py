@@ -67,8 +67,8 @@ def shape_of(step: TopologicalStep) -> tuple[int, int]:
 
 def fitted(every: int, seed: int = 0) -> Field:
     made = scene(ball())
-    fit(made, targets_of(sampled(torus, SIZE)), [PATH], iterations=10, spp=2, seed=seed,
-        field_steps=FieldSteps(topology_every=every))  # fmt: skip
+    fit(made, targets_of(sampled(torus, SIZE)), [PATH], iterations=12, spp=2, seed=seed,
+        field_steps=FieldSteps(topology_every=every, laplacian=0.01, smoothness=2.0))  # fmt: skip
     return made.fields["body"]
 
 

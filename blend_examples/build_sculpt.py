@@ -160,13 +160,14 @@ def build_true_scene() -> Any:
         camera = add(lens.name, lens, (DISTANCE * np.sin(angle), -DISTANCE * np.cos(angle), height))
         look_at(camera, CENTER)
     scene.camera = bpy.data.objects[f"View {VIEWS[0][0]:03d}"]
-    _set_up_cycles(scene)
+    set_up_cycles(scene)
     return sculpt
 
 
-def _set_up_cycles(scene: Any) -> None:
+def set_up_cycles(scene: Any, size: int = SIZE) -> None:
+    """Cycles with direct light only, a box filter, and square pictures of `size` pixels a side."""
     scene.render.engine = "CYCLES"
-    scene.render.resolution_x = scene.render.resolution_y = SIZE
+    scene.render.resolution_x = scene.render.resolution_y = size
     scene.render.resolution_percentage = 100
     cycles = scene.cycles
     cycles.device, cycles.samples, cycles.seed = "CPU", SAMPLES, 0

@@ -8,8 +8,8 @@ see the field. With the target T, (I - T)^2 - (B - T)^2 is what the ray gains if
 
 A ray is *empty* if it shows the field, but the target shows what is behind the field. All matter on the ray must go.
 One such view is enough, whatever the others show: the view sees along the whole ray.
-A ray is *filled* if the target differs from what is behind, and *missing* if it is filled but shows no field. Matter may
-appear at a place if the place is on a missing ray of some view and on filled rays of all views that see it.
+A ray is *filled* if the target differs from what is behind, and *missing* if it is filled but shows no field. Matter
+may appear at a place that is on a missing ray of some view and on filled rays of all views that see it.
 
 Squares of differences are products of two independent renders, (I1 - T) (I2 - T), so that noise does not add to them.
 """

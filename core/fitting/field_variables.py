@@ -155,7 +155,7 @@ class Coefficients(Resumable):
 
     def node_places(self, field: Field) -> F64:
         """(n, 3) places in the world of the nodes of the present grid."""
-        at = np.indices(np.array(self._values.shape) - 2).reshape(3, -1).T * 2.0**self._level
+        at = np.indices([n - 2 for n in self._values.shape]).reshape(3, -1).T * 2.0**self._level
         to_world = field.grid_to_world()
         return np.asarray(at @ to_world[:, :3].T + to_world[:, 3])
 
@@ -202,8 +202,9 @@ class Coefficients(Resumable):
 
     def _within(self, values: F64) -> F64:
         """The coefficients, with a surface that stays in the box if it began there."""
-        return np.where(_shell(values), np.maximum(values, _BORDER * float(self._spacing.min())), values) if (
-            self._enclosed) else values
+        if not self._enclosed:
+            return values
+        return np.where(_shell(values), np.maximum(values, _BORDER * float(self._spacing.min())), values)
 
     def _regulariser(self) -> F64:
         total = np.zeros_like(self._values)

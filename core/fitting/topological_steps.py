@@ -86,8 +86,10 @@ class TopologicalStep:
         if self._is_kept(self.item.coefficients_without(np.isin(label, numbers)), -LEAST_FALL):
             return True
         middle = len(numbers) // 2
-        halves = [numbers[:middle], numbers[middle:]] if middle else []
-        return any([self._without(label, half) for half in halves])
+        changed = False
+        for half in [numbers[:middle], numbers[middle:]] if middle else []:
+            changed |= self._without(label, half)
+        return changed
 
     def _is_kept(self, values: F64, fall: float) -> bool:
         """Render a proposal, and keep it if both losses fall by more than a part of them."""

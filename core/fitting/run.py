@@ -122,7 +122,7 @@ class Run:
                 view = self.seen[j]
                 if without and view.objects is not None:
                     return np.full(view.image.shape, is_negative(self.work, view.objects), np.float32)
-                image = self._renderer(j).render(spp=self.spp, **self._limits(j), seed=self._seed(k, j, 3 + twin),
+                image = self._renderer(j).render(spp=self.spp, **self._limits(j), seed=self._seed(k, j, 5 + twin),
                                                  camera=view.camera)
                 return np.asarray(self.gains.values[j] * image, np.float32) if isinstance(view.gain, str) else image
 

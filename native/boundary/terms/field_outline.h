@@ -10,7 +10,7 @@
 #pragma once
 
 #include "boundary/curves/field_viewer.h"
-#include "boundary/samples/field_curves.h"
+#include "boundary/samples/outline_samples.h"
 #include "boundary/terms/primary.h"
 #include "sdf/place_code.h"
 

@@ -138,7 +138,7 @@ def test_patches_cover_a_sphere(size: int, mirror: float) -> None:
     assert np.all(found["area"] != 0.0)
     assert np.allclose(np.linalg.norm(found["position"], axis=-1), radius, atol=2e-6)
     assert np.allclose(found["normal"], found["position"] / radius, atol=1e-5)
-    assert found["area"].sum() == pytest.approx(4 * np.pi * radius**2, rel=1e-4)
+    assert found["area"].sum() == pytest.approx(4 * np.pi * radius**2, rel=5e-4)
 
 
 def test_patches_cover_a_stretched_torus() -> None:

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "boundary/curves/edge_cache.h"
-#include "boundary/samples/field_viewer.h"
+#include "boundary/curves/field_viewer.h"
 #include "sdf/outline.h"
 #include "util/double_vector.h"
 #include "util/parallel.h"

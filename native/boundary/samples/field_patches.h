@@ -1,7 +1,7 @@
 // Samples of points of distance fields' surfaces, and of tangents there.
 #pragma once
 
-#include "boundary/samples/field_curves.h"
+#include "boundary/samples/outline_samples.h"
 #include "sdf/surface_patch.h"
 
 namespace edgegrad::EDGEGRAD_ISA {

@@ -9,8 +9,8 @@
 // side it is that of what the ray meets behind it.
 #pragma once
 
-#include "boundary/samples/field_curves.h"
-#include "boundary/samples/field_viewer.h"
+#include "boundary/curves/field_viewer.h"
+#include "boundary/samples/outline_samples.h"
 #include "boundary/terms/primary.h"
 #include "sdf/place_code.h"
 

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <set>
 
-#include "boundary/samples/field_viewer.h"
+#include "boundary/curves/field_viewer.h"
 #include "engine/decisions/interior_rules.h"
 #include "scene/camera_row.h"
 #include "scene/lights/light_params.h"

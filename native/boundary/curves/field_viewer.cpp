@@ -1,4 +1,4 @@
-#include "boundary/samples/field_viewer.h"
+#include "boundary/curves/field_viewer.h"
 
 namespace edgegrad {
 

@@ -38,7 +38,7 @@ TRUTH_CELLS = 40
 VIEWS, DISTANCE = 12, 4.0
 ITERATIONS, SAMPLES, VIEWS_PER_ITERATION = 72, 4, 4
 TOPOLOGY_EVERY = 8
-# Weight against roughness: without it, the noise of few samples makes pits, and pits become handles.
+# Weight against roughness: a larger one is smoother, and rounds the shape.
 LAPLACIAN = 0.03
 
 

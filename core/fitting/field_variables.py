@@ -55,7 +55,7 @@ class FieldSteps(Checked):
         surface spreads over about sqrt(lambda) cells. 0: no filter.
     topology_every
         After how many turns through all pictures a fit tries to carve holes and to add parts (`field_proposals`); 0:
-        never. A change is kept only if it lowers the loss. A try renders each picture four to six times.
+        never. A change is kept only if it lowers the loss. A try renders each picture at least four times.
     laplacian, eikonal
         Weights of `distance_fields.laplacian` and `distance_fields.eikonal`, in units of the loss. The gradient of a
         step includes them; the reported losses do not.

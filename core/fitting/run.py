@@ -305,7 +305,8 @@ class Run:
         )
 
     def _seed(self, k: int, j: int, kind: int) -> int:
-        """Seed of iteration k, picture j and kind (0: picture, 1: derivative, 4: second half of the picture).
+        """Seed of iteration k, picture j and kind (0: picture, 1: derivative, 4: second half of the picture,
+        5 and 6: the two pictures of a topological step).
 
         All seeds are independent.
         """

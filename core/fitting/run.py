@@ -305,10 +305,9 @@ class Run:
         )
 
     def _seed(self, k: int, j: int, kind: int) -> int:
-        """Seed of iteration k, picture j and kind (0: picture, 1: derivative, 4: second half of the picture,
-        5 and 6: the two pictures of a topological step).
+        """Seed of iteration k, picture j and kind; all seeds are independent.
 
-        All seeds are independent.
+        Kinds are 0: picture, 1: derivative, 4: second half of the picture, 5 and 6: pictures of a topological step.
         """
         return int(np.random.SeedSequence([self.seed, k, j, kind]).generate_state(1)[0])
 

@@ -90,14 +90,15 @@ class Decisions {
     bool forces(Part part) const { return at(part) && at(part)->reason == Reason::kForced; }
     // Changes a part to zero, after a search without a result.
     void none(Part part, Reason reason) {
-        entry(part)->outcome = Outcome::kZero;
-        entry(part)->reason = reason;
+        (*this)[part].outcome = Outcome::kZero;
+        (*this)[part].reason = reason;
     }
     // Notes the meshes and lights of intersections that a search has found. Returns whether there are any.
     bool found(Part part, const SceneTables& tables, const Intersections& lines);
     // Notes the materials of a part, which is zero if there are none. Returns whether it is computed.
     bool lists_materials(Part part, std::vector<int32_t> materials);
-    Decision& operator[](Part part) { return *entry(part); }
+    // The decision on a part that is requested.
+    Decision& operator[](Part part) { return entry(part).value(); }
     const std::optional<Decision>& at(Part part) const { return parts_[static_cast<size_t>(part)]; }
 
  private:

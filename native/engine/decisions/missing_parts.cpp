@@ -278,6 +278,7 @@ class Search {
     // the planes of their faces, too: there the edges of shadows, also of their own, are not sampled.
     void face_flips() {
         std::vector<int32_t> smooth, lifted;
+        if (!decided_.at(Part::kHorizons)) return;  // the shadow term is not requested
         for (const int32_t mesh : decided_[Part::kHorizons].meshes) {
             const bool below =
                 f_.scene.any_terminator && tables_.mesh_terminator[static_cast<size_t>(mesh)] > 0;

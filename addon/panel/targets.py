@@ -50,6 +50,7 @@ class TargetsPanel(Tab, bpy.types.Panel):
             column = layout.column()
             column.scale_y = 1.3
             column.operator("edgegrad.target_open", icon="FILE_FOLDER")
+            column.operator("edgegrad.cameras_import", icon="CAMERA_DATA")
             return
         row = layout.row()
         row.template_list(TargetList.bl_idname, "", settings, "targets", settings, "active_target", rows=3)

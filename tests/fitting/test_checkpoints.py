@@ -47,6 +47,9 @@ CASES: dict[str, tuple[Any, list[str], dict[str, Any]]] = {
     "positions": (ball, ["lights.lamp.position", VERTICES], {"views_per_iteration": 1}),
     "texels": (textured, ["images.paint.pixels"], {}),
     "a field": (with_field, ["fields.ball.values"], {"field_steps": FieldSteps(coarser=1, redistance_every=3)}),
+    "topological steps": (with_field, ["fields.ball.values"], {"field_steps": FieldSteps(topology_every=2)}),
+    "unknown exposures": (ball, [VERTICES, COLOR], {"targets": {"gain": "exposure", "shared": "roll"}}),
+    "a silhouette": (ball, [VERTICES, COLOR], {"targets": {"objects": ["object"]}}),
 }
 
 
@@ -54,8 +57,14 @@ def run(case: str, **options: Any) -> tuple[Scene, edgegrad.FitResult]:
     make, wrt, more = CASES[case]
     scene = make()
     seen = picture(scene) * 0.8
-    other = edgegrad.Target(seen * 0.9, weight=2.0)
-    return scene, edgegrad.fit(scene, [Target(seen), other], wrt, iterations=ITERATIONS, spp=2, **more, **options)
+    first, more = Target(seen), dict(more)
+    described = more.pop("targets", {})
+    if "objects" in described:
+        first = Target((seen.mean(axis=2) > 0.1).astype(np.float32), **described)
+    elif described:
+        first = Target(seen, **described)
+    other = Target(seen * 0.9, weight=2.0)
+    return scene, edgegrad.fit(scene, [first, other], wrt, iterations=ITERATIONS, spp=2, **more, **options)
 
 
 def stop_at(iteration: int) -> Any:

@@ -21,8 +21,8 @@ class Setup:
     label, use, icon
         For its button.
     add
-        Adds the rows of the parameters; returns them with what was done, in words. Raises `Problem` for a scene
-        without such things, before anything has changed.
+        Adds the rows of the parameters; returns their keys (`_key`) with what was done, in words. Raises `Problem` for
+        a scene without such things, before anything has changed.
     quality
         Name of the quality (`quality.QUALITIES`).
     """
@@ -40,8 +40,7 @@ def apply(context: Any, name: str) -> list[str]:
     Rows of other parameters stay in the list, switched off.
     """
     setup, settings = SETUPS[name], context.scene.edgegrad
-    added, what = setup.add(context)
-    kept = {_key(row) for row in added}
+    kept, what = setup.add(context)
     off = 0
     for row in settings.parameters:
         wanted = _key(row) in kept
@@ -77,6 +76,7 @@ def fed(material: Any, name: str) -> bool:
 
 
 def _key(row: Any) -> tuple[Any, ...]:
+    """What a row is about. The row itself must not be kept: Blender moves rows when another one is added."""
     return row.kind, row.owner, row.path, row.index
 
 
@@ -128,14 +128,14 @@ def _sculpt(context: Any) -> tuple[list[Any], str]:
 
 
 def _kind(scene: Any, kind: str, owner: Any) -> Any:
-    return rows.add_kind(scene, kind, owner)
+    return _key(rows.add_kind(scene, kind, owner))
 
 
 def _settable(scene: Any, wanted: list[tuple[Any, str]]) -> list[Any]:
     kept, refused = gathering.settable(wanted)
     if not kept:
         raise Problem(refused[0] if refused else "nothing can be fitted")
-    return [add_row(scene, places[0].owner, places[0].path, places[0].index if len(places) == 1 else -1)
+    return [_key(add_row(scene, places[0].owner, places[0].path, places[0].index if len(places) == 1 else -1))
             for places in kept]  # fmt: skip
 
 

@@ -6,7 +6,7 @@ from . import calibration, distance_fields
 from .expression import procedural
 from .fitting import losses, optimisers
 from .fitting.checkpoints import Checkpoint, read_checkpoint
-from .fitting.field_variables import FieldSteps
+from .fitting.fields.variables import FieldSteps
 from .fitting.fit_step import FitStep
 from .fitting.scene_fit import FitResult, fit
 from .fitting.targets import Target

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import edgegrad
 from edgegrad import distance_fields
 from edgegrad.distance_fields.mesh_sampling import MULTIPLE, PADDING, memory
-from edgegrad.fitting.field_variables import LEAST_CELLS
+from edgegrad.fitting.fields.variables import LEAST_CELLS
 
 from ..problem import Problem
 

@@ -26,13 +26,13 @@ from ..scene import parameters
 from ..scene.camera import Camera
 from ..scene.scene import Scene
 from .driven import Driven, Numbers, Placement, Steps, Variable
-from .field_variables import Coefficients
+from .fields.topological_steps import TopologicalStep, topology_is_due
+from .fields.variables import Coefficients
 from .fit_step import Callback, FitStep, ending
 from .gains import Gains
 from .losses import Loss
 from .silhouettes import Silhouettes, is_negative, moves_silhouettes
 from .targets import View
-from .topological_steps import TopologicalStep, topology_is_due
 from .variables import Unknown
 from .zero_gradients import why_untouched
 

@@ -31,7 +31,7 @@ from . import fingerprint
 from .checkpoint_file import check_checkpoint
 from .checkpoints import Checkpoints
 from .driven import Driven, Placement
-from .field_variables import FieldSteps
+from .fields.variables import FieldSteps
 from .fit_step import ON_CANCEL, Callback
 from .large_steps import MOST_SMOOTHNESS
 from .losses import Loss, Pyramid

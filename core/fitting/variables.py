@@ -12,7 +12,7 @@ from ..scene import parameters
 from ..scene.mesh import Mesh
 from ..scene.scene import Scene
 from .bounds import first_step, limits
-from .field_variables import Coefficients, FieldSteps
+from .fields.variables import Coefficients, FieldSteps
 from .large_steps import LargeSteps
 from .optimisers import Adam, AdamUniform
 from .resumable import Resumable, State

@@ -1,5 +1,5 @@
 // The primary boundary's kernels of one instruction set.
-#include "boundary/curves/edge_weights.h"
+#include "boundary/samples/edge_weights.h"
 #include "boundary/terms/field_outline.h"
 #include "boundary/terms/primary.h"
 #include "kernels/parts.h"

@@ -1,4 +1,4 @@
-// Input and output of the kernel that computes weights of edges (boundary/curves/edge_weights.h).
+// Input and output of the kernel that computes weights of edges (boundary/samples/edge_weights.h).
 #pragma once
 
 #include <cstdint>

@@ -232,7 +232,7 @@ def test_a_color_that_subsurface_scattering_scales_is_not_written_to() -> None:
     tree = Tree()
     tree.surface(tree.node("BsdfPrincipled", {"Subsurface Weight": 1.0}).outputs[0])
     tree.export()
-    with pytest.raises(Problem, match="material 'M': its base colour is scaled by subsurface scattering"):
+    with pytest.raises(Problem, match="material 'M': its base color is scaled by subsurface scattering"):
         check_material(tree.made.materials["M"], "M", "base_color")
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from edgegrad import Field, FieldSteps, Scene
 from edgegrad.distance_fields import eikonal, spline, to_mesh, topology
-from edgegrad.fitting.field_variables import Coefficients
+from edgegrad.fitting.fields.variables import Coefficients
 from edgegrad.fitting.variables import unknown
 from edgegrad.scene import parameters
 from tests.support import shapes

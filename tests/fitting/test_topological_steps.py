@@ -9,11 +9,11 @@ import pytest
 
 from edgegrad import Camera, Field, FieldSteps, Renderer, Scene, Target, World, fit
 from edgegrad.distance_fields import to_mesh, topology
-from edgegrad.fitting.field_proposals import added, carved, evidence, parts, signed_distance
-from edgegrad.fitting.field_variables import Coefficients
+from edgegrad.fitting.fields.proposals import added, carved, evidence, parts, signed_distance
+from edgegrad.fitting.fields.topological_steps import TopologicalStep, topology_is_due
+from edgegrad.fitting.fields.variables import Coefficients
 from edgegrad.fitting.losses import Pyramid
 from edgegrad.fitting.targets import views
-from edgegrad.fitting.topological_steps import TopologicalStep, topology_is_due
 from tests.support.fields.splines import points, sampled, torus
 from tests.support.small_scenes import camera, matte, need
 
@@ -55,8 +55,9 @@ def step_of(start: Field, truth: Field) -> TopologicalStep:
     renderer = Renderer(made, wrt=[PATH], watched=False)
     seen = views(made, targets_of(truth))
     return TopologicalStep(
-        Coefficients(made, PATH, None, 10, None), made, renderer, seen, Pyramid(),
-        lambda j, twin: renderer.render(spp=4, seed=2 * j + twin, camera=seen[j].camera),
+        Coefficients(made, PATH, None, 10, None), made,
+        lambda paths: renderer.update(paths) if paths else renderer.update(), seen, Pyramid(),
+        lambda j, twin, without: renderer.render(spp=4, seed=2 * j + twin, camera=seen[j].camera),
     )  # fmt: skip
 
 
@@ -67,7 +68,7 @@ def shape_of(step: TopologicalStep) -> tuple[int, int]:
 
 def fitted(every: int, seed: int = 0) -> Field:
     made = scene(ball())
-    fit(made, targets_of(sampled(torus, SIZE)), [PATH], iterations=12, spp=2, seed=seed,
+    fit(made, targets_of(sampled(torus, SIZE)), [PATH], iterations=16, spp=4, seed=seed,
         field_steps=FieldSteps(topology_every=every, laplacian=0.01, smoothness=2.0))  # fmt: skip
     return made.fields["body"]
 
@@ -114,7 +115,7 @@ def test_carving_seen_matter_is_refused_and_leaves_no_trace() -> None:
     truth = sampled(torus, SIZE)
     step = step_of(truth, truth)
     before = step.field.values.copy()
-    picture = step.render(0, 0)
+    picture = step.render(0, 0, False)
     step.losses = step._losses(step._pictures())
     losses, coefficients = step.losses, step.item.nodes()
     nodes = step.item.nodes()
@@ -123,7 +124,7 @@ def test_carving_seen_matter_is_refused_and_leaves_no_trace() -> None:
     assert cut is not None
     assert not step._is_kept(cut, 0.0)
     np.testing.assert_array_equal(step.field.values, before)
-    np.testing.assert_array_equal(step.render(0, 0), picture)
+    np.testing.assert_array_equal(step.render(0, 0, False), picture)
     np.testing.assert_array_equal(step.item.nodes(), coefficients)
     assert step.losses is losses
 

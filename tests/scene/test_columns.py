@@ -57,7 +57,8 @@ def test_lights() -> None:
     python = ("POINT", "SPHERE", "DISK", "RECTANGLE", "ELLIPSE", "DIRECTION", "CONE")
     assert [getattr(lights, kind) for kind in python] == list(kinds.values())[1:]
     flags = constants("lights/light_params.h", "LightFlag")
-    assert list(flags.values()) == [lights.SMOOTH_CONE, lights.LINEAR_CONE, lights.SPREAD, lights.CASTS_SHADOW]
+    assert list(flags.values()) == [lights.SMOOTH_CONE, lights.LINEAR_CONE, lights.SPREAD, lights.CASTS_SHADOW,
+                                    lights.DECAYS, lights.BY_WAY, lights.BY_WAY2]
 
 
 def test_camera() -> None:

@@ -26,7 +26,7 @@ SHARE, SHARE_OF_FILES = 71, 9
 RIGHT = ("right", "refused")
 
 # Results, which nobody makes by hand.
-RESULTS = (edgegrad.FitResult, edgegrad.FitStep, edgegrad.Plan)
+RESULTS = (edgegrad.Checkpoint, edgegrad.FitResult, edgegrad.FitStep, edgegrad.Plan)
 
 
 def test_every_field_of_every_public_class_has_a_check() -> None:
@@ -173,6 +173,7 @@ CHANGES: dict[str, Callable[[Any], Any]] = {
     "rotation": lambda v: v[[1, 0, 2]], "kind": lambda v: "ORTHOGRAPHIC" if v == "PERSPECTIVE" else "DIFFUSE",
     "filter": lambda v: "GAUSSIAN", "crop": lambda v: (0, 0, 2, 3), "shape": lambda v: "ELLIPSE",
     "falloff": lambda v: "LINEAR", "image": lambda v: None, "visible_to": lambda v: v - {"diffuse"},
+    "decay": lambda v: "CONSTANT",
     "receivers": lambda v: ("box",), "blockers": lambda v: ("copies",), "textures": lambda v: {},
     "materials": lambda v: v[::-1], "parts": lambda v: v[::-1], "face_material": lambda v: 1 - v,
     "attributes": lambda v: {}, "instance_attributes": lambda v: {"own": 0.5 * v["own"]},

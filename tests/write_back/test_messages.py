@@ -88,7 +88,7 @@ REFUSED: dict[str, tuple[Callable[[], Any] | None, dict[str, Any], tuple[str, ..
     "no camera": (None, {"names": CUBE, "camera": ""}, ("target 1", "has no camera", "choose one")),
     "another camera": (None, {"names": CUBE, "camera": "Back"}, ("'Back'", "no such camera", "'Front'")),
     "other aspect": (None, {"names": CUBE, "width": 32},
-                     ("target.exr'", "32 x 16", "'Front' renders 16 x 16", "make the scene's resolution equal")),
+                     ("target.exr'", "32 x 16", "camera 'Front'", "16 x 16, of another aspect", "crop the image")),
     "no parameter": (None, {"names": Names()}, ("no parameter is chosen", "choose at least one")),
     "a light's vertices": (None, {"names": Names(vertices=("Bulb",))}, ("'Bulb'", "is a light", "meshes")),
     "hidden": (hide, {"names": CUBE}, ("'Cube'", "isn't rendered", "show it in renders")),
@@ -108,7 +108,7 @@ REFUSED: dict[str, tuple[Callable[[], Any] | None, dict[str, Any], tuple[str, ..
     "fed colour": (lambda: textured("ShaderNodeTexNoise"), {"names": CLAY},
                    ("'Clay'", "is fed by node 'Paint'", "unlink it")),
     "no colour": (lambda: bpy.data.materials["Clay"].node_tree.nodes.remove(color().node), {"names": CLAY},
-                  ("'Clay'", "has no node whose base colour can be written", "as properties instead")),
+                  ("'Clay'", "has no node whose base color can be written", "as properties instead")),
 }  # fmt: skip
 
 

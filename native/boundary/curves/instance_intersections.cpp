@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
-#include "boundary/curves/face_cut.h"
 #include "boundary/meshes/box_pairs.h"
+#include "boundary/meshes/face_cut.h"
 #include "scene/mesh_instances.h"
 #include "util/parallel.h"
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <numeric>
 
-#include "boundary/curves/face_cut.h"
 #include "boundary/curves/instance_intersections.h"
 #include "boundary/curves/picture_frame.h"
 #include "boundary/meshes/box_pairs.h"
+#include "boundary/meshes/face_cut.h"
 #include "boundary/meshes/star_shaped.h"
 #include "scene/mesh_instances.h"
 #include "util/parallel.h"

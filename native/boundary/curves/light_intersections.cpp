@@ -4,8 +4,8 @@
 #include <numbers>
 #include <variant>
 
-#include "boundary/curves/face_cut.h"
 #include "boundary/curves/instance_intersections.h"
+#include "boundary/meshes/face_cut.h"
 #include "scene/lights/light_params.h"
 #include "scene/mesh_instances.h"
 #include "util/parallel.h"

@@ -52,7 +52,7 @@ EG_INLINE LightCut light_cut(const LightRow& l, Int kind, Vec3 point, Vec3 tange
 
 // The point at u, from 0 to 1, of the line along which a triangle intersects the disk that faces x.
 EG_INLINE LightCut facing_disk_cut(const LightRow& l, const Triangle& t, Vec3 face_normal, Vec3 x, Float u) {
-    constexpr float kParallel = 1e-6f;  // as in boundary/curves/face_cut.h
+    constexpr float kParallel = 1e-6f;  // as in boundary/meshes/face_cut.h
     // Find the line of the two planes
     const Vec3 way = x - l.position;
     const Vec3 axis = way * (1.0f / max(sqrt(dot(way, way)), 1e-30f));

@@ -10,7 +10,7 @@
 // picture's path tracer estimates both sides with the same random numbers.
 //
 // Edges are sampled by their length in the picture and the size of the expected jump
-// (boundary/curves/edge_weights.h). The point is uniform on the projected edge.
+// (boundary/samples/edge_weights.h). The point is uniform on the projected edge.
 //
 // The line along which two faces intersect is an edge as well (derivations, F1). Its point e lies on both
 // planes. With N = mu_1 n_1 + mu_2 n_2, N . de = mu_1 n_1 . m_1 + mu_2 n_2 . m_2, where m_k are the material

@@ -9,17 +9,17 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .._check import number, whole
-from .._fields import Check, Checked, by
-from ..distance_fields import spline
-from ..distance_fields.redistancing import coefficients_without, distance_coefficients
-from ..distance_fields.regularisers import eikonal_of, laplacian_of
-from ..scene import parameters
-from ..scene.field import Field
-from ..scene.scene import Scene
-from .optimisers import AdamUniform
-from .resumable import Resumable, State
-from .rigid_variables import BETA2
+from ..._check import number, whole
+from ..._fields import Check, Checked, by
+from ...distance_fields import spline
+from ...distance_fields.redistancing import coefficients_without, distance_coefficients
+from ...distance_fields.regularisers import eikonal_of, laplacian_of
+from ...scene import parameters
+from ...scene.field import Field
+from ...scene.scene import Scene
+from ..optimisers import AdamUniform
+from ..resumable import Resumable, State
+from ..rigid_variables import BETA2
 
 F64 = NDArray[np.float64]
 
@@ -54,7 +54,7 @@ class FieldSteps(Checked):
         lambda of the filter (1 + lambda L)^-2 of gradients along each axis, L the second difference: a change at the
         surface spreads over about sqrt(lambda) cells. 0: no filter.
     topology_every
-        After how many turns through all pictures a fit tries to carve holes and to add parts (`field_proposals`); 0:
+        After how many turns through all pictures a fit tries to carve holes and to add parts (`proposals`); 0:
         never. A change is kept only if it lowers the loss. A try renders each picture at least four times.
     laplacian, eikonal
         Weights of `distance_fields.laplacian` and `distance_fields.eikonal`, in units of the loss. The gradient of a

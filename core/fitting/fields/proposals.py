@@ -22,9 +22,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..distance_fields.ragged import connected
-from ..geometry.camera_view import depths, in_picture, pixels
-from ..scene.camera import Camera
+from ...distance_fields.ragged import connected
+from ...geometry.camera_view import depths, in_picture, pixels
+from ...scene.camera import Camera
 
 F64 = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -1,6 +1,6 @@
 """Topological steps of a fit: holes are opened and parts are added where the pictures ask for it.
 
-Every few turns through the pictures, `field_proposals` proposes another field. The scene with this field is rendered
+Every few turns through the pictures, `proposals` proposes another field. The scene with this field is rendered
 from all views. The proposal is taken over only if the loss falls, in two renders with independent random numbers that
 are the same before and after.
 """
@@ -12,13 +12,13 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import parameters
-from ..scene.field import Field
-from ..scene.scene import Scene
-from .field_proposals import Evidence, added, carved, evidence, parts
-from .field_variables import Coefficients
-from .losses import Loss
-from .targets import View
+from ...scene import parameters
+from ...scene.field import Field
+from ...scene.scene import Scene
+from ..losses import Loss
+from ..targets import View
+from .proposals import Evidence, added, carved, evidence, parts
+from .variables import Coefficients
 
 F64 = NDArray[np.float64]
 Pictures = list[list[NDArray[np.float32]]]  # two of each view

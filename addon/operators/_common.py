@@ -29,6 +29,13 @@ def tell(operator: Any, report: Report, notes: Sequence[str] = ()) -> None:
         operator.report({"INFO"}, note)
 
 
+def done(operator: Any, said: str, failed: bool = False) -> set[str]:
+    """Report what the work has led to, there and in the panel; return the result of the operator."""
+    STATUS.ended(said, failed=failed)
+    operator.report({"WARNING" if failed else "INFO"}, said)
+    return {"FINISHED"}
+
+
 def refuse(operator: Any, error: BaseException) -> set[str]:
     """Report an error; return the result of the operator."""
     operator.report({"ERROR"}, str(error))

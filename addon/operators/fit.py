@@ -54,9 +54,7 @@ class RunsFit(InBackground):
         said = f"loss {losses[0]:.4g} → {losses[job.result.best]:.4g} in {duration(job.result.seconds)}"
         if job.step is not None:
             said += f", {job.step.iteration} iterations"
-        STATUS.ended(said)
-        self.report({"INFO"}, said)
-        return {"FINISHED"}
+        return _common.done(self, said)
 
 
 class Fit(RunsFit, bpy.types.Operator):

@@ -74,9 +74,7 @@ class Gradient(InBackground, bpy.types.Operator):
         codes, scale = images.labelled_derivative(job.result)
         _common.show_codes(NAME, codes)
         said = f"the derivative by {self._about} is in the image '{NAME}'; full red is {scale:.3g} per unit"
-        STATUS.ended(said)
-        self.report({"INFO"}, said)
-        return {"FINISHED"}
+        return _common.done(self, said)
 
 
 class GradientColors(InBackground, bpy.types.Operator):
@@ -100,9 +98,7 @@ class GradientColors(InBackground, bpy.types.Operator):
     def finish(self, context: Any, job: Job) -> set[str]:
         scales = [f"'{found.object}' {paint(found):.3g}" for found in job.result]
         said = f"the gradient is in the color attribute '{ATTRIBUTE}' of {', '.join(scales)} (full red, per area)"
-        STATUS.ended(said)
-        self.report({"INFO"}, said)
-        return {"FINISHED"}
+        return _common.done(self, said)
 
 
 class Check(InBackground, bpy.types.Operator):
@@ -145,9 +141,7 @@ class Check(InBackground, bpy.types.Operator):
         wrong = sum(not one.agrees for one in job.result)
         said = (f"{wrong} of {len(lines)} derivatives differ from finite differences of the picture" if wrong else
                 "the derivative agrees with finite differences of the picture")  # fmt: skip
-        STATUS.ended(said, failed=wrong > 0)
-        self.report({"WARNING" if wrong else "INFO"}, said)
-        return {"FINISHED"}
+        return _common.done(self, said, failed=wrong > 0)
 
 
 class Plan(InBackground, bpy.types.Operator):

@@ -7,7 +7,6 @@ import bpy
 
 from ..export import export_scene, render_export
 from ..running.job import Job
-from ..status import STATUS
 from . import _common
 from .background import InBackground
 
@@ -34,6 +33,4 @@ class Render(InBackground, bpy.types.Operator):
     def finish(self, context: Any, job: Job) -> set[str]:
         _common.show(NAME, job.result)
         said = f"the picture is in the image '{NAME}'"
-        STATUS.ended(said)
-        self.report({"INFO"}, said)
-        return {"FINISHED"}
+        return _common.done(self, said)

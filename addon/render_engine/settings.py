@@ -25,19 +25,24 @@ class RenderEngineSettings(bpy.types.PropertyGroup):
         name="Seed", default=0, min=0, description="Equal seeds give pictures of equal bits")
 
 
-class SamplingPanel(bpy.types.Panel):
-    """Samples of the engine, in the properties of the render."""
+class EnginePanel:
+    """A panel in the properties editor that is shown for this engine alone."""
 
-    bl_idname = "EDGEGRAD_PT_sampling"
-    bl_label = "Sampling"
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
-    bl_context = "render"
     COMPAT_ENGINES = {ENGINE}  # noqa: RUF012  Blender's convention
 
     @classmethod
     def poll(cls, context: Any) -> bool:
         return bool(context.engine in cls.COMPAT_ENGINES)
+
+
+class SamplingPanel(EnginePanel, bpy.types.Panel):
+    """Samples of the engine, in the properties of the render."""
+
+    bl_idname = "EDGEGRAD_PT_sampling"
+    bl_label = "Sampling"
+    bl_context = "render"
 
     def draw(self, context: Any) -> None:
         layout, settings = self.layout, context.scene.edgegrad_render
@@ -48,19 +53,12 @@ class SamplingPanel(bpy.types.Panel):
         layout.prop(settings, "seed")
 
 
-class FilmPanel(bpy.types.Panel):
+class FilmPanel(EnginePanel, bpy.types.Panel):
     """Transparency of the picture's background, in the properties of the render."""
 
     bl_idname = "EDGEGRAD_PT_film"
     bl_label = "Film"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
     bl_context = "render"
-    COMPAT_ENGINES = {ENGINE}  # noqa: RUF012
-
-    @classmethod
-    def poll(cls, context: Any) -> bool:
-        return bool(context.engine in cls.COMPAT_ENGINES)
 
     def draw(self, context: Any) -> None:
         layout, scene = self.layout, context.scene
@@ -74,19 +72,12 @@ class FilmPanel(bpy.types.Panel):
         layout.prop(scene.render, "film_transparent", text="Transparent")
 
 
-class PassesPanel(bpy.types.Panel):
+class PassesPanel(EnginePanel, bpy.types.Panel):
     """Passes of the engine, in the properties of the view layer."""
 
     bl_idname = "EDGEGRAD_PT_passes"
     bl_label = "Passes"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
     bl_context = "view_layer"
-    COMPAT_ENGINES = {ENGINE}  # noqa: RUF012
-
-    @classmethod
-    def poll(cls, context: Any) -> bool:
-        return bool(context.engine in cls.COMPAT_ENGINES)
 
     def draw(self, context: Any) -> None:
         layout, layer = self.layout, context.view_layer
@@ -99,21 +90,18 @@ class PassesPanel(bpy.types.Panel):
         column.prop(layer, "use_pass_diffuse_color", text="Diffuse Color")
 
 
-class RayVisibilityPanel(bpy.types.Panel):
+class RayVisibilityPanel(EnginePanel, bpy.types.Panel):
     """Kinds of rays that see an object, in the properties of the object."""
 
     bl_idname = "EDGEGRAD_PT_ray_visibility"
     bl_label = "Ray Visibility"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
     bl_context = "object"
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
-    COMPAT_ENGINES = {ENGINE}  # noqa: RUF012
 
     @classmethod
     def poll(cls, context: Any) -> bool:
         ob = context.object
-        return bool(context.engine in cls.COMPAT_ENGINES) and ob is not None and ob.type not in ("EMPTY", "CAMERA")
+        return super().poll(context) and ob is not None and ob.type not in ("EMPTY", "CAMERA")
 
     def draw(self, context: Any) -> None:
         layout, ob = self.layout, context.object

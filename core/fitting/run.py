@@ -132,13 +132,13 @@ class Run:
             else:
                 step.take()
 
-    def _update(self, changed: list[str]) -> None:
-        """Take over changed parameters, in the scene's renderer and in those of silhouettes; all, if none is named."""
-        if changed:
-            self.renderer.update(changed)
-        else:
-            self.renderer.update()
-        if self.silhouettes is not None:
+    def _update(self, changed: list[str] | None) -> None:
+        """Take over changed parameters, in the scene's renderer and in those of silhouettes.
+
+        None: all changes of the scene other than parameters, which silhouettes do not have.
+        """
+        self.renderer.update(changed)
+        if self.silhouettes is not None and changed is not None:
             self.silhouettes.update(changed)
 
     def place(self, values: Mapping[str, F64]) -> list[str]:

@@ -55,8 +55,7 @@ def step_of(start: Field, truth: Field) -> TopologicalStep:
     renderer = Renderer(made, wrt=[PATH], watched=False)
     seen = views(made, targets_of(truth))
     return TopologicalStep(
-        Coefficients(made, PATH, None, 10, None), made,
-        lambda paths: renderer.update(paths) if paths else renderer.update(), seen, Pyramid(),
+        Coefficients(made, PATH, None, 10, None), made, renderer.update, seen, Pyramid(),
         lambda j, twin, without: renderer.render(spp=4, seed=2 * j + twin, camera=seen[j].camera),
     )  # fmt: skip
 

@@ -24,8 +24,8 @@ F64 = NDArray[np.float64]
 Pictures = list[list[NDArray[np.float32]]]  # two of each view
 # Render a view with one of the two sets of random numbers; the last argument says whether cameras do not see the field.
 Render = Callable[[int, int, bool], NDArray[np.float32]]
-# Take over the scene's parameters with these paths; without any, all of the scene.
-Update = Callable[[list[str]], None]
+# Take over the scene's parameters with these paths; None: all changes of the scene.
+Update = Callable[[list[str] | None], None]
 
 # A proposal must lower the loss by at least this part of it.
 LEAST_FALL = 0.01
@@ -113,11 +113,11 @@ class TopologicalStep:
         kinds = self.field.visible_to
         try:
             self.field.visible_to = kinds - {"camera"}
-            self.update([])
+            self.update(None)
             return self._pictures(without=True)
         finally:
             self.field.visible_to = kinds
-            self.update([])
+            self.update(None)
 
     def _losses(self, pictures: Pictures) -> F64:
         """(2,) losses of the two sets of pictures."""

@@ -112,9 +112,7 @@ FieldJet field_jet(const FieldView& field, const float (&position)[3]) {
 void field_backward(const FieldView& field, const FieldDerivatives& to, const FieldJet& x, float alpha,
                     const float (&beta)[3]) {
     double in_grid[3];  // beta, as a vector in grid coordinates
-    for (int a = 0; a < 3; ++a)
-        in_grid[a] =
-            field.to_grid[a][0] * beta[0] + field.to_grid[a][1] * beta[1] + field.to_grid[a][2] * beta[2];
+    field.vector_in_grid(beta, in_grid);
     if (to.values.has(field.first_value))
         add_to_values(field, to.values.gradient + (field.first_value - to.values.first), x, alpha, in_grid);
     if (!to.places.has(field.first_place())) return;
@@ -148,9 +146,9 @@ void field_forward(const FieldView& field, const FieldDerivatives& from, const F
         by_hessian(x, m, moved);
     }
     change = static_cast<float>(value);
-    for (int c = 0; c < 3; ++c)
-        slope[c] = static_cast<float>(field.to_grid[0][c] * in_grid[0] + field.to_grid[1][c] * in_grid[1] +
-                                      field.to_grid[2][c] * in_grid[2] - moved[c]);
+    double turned[3];
+    field.gradient_in_world(in_grid, turned);
+    for (int c = 0; c < 3; ++c) slope[c] = static_cast<float>(turned[c] - moved[c]);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

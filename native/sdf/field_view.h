@@ -18,14 +18,38 @@ struct FieldView {
     int64_t first_value = 0;  // of all coefficients of the scene's fields, one field after the other
 
     int32_t cells(int axis) const { return size[axis] - 3; }
-    // The grid coordinates of a point of the world.
+    // A point of the world in grid coordinates, and the way back.
     template <typename T>
     void place_in_grid(const T (&point)[3], double (&grid)[3]) const {
+        vector_in_grid(point, grid);
+        for (int a = 0; a < 3; ++a) grid[a] += to_grid[a][3];
+    }
+    void place_in_world(const double (&grid)[3], double (&point)[3]) const {
+        vector_in_world(grid, point);
+        for (int c = 0; c < 3; ++c) point[c] += to_world[c][3];
+    }
+    // A direction, or a motion.
+    template <typename T>
+    void vector_in_grid(const T (&vector)[3], double (&grid)[3]) const {
         for (int a = 0; a < 3; ++a) {
             const auto& m = to_grid[a];
-            grid[a] = m[0] * static_cast<double>(point[0]) + m[1] * static_cast<double>(point[1]) +
-                      m[2] * static_cast<double>(point[2]) + m[3];
+            grid[a] = m[0] * static_cast<double>(vector[0]) + m[1] * static_cast<double>(vector[1]) +
+                      m[2] * static_cast<double>(vector[2]);
         }
+    }
+    void vector_in_world(const double (&grid)[3], double (&vector)[3]) const {
+        for (int c = 0; c < 3; ++c) {
+            const auto& m = to_world[c];
+            vector[c] = m[0] * grid[0] + m[1] * grid[1] + m[2] * grid[2];
+        }
+    }
+    // A gradient of a function on the grid: gradients map by the transpose of the inverse.
+    template <typename T>
+    void gradient_in_world(const T (&grid)[3], double (&gradient)[3]) const {
+        const auto& m = to_grid;
+        for (int c = 0; c < 3; ++c)
+            gradient[c] = m[0][c] * static_cast<double>(grid[0]) + m[1][c] * static_cast<double>(grid[1]) +
+                          m[2][c] * static_cast<double>(grid[2]);
     }
     int64_t value_count() const { return static_cast<int64_t>(size[0]) * size[1] * size[2]; }
     int64_t first_place() const { return 12 * static_cast<int64_t>(number); }

@@ -278,12 +278,12 @@ std::vector<float> field_outline(const FieldView& field, const FieldCarrier& car
             if (!end_on(top, front[lone] ? right : left, end[0], clear[0])) continue;
             if (!end_on(top, front[lone] ? left : right, end[1], clear[1])) continue;
             if (!clear[0] && !clear[1]) continue;
-            for (const Point& x : end)
-                for (int c = 0; c < 3; ++c) {
-                    const auto& m = field.to_world[c];
-                    parts[block].push_back(
-                        static_cast<float>(m[0] * x[0] + m[1] * x[1] + m[2] * x[2] + m[3]));
-                }
+            for (const Point& x : end) {
+                const double grid[3] = {x[0], x[1], x[2]};
+                double place[3];
+                field.place_in_world(grid, place);
+                for (const double c : place) parts[block].push_back(static_cast<float>(c));
+            }
         }
     });
     std::vector<float> out;

@@ -26,10 +26,6 @@ void times(const double (&h)[6], const Triple& v, Triple& out) {
     out[1] = h[5] * v[0] + h[1] * v[1] + h[3] * v[2];
     out[2] = h[4] * v[0] + h[3] * v[1] + h[2] * v[2];
 }
-void vector_to_world(const FieldView& f, const Triple& v, Triple& out) {
-    for (int c = 0; c < 3; ++c)
-        out[c] = f.to_world[c][0] * v[0] + f.to_world[c][1] * v[1] + f.to_world[c][2] * v[2];
-}
 bool within(const FieldView& f, const Triple& x) {
     for (int a = 0; a < 3; ++a)
         if (!(x[a] >= 0.0 && x[a] <= f.cells(a))) return false;
@@ -79,10 +75,8 @@ FieldViewer viewer_at(const FieldView& f, const double (&point)[3]) {
 
 FieldViewer viewer_along(const FieldView& f, const double (&direction)[3]) {
     FieldViewer out{};
-    for (int a = 0; a < 3; ++a) {
-        const auto& m = f.to_grid[a];
-        out.from[a] = -(m[0] * direction[0] + m[1] * direction[1] + m[2] * direction[2]);
-    }
+    f.vector_in_grid(direction, out.from);
+    for (double& x : out.from) x = -x;
     return out;
 }
 
@@ -174,7 +168,7 @@ bool touches_outside(const FieldView& f, const double (&grid)[3], const double (
         if (within(f, x) && spline_value(f, x) < 0.0) return false;
     }
     Triple view;
-    vector_to_world(f, v, view);
+    f.vector_in_world(v, view);
     contact = static_cast<float>(kContactCells * std::sqrt(dot(view, view)) / ray);
     return true;
 }
@@ -212,20 +206,17 @@ bool outline_point(const FieldView& f, const FieldViewer& viewer, const float (&
     const OutlineEquations e(f, viewer, out.grid);
     if (!within(f, out.grid) || !(e.curvature() > 0.0)) return false;
     if (!touches_outside(f, out.grid, e.v, out.contact)) return false;
-    Triple tangent, world, normal;
+    Triple tangent, world, normal, place;
     cross(e.at.gradient, e.gradient, tangent);
     const double det = dot(tangent, way), scale = dot(way, way) / det;
     for (double& t : tangent) t *= scale;
-    vector_to_world(f, tangent, world);
-    for (int c = 0; c < 3; ++c)
-        normal[c] = f.to_grid[0][c] * e.at.gradient[0] + f.to_grid[1][c] * e.at.gradient[1] +
-                    f.to_grid[2][c] * e.at.gradient[2];
+    f.vector_in_world(tangent, world);
+    f.gradient_in_world(e.at.gradient, normal);
+    f.place_in_world(out.grid, place);
     const double slope = std::sqrt(dot(normal, normal));
     if (!(slope > 0.0)) return false;
     for (int c = 0; c < 3; ++c) {
-        const auto& m = f.to_world[c];
-        out.position[c] =
-            static_cast<float>(m[0] * out.grid[0] + m[1] * out.grid[1] + m[2] * out.grid[2] + m[3]);
+        out.position[c] = static_cast<float>(place[c]);
         out.normal[c] = static_cast<float>(normal[c] / slope);
         out.tangent[c] = static_cast<float>(world[c]);
     }

@@ -50,15 +50,14 @@ bool patch_point(const FieldView& f, const FieldPatch& patch, float u, float v, 
         const double by = -dot(g, step) / dot(g, along);
         for (int k = 0; k < 3; ++k) moved[i][k] = step[k] + by * along[k];
     }
-    double side = 0.0, square = 0.0, world[2][3], normal[3];
+    double side = 0.0, square = 0.0, world[2][3], normal[3], place[3];
     for (int k = 0; k < 3; ++k) {
         const int a = (k + 1) % 3, b = (k + 2) % 3;
         side += g[k] * (moved[0][a] * moved[1][b] - moved[0][b] * moved[1][a]);
-        for (int i = 0; i < 2; ++i)
-            world[i][k] = f.to_world[k][0] * moved[i][0] + f.to_world[k][1] * moved[i][1] +
-                          f.to_world[k][2] * moved[i][2];
-        normal[k] = f.to_grid[0][k] * g[0] + f.to_grid[1][k] * g[1] + f.to_grid[2][k] * g[2];
     }
+    for (int i = 0; i < 2; ++i) f.vector_in_world(moved[i], world[i]);
+    f.gradient_in_world(g, normal);
+    f.place_in_world(out.grid, place);
     for (int k = 0; k < 3; ++k) {
         const int a = (k + 1) % 3, b = (k + 2) % 3;
         const double across = world[0][a] * world[1][b] - world[0][b] * world[1][a];
@@ -67,9 +66,7 @@ bool patch_point(const FieldView& f, const FieldPatch& patch, float u, float v, 
     const double slope = std::sqrt(dot(normal, normal)), area = 0.5 * std::sqrt(square);
     if (!(slope > 0.0)) return false;
     for (int k = 0; k < 3; ++k) {
-        const auto& m = f.to_world[k];
-        out.position[k] =
-            static_cast<float>(m[0] * out.grid[0] + m[1] * out.grid[1] + m[2] * out.grid[2] + m[3]);
+        out.position[k] = static_cast<float>(place[k]);
         out.normal[k] = static_cast<float>(normal[k] / slope);
     }
     out.slope = static_cast<float>(slope);
@@ -80,8 +77,7 @@ bool patch_point(const FieldView& f, const FieldPatch& patch, float u, float v, 
 bool tangent_ray(const FieldView& f, const PatchPoint& at, const float (&along)[3], float& curvature,
                  float& contact) {
     Triple v;
-    for (int k = 0; k < 3; ++k)
-        v[k] = f.to_grid[k][0] * along[0] + f.to_grid[k][1] * along[1] + f.to_grid[k][2] * along[2];
+    f.vector_in_grid(along, v);
     const auto& h = at.jet.hessian;
     const double bent = h[0] * v[0] * v[0] + h[1] * v[1] * v[1] + h[2] * v[2] * v[2] +
                         2.0 * (h[3] * v[1] * v[2] + h[4] * v[0] * v[2] + h[5] * v[0] * v[1]);

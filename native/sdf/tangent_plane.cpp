@@ -9,12 +9,6 @@ namespace {
 double larger(double a, double b) { return a > b ? a : b; }
 double size_of(double a) { return a < 0.0 ? -a : a; }
 
-// The gradient in the world: gradients map by the transpose of the inverse.
-void to_world_gradient(const FieldView& f, const float (&gradient)[3], double (&g)[3]) {
-    for (int c = 0; c < 3; ++c)
-        g[c] = f.to_grid[0][c] * gradient[0] + f.to_grid[1][c] * gradient[1] + f.to_grid[2][c] * gradient[2];
-}
-
 double length_of(const double (&v)[3]) { return __builtin_sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
 // The largest coefficient that a cell reads.
@@ -50,11 +44,11 @@ void tangent_triangle(const FieldView& field, const uint32_t (&code)[2], float (
     if (step * step * square < kMostPull * kMostPull)
         for (int a = 0; a < 3; ++a) grid[a] -= step * static_cast<double>(p.gradient[a]);
     double g[3], x[3], extent = 0.0;
-    to_world_gradient(field, p.gradient, g);
+    field.gradient_in_world(p.gradient, g);
+    field.place_in_world(grid, x);
     const double length = length_of(g);
     for (int c = 0; c < 3; ++c) {
         const auto& m = field.to_world[c];
-        x[c] = m[0] * grid[0] + m[1] * grid[1] + m[2] * grid[2] + m[3];
         extent = larger(extent, size_of(x[c]));
         for (int a = 0; a < 3; ++a) extent = larger(extent, size_of(m[a]) * field.cells(a));
     }

@@ -122,14 +122,14 @@ class PatchShape {
 
  private:
     Vector to_world(const double (&p)[3]) const {
-        const auto& m = f_.to_world;
-        const auto row = [&](int c) { return m[c][0] * p[0] + m[c][1] * p[1] + m[c][2] * p[2] + m[c][3]; };
-        return {row(0), row(1), row(2)};
+        double out[3];
+        f_.place_in_world(p, out);
+        return {out[0], out[1], out[2]};
     }
     Vector covector(const double (&g)[3]) const {
-        const auto& m = f_.to_grid;
-        const auto column = [&](int c) { return m[0][c] * g[0] + m[1][c] * g[1] + m[2][c] * g[2]; };
-        return {column(0), column(1), column(2)};
+        double out[3];
+        f_.gradient_in_world(g, out);
+        return {out[0], out[1], out[2]};
     }
     void bend(const double (&h)[6], double slope) {
         const double full[3][3] = {{h[0], h[5], h[4]}, {h[5], h[1], h[3]}, {h[4], h[3], h[2]}};

@@ -219,6 +219,10 @@ def test_nothing_goes_in_a_circle(name: str) -> None:
     assert not cycle(between)
 
 
+def test_the_addon_has_no_circles() -> None:
+    assert not cycle(imports(ROOT / "addon", "edgegrad_addon"))
+
+
 def test_no_two_native_files_have_the_same_name() -> None:
     places = defaultdict(set)
     for path in (p for p in (ROOT / "native").rglob("*") if p.suffix in (".h", ".cpp")):

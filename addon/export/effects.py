@@ -9,15 +9,13 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 import edgegrad
 from edgegrad.rendering.engine import engine_class
 
-if TYPE_CHECKING:
-    from .scene import Export
+from .exported import Export
 
 # Larger pictures and more samples cost more and are more precise; an estimate to a percent suffices.
 PIXELS = 4096

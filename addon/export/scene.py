@@ -7,12 +7,10 @@ meshes need. The second pass reads meshes and lights. Then materials and the wor
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import bpy
 import numpy as np
-from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad.scene.placement import is_tangent, places, stretches
@@ -21,20 +19,23 @@ from ..evaluation import Evaluation, evaluate
 from ..problem import Report
 from .bakes.baking import bake_materials
 from .effects import append_effects
-from .geometry.attributes import is_of_object, property_of
+from .exported import Export, Source, unused_name
+from .geometry.attributes import is_of_object
 from .geometry.coincident import warn_about_coincident
 from .geometry.displacement import displace, read_displacement, warn_about_adaptive
+from .geometry.group import Placed
 from .geometry.instancers import Instancers
+from .geometry.layers import property_of
 from .geometry.linking import linked, uses_linking
 from .geometry.memory import Memory
-from .geometry.meshes import Placed, PlacedMeshes
+from .geometry.meshes import PlacedMeshes
 from .geometry.object_types import RENDERED, OtherGeometry, warn_about_type
 from .geometry.visibility import is_holdout, visible_to, warn_about_visibility
 from .inventory.missing_layers import warn_of_missing_layers
 from .inventory.naming import name_scene, name_settings
 from .materials.caustics import drop_caustics
 from .materials.holdouts import hold_out
-from .materials.material import MaterialReading, read_material
+from .materials.material import read_material
 from .nodes.camera_view import CameraView
 from .nodes.images import Images
 from .surroundings.backdrop import add_backdrop
@@ -42,60 +43,11 @@ from .surroundings.camera import export_camera
 from .surroundings.environment import bake_world
 from .surroundings.lamp_bake import bake_lamps
 from .surroundings.lights import export_light
-from .surroundings.settings import RenderSettings, expose, read_settings
+from .surroundings.settings import expose, read_settings
 from .surroundings.world import read_world
 
 NO_MATERIAL = "(no material)"
 BAKE_RESOLUTION = 1024
-
-
-@dataclass
-class Source:
-    """Origin in Blender of an exported mesh or light.
-
-    Attributes
-    ----------
-    object, data
-        Name of Blender's object, and name of its original data.
-    matrix
-        (4, 4) transform from object space to world space.
-    instance
-        Whether an instancer made it, or whether it represents several objects.
-    objects
-        Names of all objects that it represents.
-    holder
-        Full name of the object, or of its instancer.
-    part
-        Name of a part of the object that is a mesh of its own: a hair system, the body of a lamp, a world's backdrop.
-    displaced
-        Whether its material has moved its vertices.
-    """
-
-    object: str
-    data: str
-    matrix: NDArray[np.float64]
-    instance: bool
-    objects: tuple[str, ...] = ()
-    holder: str = ""
-    part: str = ""
-    displaced: bool = False
-
-
-@dataclass
-class Export:
-    """An exported scene and the origin of its parts, by their names in the scene.
-
-    `views` are all exported cameras; the scene is seen by the first of them.
-    """
-
-    scene: edgegrad.Scene
-    settings: RenderSettings = field(default_factory=RenderSettings)
-    meshes: dict[str, Source] = field(default_factory=dict)
-    materials: dict[str, MaterialReading] = field(default_factory=dict)
-    lights: dict[str, Source] = field(default_factory=dict)
-    baked: dict[str, MaterialReading] = field(default_factory=dict)
-    report: Report = field(default_factory=Report)
-    views: list[edgegrad.Camera] = field(default_factory=list)
 
 
 def export_scene(scene: Any, cameras: Sequence[Any] = (), bake: int = BAKE_RESOLUTION, coded: bool = True) -> Export:
@@ -281,18 +233,6 @@ class _Walk:
         name_settings(ob, f"object '{ob.name}'", self.depsgraph.scene, self.out.report)
         if ob.type == "LIGHT":
             name_settings(ob.data, f"light '{ob.name}'", self.depsgraph.scene, self.out.report)
-
-
-def unused_name(source: Source, holder: str, taken: Any) -> str:
-    """Return the name of the object, or "instancer/object", with a number if the name is in use."""
-    # Blender lists the mesh of a text or curve as an instance of the object itself.
-    base = f"{holder}/{source.object}" if source.instance and holder != source.object else source.object
-    if source.part:
-        base = f"{base} ({source.part})"
-    name, number = base, 1
-    while name in taken:
-        name, number = f"{base}#{number}", number + 1
-    return name
 
 
 def _warn_of_frames(out: Export) -> None:

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 import edgegrad
 
 from ..evaluation import Evaluation
+from ..export.exported import Export
 from ..export.geometry.attributes import INDEX
-from ..export.scene import BAKE_RESOLUTION, Export, export_evaluated
+from ..export.scene import BAKE_RESOLUTION, export_evaluated
 from .passes import ALBEDO, DEPTH, NORMAL, OBJECT_INDEX, alpha_scene, channel, has_alpha
 
 F32 = NDArray[np.float32]

@@ -13,7 +13,8 @@ import edgegrad
 from edgegrad.scene.changes import StructureChange, changes
 
 from ..evaluation import Evaluation
-from ..export.scene import Export, export_evaluated
+from ..export.exported import Export
+from ..export.scene import export_evaluated
 from ..export.surroundings.camera import export_camera
 from ..operators._common import EXPECTED
 from ..problem import Report

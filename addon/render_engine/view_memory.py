@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +12,9 @@ from numpy.typing import NDArray
 import edgegrad
 
 from ..export.geometry.attributes import ObjectValues, is_of_object, read_attributes
+from ..export.geometry.group import Group
 from ..export.geometry.memory import Memory
 from ..export.geometry.mesh import MeshArrays, positions, read_mesh
-
-if TYPE_CHECKING:
-    from ..export.geometry.meshes import Group
 
 F32 = NDArray[np.float32]
 

@@ -14,9 +14,9 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 import edgegrad
 from edgegrad import expression as e
 from edgegrad_addon.export.bakes.bake import new_scene
+from edgegrad_addon.export.exported import Export, Source
 from edgegrad_addon.export.geometry import attributes
 from edgegrad_addon.export.materials.coats import COSINES, reflected
-from edgegrad_addon.export.scene import Export, Source
 from edgegrad_addon.export.surroundings.directed_lamps import replace_light, shown_area
 from tests.support.scenes import blender_scenes as bs
 

@@ -18,8 +18,9 @@ import edgegrad
 import edgegrad_addon
 from edgegrad_addon.evaluation import Evaluation
 from edgegrad_addon.export import export_scene
+from edgegrad_addon.export.exported import Export
 from edgegrad_addon.export.geometry import mesh
-from edgegrad_addon.export.scene import Export, export_evaluated
+from edgegrad_addon.export.scene import export_evaluated
 from edgegrad_addon.render_engine import view, view_memory
 from edgegrad_addon.render_engine.view_camera import camera_of_view, smaller
 from edgegrad_addon.render_engine.view_memory import ViewMemory

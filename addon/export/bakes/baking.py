@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import bpy
 import numpy as np
 
 import edgegrad
 
+from ..exported import Export, Source
 from ..geometry.attributes import BAKED_UV, TANGENT, tangents
-from ..geometry.meshes import Group, PlacedMeshes
+from ..geometry.group import Group
+from ..geometry.meshes import PlacedMeshes
 from ..materials.material import MaterialReading
 from ..nodes.images import Images
 from . import cache
@@ -19,9 +21,6 @@ from .bake import BakeError, CopiedObject, ObjectBaker, Temporary, temporary
 from .cache import KeptBake
 from .occluders import MOST_TRIANGLES, Occluders, sees_others
 from .size import bake_size
-
-if TYPE_CHECKING:
-    from ..scene import Export, Source
 
 
 def bake_materials(out: Export, meshes: PlacedMeshes, images: Images, depsgraph: Any, resolution: int) -> None:

@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.meshes import Group
+from ..geometry.group import Group
 from ..nodes.links import reached
 
 # The copy of more triangles would need too much memory for a bake.

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 import edgegrad
 
-from ..geometry.meshes import Group
+from ..geometry.group import Group
 
 TEXELS = 2.0  # per pixel, along each side: interpolation between them blurs less than the pixel filter does
 FILLED = 0.4  # share of an image that is covered by UV islands

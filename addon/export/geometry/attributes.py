@@ -7,19 +7,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from edgegrad.expression import Attribute
 
+from .instancers import InstancerValues
+from .layers import layer_values, property_of
 from .mesh import MeshArrays
 from .normals import bits, corner_normals
 from .pointiness import pointiness
-
-if TYPE_CHECKING:
-    from .instancers import InstancerValues
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -48,15 +47,6 @@ POINT_RADIUS, RANDOM_POINT = "(point radius)", "(point random)"
 OF_OBJECT = (RANDOM, INDEX, COLOR, LOCATION, SCALE)
 
 WORD = 0xFFFFFFFF
-
-# Maps the data type of a layer to the name of the value, the number of components, and the stored type.
-LAYERS: dict[str, tuple[str, int, type[np.generic]]] = {
-    "FLOAT": ("value", 1, np.float32), "INT": ("value", 1, np.int32), "INT8": ("value", 1, np.int32),
-    "BOOLEAN": ("value", 1, np.bool_), "FLOAT_VECTOR": ("vector", 3, np.float32), "FLOAT2": ("vector", 2, np.float32),
-    "FLOAT_COLOR": ("color", 4, np.float32), "BYTE_COLOR": ("color", 4, np.float32),
-    "QUATERNION": ("value", 4, np.float32), "FLOAT4": ("value", 4, np.float32),
-}  # fmt: skip
-
 
 def name_hash(name: str) -> int:
     """Cycles' random number of an object that is not an instance."""
@@ -132,20 +122,6 @@ class ObjectValues:
         return property_of((ob, ob.data), name.removeprefix(PROPERTY))
 
 
-def property_of(owners: Iterable[Any], path: str) -> tuple[float, ...] | None:
-    """Return the numbers of a property of the first of Blender's data that has it; None if none does."""
-    for owner in owners:
-        for key in (f'["{path}"]', path):
-            try:
-                value = owner.path_resolve(key)
-            except (AttributeError, ValueError):
-                continue
-            found = np.atleast_1d(np.asarray(value)) if not isinstance(value, str) else np.zeros(0)
-            if found.ndim == 1 and 1 <= len(found) <= 4 and np.issubdtype(found.dtype, np.number):
-                return tuple(map(float, found))
-    return None
-
-
 def read_attributes(mesh: Any, arrays: MeshArrays, names: Iterable[str], of: ObjectValues) -> dict[str, F32]:
     """Read attributes (m, 3, c) of a mesh, in object space, by name; leave out those that the mesh does not have."""
     found = {name: _read(mesh, arrays, name, of) for name in names}
@@ -203,16 +179,6 @@ def _layer(layer: Any, mesh: Any, arrays: MeshArrays) -> Any:
     if layer.domain == "CORNER":
         return values[arrays.corners]
     return np.broadcast_to(values[arrays.polygons][:, None], (*arrays.faces.shape, values.shape[1]))
-
-
-def layer_values(layer: Any) -> NDArray[Any] | None:
-    """(n, c) values of a layer of attributes; None if there is none, or of a type without numbers."""
-    if layer is None or layer.data_type not in LAYERS:
-        return None
-    field, width, kind = LAYERS[layer.data_type]
-    values = np.empty((len(layer.data), width), kind)
-    layer.data.foreach_get(field, values.ravel())
-    return values
 
 
 def _generated(mesh: Any) -> F32:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +18,8 @@ from edgegrad import _native
 from edgegrad.rendering.native_engine import embree_library
 from edgegrad.scene.placement import places
 
+from ..exported import Export
 from .normals import bits
-
-if TYPE_CHECKING:
-    from ..scene import Export
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]

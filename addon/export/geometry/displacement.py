@@ -26,8 +26,8 @@ from ..nodes.expressions import Reader, Unreadable, reads
 from ..nodes.images import Images
 from ..nodes.links import Groups, by_identifier, feed
 from .attributes import ACTIVE_UV, OBJECT, TANGENT, layer
+from .group import Group
 from .mesh import MeshArrays
-from .meshes import Group
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]

@@ -26,8 +26,8 @@ from .attributes import (
     ObjectValues,
     hash_words,
     is_of_object,
-    layer_values,
 )
+from .layers import layer_values
 from .mesh import MeshArrays
 from .strands import FEWEST_SIDES, RIBBON, Strands, lengths, prisms, resampled, sides_for, straight, triangles, usable
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...problem import Report
-from .attributes import layer_values, property_of
+from .layers import layer_values, property_of
 
 # What Blender fills the rest of an instance's numbers with.
 _NO_NUMBER = 2**31 - 1

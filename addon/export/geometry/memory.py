@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,11 +18,9 @@ import edgegrad
 from edgegrad.scene.changes import StructureChange
 
 from .attributes import ObjectValues, read_attributes
+from .group import Group
 from .mesh import MeshArrays, corner_vertices, positions, read_mesh
 from .normals import corner_normals, usable
-
-if TYPE_CHECKING:
-    from .meshes import Group
 
 
 @dataclass

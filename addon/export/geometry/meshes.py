@@ -6,9 +6,9 @@ Objects with the same mesh, materials and settings become instances of one mesh.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,14 +17,12 @@ import edgegrad
 from edgegrad.scene.placement import is_tangent, placed_tangents, stretches
 
 from ...problem import Report
+from ..exported import Source, unused_name
 from .attributes import TANGENT, ObjectValues, is_of_object, read_attributes
-from .instancers import InstancerValues
+from .group import Group, Placed
 from .memory import Memory
 from .mesh import MeshArrays, evaluated_mesh, read_mesh
 from .normals import coarse_share, given_normals
-
-if TYPE_CHECKING:
-    from ..scene import Source
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -32,70 +30,6 @@ F64 = NDArray[np.float64]
 
 # Share of a mesh's area that must be coarse for a warning.
 COARSE_AREA = 0.05
-
-
-@dataclass(frozen=True)
-class Placed:
-    """An evaluated object or instance.
-
-    Attributes
-    ----------
-    object
-        Valid only during its step of Blender's iterator.
-    source, holder
-        Origin in Blender, and name of the object or of its instancer.
-    slots
-        Names of the materials.
-    visible
-        Kinds of rays that can hit the object.
-    holdout
-        Whether the camera sees black in its place.
-    random_id
-        Blender's random number of the instance.
-    instancer
-        What it has of its instancer; None: the object is not an instance.
-    apart
-        Whether instances of different holders need separate meshes, since lights are linked to holders.
-    single
-        Whether a mesh that reads values of the object cannot be shared by instances, since its materials are baked or
-        displace it by these values.
-    """
-
-    object: Any
-    source: Source
-    holder: str
-    slots: tuple[str, ...]
-    visible: frozenset[str]
-    holdout: bool
-    random_id: int
-    instancer: InstancerValues | None
-    apart: bool
-    single: bool
-
-    @property
-    def values(self) -> ObjectValues:
-        """What its attributes are read from."""
-        return ObjectValues(self.object, self.source.matrix, self.random_id, self.instancer)
-
-
-@dataclass
-class Group:
-    """Instances of one mesh with equal materials and settings.
-
-    `attributes` has all attributes, with the values of the first object; `own` has those that differ between objects,
-    for each object. `corner_count` is the number of corners of Blender's mesh.
-    """
-
-    arrays: MeshArrays
-    attributes: dict[str, F32]
-    slots: tuple[str, ...]
-    visible: frozenset[str]
-    terminator: float
-    holdout: bool = False
-    sources: list[Source] = field(default_factory=list)
-    holders: list[str] = field(default_factory=list)
-    own: dict[str, list[tuple[float, ...]]] = field(default_factory=dict)
-    corner_count: int = 0
 
 
 class PlacedMeshes:
@@ -180,8 +114,6 @@ class PlacedMeshes:
 
     def build(self, sources: dict[str, Source]) -> dict[str, edgegrad.Mesh]:
         """Make the meshes of the scene by name; store the origin of each in `sources`."""
-        from ..scene import unused_name
-
         out: dict[str, edgegrad.Mesh] = {}
         for group in self._groups.values():
             first = group.sources[0]

@@ -11,8 +11,9 @@ from edgegrad import Camera
 
 from ...problem import Report
 from ..materials.material import MaterialReading
+from .group import Placed
 from .hair import Hair, HairMeshes, hair_of
-from .meshes import Placed, PlacedMeshes
+from .meshes import PlacedMeshes
 from .points import build_points
 
 # Types of evaluated objects that are rendered. Curves, surfaces, text and metaballs are evaluated to meshes.

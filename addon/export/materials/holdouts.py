@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,12 +10,10 @@ import edgegrad
 from edgegrad import expression as e
 from edgegrad.expression import Operand
 
+from ..exported import Export
+from ..geometry.meshes import PlacedMeshes
 from .material import PART, MaterialReading
 from .shaders import product
-
-if TYPE_CHECKING:
-    from ..geometry.meshes import PlacedMeshes
-    from ..scene import Export
 
 CAMERA = e.LightPath("CAMERA")
 HELD = " (holdout)"  # end of the names of these materials

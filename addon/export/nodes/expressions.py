@@ -236,6 +236,3 @@ def constant(socket: Any, groups: Groups = ()) -> NDArray[np.float64] | None:
         return rgb(folded(Reader().value(socket, groups)))
     except Unreadable:
         return None
-
-
-from . import read_colors, read_inputs, read_normals, read_textures  # noqa: E402, F401  (they register node types)

@@ -6,8 +6,6 @@ scene, this image glows on a sphere just within the camera's clip distance, for 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,13 +13,11 @@ import edgegrad
 from edgegrad import expression as e
 from edgegrad.scene.placement import places
 
+from ..exported import Export, Source
 from ..nodes.images import Images
 from ..nodes.read_inputs import rows
 from .environment import bake_world
 from .world import WorldReading
-
-if TYPE_CHECKING:
-    from ..scene import Export
 
 NAME = "(world) seen by camera rays"
 AROUND = 48  # faces of the sphere around its equator
@@ -32,8 +28,6 @@ AWAY = 10.0  # radius relative to the scene's size, if the camera has no clip di
 
 def add_backdrop(out: Export, seen: WorldReading, images: Images, resolution: int) -> None:
     """Add the world that only the camera sees to an exported scene."""
-    from ..scene import Source
-
     if seen.baked:
         bake_world(seen, images, resolution, out.report, suns=False)
     world = seen.value

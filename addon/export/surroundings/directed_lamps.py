@@ -7,7 +7,7 @@ lights.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +16,9 @@ import edgegrad
 from edgegrad import expression as e
 from edgegrad.scene.placement import stretches
 
+from ..exported import Export
 from ..nodes.links import reached
 from ..nodes.read_inputs import rows
-
-if TYPE_CHECKING:
-    from ..scene import Export
 
 LIGHT = "light"  # `Source.part` of the bodies
 SIGNS = np.array(np.meshgrid((-1, 1), (-1, 1), (-1, 1))).reshape(3, -1).T  # of the normals of an octahedron's faces

@@ -7,7 +7,7 @@ a point light that shines differently in different directions becomes a small bo
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import bmesh
 import bpy
@@ -16,12 +16,10 @@ from numpy.typing import NDArray
 
 from ..bakes.bake import Temporary, temporary
 from ..bakes.bake_scene import BakeScene, own_groups, show_to
+from ..exported import Export
 from ..nodes.ray_kinds import SAMPLED
 from .directed_lamps import may_be_directed, replace_light
 from .lamp_nodes import read_emission
-
-if TYPE_CHECKING:
-    from ..scene import Export
 
 PIXELS = 64
 UNIFORM = 0.05  # spread of a light that counts as the same in all directions, relative to its maximum

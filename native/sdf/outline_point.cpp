@@ -58,11 +58,36 @@ double place_in_cell(const FieldView& f, const Triple& grid, int axis, int64_t& 
     return grid[axis] - static_cast<double>(cell);
 }
 
-void value_weights(double u, double (&weight)[4]) {
+typedef double Four __attribute__((vector_size(32)));
+
+double total(const Four& a) { return (a[0] + a[2]) + (a[1] + a[3]); }
+
+// Passed by reference: a vector as a result has another calling convention with each instruction set.
+void value_weights(double u, Four& weight) {
     const double v = 1.0 - u;
-    weight[0] = v * v * v / 6.0, weight[1] = (4.0 - 3.0 * u * u * (1.0 + v)) / 6.0;
-    weight[2] = (4.0 - 3.0 * v * v * (1.0 + u)) / 6.0, weight[3] = u * u * u / 6.0;
+    weight = Four{v * v * v / 6.0, (4.0 - 3.0 * u * u * (1.0 + v)) / 6.0,
+                  (4.0 - 3.0 * v * v * (1.0 + u)) / 6.0, u * u * u / 6.0};
 }
+
+// The coefficients that a point reads, and its place in the cell.
+class SplineCell {
+ public:
+    SplineCell(const FieldView& f, const double (&grid)[3]) : step_(f.size[2]), slab_(step_ * f.size[1]) {
+        int64_t cell[3];
+        for (int a = 0; a < 3; ++a) at[a] = place_in_cell(f, grid, a, cell[a]);
+        first_ = f.values + cell[0] * slab_ + cell[1] * step_ + cell[2];
+    }
+    Four row(int i, int j) const {
+        const float* r = first_ + i * slab_ + j * step_;
+        return Four{static_cast<double>(r[0]), static_cast<double>(r[1]), static_cast<double>(r[2]),
+                    static_cast<double>(r[3])};
+    }
+    double at[3];
+
+ private:
+    int64_t step_, slab_;
+    const float* first_;
+};
 
 }  // namespace
 
@@ -81,61 +106,41 @@ FieldViewer viewer_along(const FieldView& f, const double (&direction)[3]) {
 }
 
 double spline_value(const FieldView& f, const double (&grid)[3]) {
-    double w[3][4], sum = 0.0;
-    int64_t cell[3];
-    for (int a = 0; a < 3; ++a) value_weights(place_in_cell(f, grid, a, cell[a]), w[a]);
-    const int64_t step = f.size[2], slab = step * f.size[1];
-    const float* first = f.values + cell[0] * slab + cell[1] * step + cell[2];
+    const SplineCell c(f, grid);
+    Four wx, wy, wz, sum{};
+    value_weights(c.at[0], wx), value_weights(c.at[1], wy), value_weights(c.at[2], wz);
     for (int i = 0; i < 4; ++i)
-        for (int j = 0; j < 4; ++j) {
-            const float* row = first + i * slab + j * step;
-            double along = 0.0;
-            for (int k = 0; k < 4; ++k) along += static_cast<double>(row[k]) * w[2][k];
-            sum += w[0][i] * w[1][j] * along;
-        }
-    return sum;
+        for (int j = 0; j < 4; ++j) sum += c.row(i, j) * (wx[i] * wy[j]);
+    return total(sum * wz);
 }
 
 SplineJet spline_jet(const FieldView& f, const double (&grid)[3]) {
-    double w[3][3][4];  // by axis, order and tap
-    int64_t cell[3];
+    const SplineCell c(f, grid);
+    Four w[3], d[3], b[3];  // the weights of a value, a slope and a second derivative along each axis
     for (int a = 0; a < 3; ++a) {
-        const double u = place_in_cell(f, grid, a, cell[a]), v = 1.0 - u;
-        double value[4];
-        value_weights(u, value);
-        const double slope[4] = {-0.5 * v * v, 0.5 * u * (3.0 * u - 4.0), 0.5 * v * (4.0 - 3.0 * v),
-                                 0.5 * u * u};
-        const double bend[4] = {v, 3.0 * u - 2.0, 1.0 - 3.0 * u, u};
-        std::copy(value, value + 4, w[a][0]);
-        std::copy(slope, slope + 4, w[a][1]);
-        std::copy(bend, bend + 4, w[a][2]);
+        const double u = c.at[a], v = 1.0 - u;
+        value_weights(u, w[a]);
+        d[a] = Four{-0.5 * v * v, 0.5 * u * (3.0 * u - 4.0), 0.5 * v * (4.0 - 3.0 * v), 0.5 * u * u};
+        b[a] = Four{v, 3.0 * u - 2.0, 1.0 - 3.0 * u, u};
     }
-    const int64_t step = f.size[2], slab = step * f.size[1];
-    const float* first = f.values + cell[0] * slab + cell[1] * step + cell[2];
-    SplineJet out{};
+    // The sums along z come last, so that all four taps of a row are read together
+    Four value{}, x{}, y{}, xx{}, yy{}, xy{};
     for (int i = 0; i < 4; ++i) {
-        double plane[3][3] = {};  // by the orders along y and z, whose sum is at most 2
+        Four flat{}, turned{}, bent{};
         for (int j = 0; j < 4; ++j) {
-            const float* row = first + i * slab + j * step;
-            double along[3] = {};
-            for (int k = 0; k < 4; ++k)
-                for (int order = 0; order < 3; ++order)
-                    along[order] += static_cast<double>(row[k]) * w[2][order][k];
-            for (int y = 0; y < 3; ++y)
-                for (int z = 0; y + z < 3; ++z) plane[y][z] += w[1][y][j] * along[z];
+            const Four row = c.row(i, j);
+            flat += row * w[1][j], turned += row * d[1][j], bent += row * b[1][j];
         }
-        const double x0 = w[0][0][i], x1 = w[0][1][i], x2 = w[0][2][i];
-        out.value += x0 * plane[0][0];
-        out.gradient[0] += x1 * plane[0][0];
-        out.gradient[1] += x0 * plane[1][0];
-        out.gradient[2] += x0 * plane[0][1];
-        out.hessian[0] += x2 * plane[0][0];
-        out.hessian[1] += x0 * plane[2][0];
-        out.hessian[2] += x0 * plane[0][2];
-        out.hessian[3] += x0 * plane[1][1];
-        out.hessian[4] += x1 * plane[0][1];
-        out.hessian[5] += x1 * plane[1][0];
+        value += flat * w[0][i], x += flat * d[0][i], xx += flat * b[0][i];
+        y += turned * w[0][i], xy += turned * d[0][i], yy += bent * w[0][i];
     }
+    SplineJet out;
+    out.value = total(value * w[2]);
+    out.gradient[0] = total(x * w[2]), out.gradient[1] = total(y * w[2]),
+    out.gradient[2] = total(value * d[2]);
+    out.hessian[0] = total(xx * w[2]), out.hessian[1] = total(yy * w[2]),
+    out.hessian[2] = total(value * b[2]);
+    out.hessian[3] = total(y * d[2]), out.hessian[4] = total(x * d[2]), out.hessian[5] = total(xy * w[2]);
     return out;
 }
 

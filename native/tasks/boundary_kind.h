@@ -69,11 +69,11 @@ constexpr BoundaryKindRow kBoundaryTable[kBoundaryKinds] = {
     {kEmitterOutline, Part::kEmitterOutlines, kWholePicture, 1.0, 0.0625, 2, kEmitterOutline},
     {kIntersectionOutline, Part::kIntersectionOutlines, kPictureLines, 0.1, 0.0625, 1, kIntersectionOutline},
     {kDiskIntersection, Part::kDiskIntersections, kLineDirections, 0.5, 0.0625, 2, kDiskIntersection},
-    {kFieldOutline, Part::kFieldOutlines, kPictureLines, 0.1, 0.18, 1, kFieldOutline},
+    {kFieldOutline, Part::kFieldOutlines, kPictureLines, 0.05, 0.18, 1, kFieldOutline},
     {kFieldLights, Part::kFieldShadows, kLineDirections, 0.25, 0.0625, 2, kFieldLights},
-    {kFieldSizedLights, Part::kFieldShadows, kLineDirections, 0.4, 0.0625, 2, kFieldSizedLights},
-    {kFieldEnvironment, Part::kFieldShadows, kLineDirections, 0.4, 0.0625, 2, kFieldSizedLights},
-    {kFieldIndirect, Part::kFieldsBetween, kLineDirections, 0.4, 0.0625, 3, kFieldIndirect},
+    {kFieldSizedLights, Part::kFieldShadows, kLineDirections, 0.2, 0.0625, 2, kFieldSizedLights},
+    {kFieldEnvironment, Part::kFieldShadows, kLineDirections, 0.2, 0.0625, 2, kFieldSizedLights},
+    {kFieldIndirect, Part::kFieldsBetween, kLineDirections, 0.1, 0.0625, 3, kFieldIndirect},
 };
 constexpr bool kinds_are_in_order() {
     for (int32_t kind = 0; kind < kBoundaryKinds; ++kind)

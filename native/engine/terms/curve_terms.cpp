@@ -138,29 +138,40 @@ void add_field_outlines(const SceneView& scene, const EdgeList& edges, Decisions
 void add_fields_between(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
                         Decisions& decided, std::vector<CurveTerm>& out) {
     if (decided.alone()) return;
+    using Lines = std::shared_ptr<EdgesAndIntersections>;
+    const auto lines_of = [&](Intersections found) {
+        return found.size() == 0 ? Lines{}
+                                 : std::make_shared<EdgesAndIntersections>(edges.tables, std::move(found));
+    };
     // `directions`: whether samples are divided by cells of directions, too
-    const auto add = [&](BoundaryKind kind, Intersections found, bool directions) {
-        if (found.size() == 0) return;
+    const auto add = [&](BoundaryKind kind, const Lines& lines, bool directions) {
+        if (!lines) return;
         const BoundaryKindRow& row = kBoundaryTable[kind];
-        auto lines = std::make_shared<EdgesAndIntersections>(edges.tables, std::move(found));
         const double picture =
             static_cast<double>(scene.camera.width) * scene.camera.height * options.samples;
         const double segments = directions ? kDirectionSegments * row.share * picture : 0.0;
         Candidates candidates =
             over_directions(lines->intersections(), segments, row.chains(options.max_depth));
-        out.push_back({kind, std::move(candidates), std::move(lines)});
+        out.push_back({kind, std::move(candidates), lines});
     };
+    const auto patches = [&](const std::vector<int32_t>& meshes, TouchedBy by) {
+        return lines_of(field_patches(scene, edges, meshes, by));
+    };
+    // Patches that lines in all directions touch, of these meshes: most often the same for both parts
+    Lines touched;
+    std::vector<int32_t> touched_meshes;
     if (decided.computes(Part::kFieldShadows)) {
-        const std::vector<int32_t>& meshes = decided[Part::kFieldShadows].meshes;
-        add(kFieldLights, lit_outlines(scene, edges, meshes), false);
-        add(kFieldSizedLights, field_patches(scene, edges, meshes, TouchedBy::kSizedLights), false);
-        if (scene.has_environment)
-            add(kFieldEnvironment, field_patches(scene, edges, meshes, TouchedBy::kAllDirections), true);
+        const std::vector<int32_t>& lit = decided[Part::kFieldShadows].meshes;
+        add(kFieldLights, lines_of(lit_outlines(scene, edges, lit)), false);
+        add(kFieldSizedLights, patches(lit, TouchedBy::kSizedLights), false);
+        if (scene.has_environment) touched = patches(lit, TouchedBy::kAllDirections), touched_meshes = lit;
+        add(kFieldEnvironment, touched, true);
     }
-    if (decided.computes(Part::kFieldsBetween))
-        add(kFieldIndirect,
-            field_patches(scene, edges, decided[Part::kFieldsBetween].meshes, TouchedBy::kAllDirections),
-            true);
+    if (decided.computes(Part::kFieldsBetween)) {
+        const std::vector<int32_t>& between = decided[Part::kFieldsBetween].meshes;
+        if (!touched || touched_meshes != between) touched = patches(between, TouchedBy::kAllDirections);
+        add(kFieldIndirect, touched, true);
+    }
 }
 
 }  // namespace

@@ -46,6 +46,7 @@ def primary(words: SceneWords) -> Term:
     fields = words.computed("field outlines")
     if fields is not None:
         seen.append(f"besides edges: the outlines of the distance fields {words.mesh_names(fields)}")
+    seen += words.pairs("field crossings", "besides edges: the curves where {} pass through each other")
     seen += words.pierced("intersection outlines",
                           "besides edges: the lines where {meshes} pass through the light '{light}'")
     if mirrors:

@@ -17,8 +17,9 @@ _ABOUT_MESHES = {
     "field outlines": "the outlines of the distance fields {}, as the camera sees them through a lens with depth of "
                       "field",
     "clear fields": "the shadows of the transparent distance fields {}, and where they hide surfaces from each other",
-    "field lines": "lines where meshes pass through the distance fields {} or where these end at their boxes: they are "
-                   "no edges",
+    "field borders": "the borders where the distance fields {} end at their boxes: they are no edges",
+    "field lines": "what surfaces that pass through the distance fields {}, and these fields, hide of each other's "
+                   "light",
     "field mirrors": "edges, shadows and outlines of lights that mirrors and smooth glass show by way of the distance "
                      "fields {}",
     "edges between surfaces": "indirect boundary: edges between two surfaces that light each other are left out, since "

@@ -1,5 +1,6 @@
 // The primary boundary's kernels of one instruction set.
 #include "boundary/samples/edge_weights.h"
+#include "boundary/terms/field_crossing.h"
 #include "boundary/terms/field_outline.h"
 #include "boundary/terms/primary.h"
 #include "kernels/parts.h"
@@ -13,6 +14,8 @@ void add_primary_kernels(KernelTable& table) {
                                         primary_backward_kernel<MeshCurves>};
     table.boundary[kFieldOutline] = {primary_forward_kernel<FieldCurves>,
                                      primary_backward_kernel<FieldCurves>};
+    table.boundary[kFieldCrossing] = {primary_forward_kernel<CrossingCurves>,
+                                      primary_backward_kernel<CrossingCurves>};
     table.edge_weights = edge_weights_kernel;
     table.add_splats = add_splats_kernel;
 }

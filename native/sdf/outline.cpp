@@ -225,6 +225,19 @@ FieldCarrier field_carrier(const FieldView& field, int threads) {
     return out;
 }
 
+bool may_end_at_its_box(const FieldView& f) {
+    const auto outer = [&](int axis, int k) { return k < 3 || k >= f.size[axis] - 3; };
+    const bool inside = f.values[0] < 0.0f;
+    const float* at = f.values;
+    for (int i = 0; i < f.size[0]; ++i)
+        for (int j = 0; j < f.size[1]; ++j, at += f.size[2]) {
+            const bool whole = outer(0, i) || outer(1, j);
+            for (int k = 0; k < f.size[2]; k = whole || k != 2 ? k + 1 : std::max(3, f.size[2] - 3))
+                if ((at[k] < 0.0f) != inside) return true;
+        }
+    return false;
+}
+
 FieldPatch field_patch(const FieldCarrier& carrier, size_t triangle) {
     FieldPatch out;
     for (size_t k = 0; k < 3; ++k) {

@@ -18,6 +18,9 @@ struct FieldCarrier {
     std::vector<uint32_t> triangle;       // (triangles, 3) vertices, counterclockwise as seen from outside
 };
 FieldCarrier field_carrier(const FieldView& field, int threads);
+// Whether the surface may reach the faces of the field's box: not all coefficients that these read have one
+// sign.
+bool may_end_at_its_box(const FieldView& field);
 FieldPatch field_patch(const FieldCarrier& carrier, std::size_t triangle);
 
 // The outline of a field as segments (n, 2, 3) in the world. Their ends lie on the outline, are ordered as

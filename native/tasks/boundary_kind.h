@@ -26,6 +26,7 @@ enum BoundaryKind : int32_t {
     kFieldSizedLights,       // the same: tangents of fields, towards lights with a size
     kFieldEnvironment,       // the same, towards the environment
     kFieldIndirect,          // boundary/terms/field_indirect.h
+    kFieldCrossing,          // boundary/terms/field_crossing.h
     kBoundaryKinds
 };
 
@@ -74,6 +75,7 @@ constexpr BoundaryKindRow kBoundaryTable[kBoundaryKinds] = {
     {kFieldSizedLights, Part::kFieldShadows, kLineDirections, 0.2, 0.0625, 2, kFieldSizedLights},
     {kFieldEnvironment, Part::kFieldShadows, kLineDirections, 0.2, 0.0625, 2, kFieldSizedLights},
     {kFieldIndirect, Part::kFieldsBetween, kLineDirections, 0.1, 0.0625, 3, kFieldIndirect},
+    {kFieldCrossing, Part::kFieldCrossings, kPictureLines, 0.1, 0.18, 1, kFieldCrossing},
 };
 constexpr bool kinds_are_in_order() {
     for (int32_t kind = 0; kind < kBoundaryKinds; ++kind)

@@ -24,6 +24,7 @@ enum class Part : int32_t {
     kLightOutlines,          // outlines of lights that the camera sees
     kIntersectionOutlines,   // lights that surfaces pass through, as the camera sees them
     kFieldOutlines,          // outlines of distance fields that the camera sees
+    kFieldCrossings,         // lines where distance fields that the camera sees pass through surfaces
     kFollowedLobes,          // lobes that count as mirrors in the next part
     kMirroredEdges,          // edges that the camera sees by mirrors and glass
     kLightShadows,           // edges between a surface and a light
@@ -55,7 +56,8 @@ enum class Part : int32_t {
     kSteppedShadows,     // shadows of borders that an image draws in a surface's transmittance
     kRimLines,           // rims on rough glass, for lights without size
     kClearFields,        // shadows of transparent distance fields
-    kFieldLines,         // lines where surfaces pass through distance fields
+    kFieldBorders,       // lines where distance fields end at their boxes
+    kFieldLines,         // lines where surfaces pass through distance fields, as other surfaces see them
     kFieldMirrors,       // edges seen by mirrors and glass by way of distance fields
     kMirroredOutlines,   // outlines of lights, in mirrors and behind glass
     kTotalReflection,    // borders of total reflection of Refraction closures
@@ -84,6 +86,7 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kLightOutlines, "light outlines", kPrimaryTerm},
     {Part::kIntersectionOutlines, "intersection outlines", kPrimaryTerm},
     {Part::kFieldOutlines, "field outlines", kPrimaryTerm},
+    {Part::kFieldCrossings, "field crossings", kPrimaryTerm},
     {Part::kFollowedLobes, "followed lobes", kPrimaryTerm},
     {Part::kMirroredEdges, "mirrored edges", kPrimaryTerm},
     {Part::kLightShadows, "light shadows", kShadowTerm},
@@ -114,6 +117,7 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kSteppedShadows, "stepped shadows", kShadowTerm},
     {Part::kRimLines, "rim lines", kInteriorTerm},
     {Part::kClearFields, "clear fields", kShadowTerm},
+    {Part::kFieldBorders, "field borders", kPrimaryTerm},
     {Part::kFieldLines, "field lines", kPrimaryTerm},
     {Part::kFieldMirrors, "field mirrors", kPrimaryTerm},
     {Part::kMirroredOutlines, "mirrored outlines", kPrimaryTerm},

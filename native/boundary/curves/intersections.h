@@ -19,7 +19,7 @@ struct Intersections {
     std::vector<float> ends;
     std::vector<uint32_t> faces;
     std::vector<int32_t> instances;
-    // By line, or empty (boundary/curves/field_curves.h): the patches of fields that take the place of lines,
+    // By line, or empty (boundary/fields/field_curves.h): the patches of fields that take the place of lines,
     // and weights, which are else the lines' lengths.
     std::vector<FieldPatch> patches;
     std::vector<double> weights;

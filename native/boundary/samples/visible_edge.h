@@ -207,6 +207,19 @@ struct GrazedField {
     Int face;
     Float contact;
     EG_INLINE Ignored ignored(const EdgeSample&) const { return ignore_nothing(); }
+    // The length around the point within which hits of a face do not count; 0: they do.
+    EG_INLINE Float contact_of(Int of_face) const { return select(of_face == face, contact, 0.0f); }
+};
+// The same where fields pass through other surfaces: one or two of the curve's surfaces are fields, and a
+// face of a mesh is ignored as for edges.
+struct CrossedFields {
+    static constexpr bool kField = true;
+    Int face[2];
+    Float contact[2];  // 0: no field
+    EG_INLINE Ignored ignored(const EdgeSample& s) const { return {s.edge, s.instance}; }
+    EG_INLINE Float contact_of(Int of_face) const {
+        return select(of_face == face[0], contact[0], select(of_face == face[1], contact[1], 0.0f));
+    }
 };
 
 // Traces rays from the camera through e that ignore the edge's faces. Lanes where e is occluded become
@@ -233,9 +246,9 @@ EG_INLINE Behind look_behind(const SceneView& scene, EdgeSample& s, const Sides&
                                       own.ignored(s), embree::kCoherent, s.mask);
         Mask grazed = splat(0);
         if constexpr (Own::kField) {
-            grazed = looking & hit.hit & (hit.face == own.face) &
-                     (abs(hit.distance - s.view.distance) < own.contact);
-            near = select(grazed, s.view.distance + own.contact, near);
+            const Float contact = own.contact_of(hit.face);
+            grazed = looking & hit.hit & (abs(hit.distance - s.view.distance) < contact);
+            near = select(grazed, s.view.distance + contact, near);
         }
         // Contact: the hit is close to e and the edge lies in the plane of the face.
         Mask touched = splat(0);

@@ -327,7 +327,8 @@ static void chain_forward_kernel(const SceneView& scene, const ChainCrossings& c
         const Vec3 unit = {splat(1.0f), splat(0.0f), splat(0.0f)};
         chain_horizon_blocks(mode, scene, tangent, c, at, horizon, unit);
         light_blocks(mode, scene, tangent, c, at, s, from, unit);
-        const Float g = load(work.radiance[0] + at) + sweep<MeshCurves>(scene, tangent, s) + mode.value.x;
+        const Float g = load(work.radiance[0] + at) +
+                        sweep<MeshCurves>(scene, tangent, TracedSample{s, zero3()}) + mode.value.x;
         const Vec3 value = jump * g;
         for (int i = 0; i < W; ++i) {
             if (!s.active[i] && !horizon[i]) continue;

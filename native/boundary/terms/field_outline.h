@@ -9,7 +9,7 @@
 // side it is that of what the ray meets behind it.
 #pragma once
 
-#include "boundary/curves/field_viewer.h"
+#include "boundary/fields/field_viewer.h"
 #include "boundary/samples/outline_samples.h"
 #include "boundary/terms/primary.h"
 #include "sdf/place_code.h"
@@ -67,7 +67,7 @@ EG_OUTLINE TracedSample* trace_outline_sides(const SceneView& scene, const Bound
                          [&](EdgeSample& sample) { bend_to_outline(scene, sample, outline); });
         s.weight = select(outline.reversed, -s.weight, s.weight);
         if (any(s.active)) {
-            kept.factor = factor(s);
+            kept.factor = factor(kept);
             if (!task.score) s.active &= ~(largest_component(kept.factor) == 0.0f);
         }
         // Find the surface behind
@@ -103,6 +103,8 @@ EG_OUTLINE TracedSample* trace_outline_sides(const SceneView& scene, const Bound
 }
 
 struct FieldCurves {
+    using Traced = TracedSample;
+
     template <typename Factor>
     static TracedSample* trace(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                const Factor& factor) {
@@ -110,7 +112,8 @@ struct FieldCurves {
     }
     template <typename Mode>
     EG_INLINE static void blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
-                                 const EdgeSample& s, Vec3 color) {
+                                 const TracedSample& traced, Vec3 color) {
+        const EdgeSample& s = traced.sample;
         view_blocks(mode, scene, motion, s, color);
         if (!motion.fields.any()) return;
         mode.field(s.active, field_of_line(scene, s.active, s.edge), s.point, s.normal * s.weight, color);

@@ -11,7 +11,7 @@
 //   sees a ball (or cone) around the chosen light. For the environment it is uniform.
 #pragma once
 
-#include "boundary/curves/field_viewer.h"
+#include "boundary/fields/field_viewer.h"
 #include "boundary/samples/intersection_point.h"
 #include "boundary/segment/shadow_connection.h"
 #include "boundary/segment/touched_field.h"

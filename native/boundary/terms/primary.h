@@ -112,7 +112,7 @@ EG_OUTLINE TracedSample* trace_sides(const SceneView& scene, const BoundaryTask&
         // Sample a point of an edge
         s = sample_edge(scene, task, at, cursor);
         if (any(s.active)) {
-            kept.factor = factor(s);
+            kept.factor = factor(kept);
             if (!task.score) s.active &= ~(largest_component(kept.factor) == 0.0f);
         }
         // Find the faces on both sides and the surface behind
@@ -218,6 +218,8 @@ EG_INLINE void edge_blocks(Mode& mode, const SceneView& scene, const DerivativeV
 // What the kernels below need of the edges and intersection lines of meshes. Other curves have their own
 // (boundary/terms/field_outline.h).
 struct MeshCurves {
+    using Traced = TracedSample;
+
     template <typename Factor>
     static TracedSample* trace(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                const Factor& factor) {
@@ -225,16 +227,17 @@ struct MeshCurves {
     }
     template <typename Mode>
     EG_INLINE static void blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
-                                 const EdgeSample& s, Vec3 color) {
-        edge_blocks(mode, scene, motion, s, color);
+                                 const TracedSample& traced, Vec3 color) {
+        edge_blocks(mode, scene, motion, traced.sample, color);
     }
 };
 
 // The area of the picture that the edge sweeps per unit of the tangent.
 template <typename Curves>
-EG_INLINE Float sweep(const SceneView& scene, const DerivativeView& tangent, const EdgeSample& s) {
+EG_INLINE Float sweep(const SceneView& scene, const DerivativeView& tangent,
+                      const typename Curves::Traced& traced) {
     Forward mode{scene, tangent};
-    Curves::blocks(mode, scene, tangent, s, {splat(1.0f), splat(0.0f), splat(0.0f)});
+    Curves::blocks(mode, scene, tangent, traced, {splat(1.0f), splat(0.0f), splat(0.0f)});
     return mode.value.x;
 }
 
@@ -253,8 +256,9 @@ template <typename Curves>
 static void primary_forward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                    const DerivativeView& tangent, Splats& splats) {
     // Trace only samples that move.
-    TracedSample* traced = Curves::trace(
-        scene, task, work, [&](const EdgeSample& s) { return gray(sweep<Curves>(scene, tangent, s)); });
+    using Traced = typename Curves::Traced;
+    Traced* traced = Curves::trace(
+        scene, task, work, [&](const Traced& kept) { return gray(sweep<Curves>(scene, tangent, kept)); });
     for (int at = 0; at < static_cast<int>(task.count); at += W, ++traced) {
         EdgeSample& s = traced->sample;
         Vec3 value = zero3();
@@ -271,7 +275,9 @@ template <typename Curves>
 static void primary_backward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                     const float* adjoint, DerivativeView& gradient) {
     // Trace only samples whose pixel has an adjoint.
-    TracedSample* traced = Curves::trace(scene, task, work, [&](const EdgeSample& s) {
+    using Traced = typename Curves::Traced;
+    Traced* traced = Curves::trace(scene, task, work, [&](const Traced& kept) {
+        const EdgeSample& s = kept.sample;
         return adjoint_at(scene.camera, s.active, s.view.sx, s.view.sy, adjoint);
     });
     for (int at = 0; at < static_cast<int>(task.count); at += W, ++traced) {
@@ -283,7 +289,7 @@ static void primary_backward_kernel(const SceneView& scene, const BoundaryTask& 
         if (!any(s.active)) continue;
         record_contribution(task, at, s.active, jump, a, abs(s.weight) * sqrt(dot(s.normal, s.normal)));
         Backward mode{scene, gradient, a};
-        Curves::blocks(mode, scene, gradient, s, jump);
+        Curves::blocks(mode, scene, gradient, *traced, jump);
     }
 }
 

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <set>
 
-#include "boundary/curves/field_viewer.h"
+#include "boundary/fields/field_viewer.h"
 #include "engine/decisions/interior_rules.h"
 #include "scene/camera_row.h"
 #include "scene/lights/light_params.h"
@@ -124,6 +124,9 @@ void decide_field_outlines(const BoundaryFacts& f, Decisions& decided) {
     decided.decide(Part::kFieldOutlines,
                    first_of({unless(!seen.empty(), Reason::kNone), unless(moves, Reason::kStill),
                              unless(sees_one_outline(f.scene.camera), Reason::kNotEstimated)}));
+    decided.decide(Part::kFieldCrossings,
+                   first_of({unless(!seen.empty(), Reason::kNone),
+                             unless(moves || f.motion.any_mesh_moves(), Reason::kStill)}));
     decided[Part::kFieldOutlines].meshes = std::move(seen);
 }
 

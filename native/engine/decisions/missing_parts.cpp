@@ -12,6 +12,7 @@
 #include "scene/lights/light_params.h"
 #include "scene/mesh_instances.h"
 #include "scene/sharp_lobes.h"
+#include "sdf/outline.h"
 #include "tasks/scan_task.h"
 
 namespace edgegrad {
@@ -92,15 +93,20 @@ class Search {
     // What fields lack.
     void fields() {
         const bool lit = any_moves_ && f_.options.max_depth >= 2, bends = motion_.any_field_moves();
-        std::vector<int32_t> clear, all;
+        std::vector<int32_t> clear, all, ended;
         for (int32_t mesh = tables_.first_field(); mesh < tables_.visible_meshes; ++mesh) {
             const int32_t mask = tables_.mesh_mask[static_cast<size_t>(mesh)];
             all.push_back(mesh);
+            const FieldTable& field = tables_.fields[static_cast<size_t>(mesh - tables_.first_field())];
+            if (may_end_at_its_box(field.view())) ended.push_back(mesh);
             if (!lit || !(mask & ~(1 << kCameraRay))) continue;
             if (is_clear_field(tables_, mesh)) clear.push_back(mesh);
         }
         meshes(Part::kClearFields, std::move(clear));
-        if (motion_.camera || motion_.any_mesh_moves() || bends) meshes(Part::kFieldLines, all);
+        if (motion_.camera || motion_.any_mesh_moves() || bends) {
+            meshes(Part::kFieldBorders, std::move(ended));
+            if (lit) meshes(Part::kFieldLines, all);
+        }
         const std::vector<int32_t> smooth = used_materials(
             tables_, [&](size_t k) { return may_be_specular(tables_, k, f_.scene.followed_alpha); });
         if ((f_.chains || bends) && f_.options.max_depth >= 2 && !smooth.empty())

@@ -1,8 +1,9 @@
 #include "engine/terms/curve_terms.h"
 
-#include "boundary/curves/field_curves.h"
 #include "boundary/curves/light_intersections.h"
 #include "boundary/curves/segment_cells.h"
+#include "boundary/fields/field_crossings.h"
+#include "boundary/fields/field_curves.h"
 #include "tasks/boundary_kind.h"
 #include "tasks/boundary_task.h"
 
@@ -134,6 +135,21 @@ void add_field_outlines(const SceneView& scene, const EdgeList& edges, Decisions
     out.push_back({kFieldOutline, std::move(candidates), std::move(lines)});
 }
 
+// Lines where fields that the camera sees pass through other surfaces.
+void add_field_crossings(const SceneView& scene, const EdgeList& edges, const RequestedMotion& motion,
+                         Decisions& decided, std::vector<CurveTerm>& out) {
+    if (!decided.computes(Part::kFieldCrossings)) return;
+    RequestedMotion moving = motion;
+    moving.camera |= decided.forces(Part::kFieldCrossings);
+    Intersections found = field_crossings(edges, moving, 1 << kCameraRay);
+    if (!decided.found(Part::kFieldCrossings, edges.tables, found) || decided.alone()) return;
+    auto lines = std::make_shared<EdgesAndIntersections>(edges.tables, std::move(found));
+    Candidates candidates;
+    lines->add_candidates(scene.camera, candidates);
+    if (candidates.size() == 0) return decided.none(Part::kFieldCrossings, Reason::kOutOfView);
+    out.push_back({kFieldCrossing, std::move(candidates), std::move(lines)});
+}
+
 // Fields between surfaces, and between surfaces and lights.
 void add_fields_between(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
                         Decisions& decided, std::vector<CurveTerm>& out) {
@@ -183,6 +199,7 @@ std::vector<CurveTerm> curve_terms(const SceneView& scene, const EdgeList& edges
     add_outlines(scene, edges, decided, out);
     add_intersection_outlines(scene, edges, motion, decided, out);
     add_field_outlines(scene, edges, decided, out);
+    add_field_crossings(scene, edges, motion, decided, out);
     add_fields_between(scene, edges, options, decided, out);
     add_intersections(scene, edges, options, motion, seen, decided, out);
     add_disk_intersections(scene, edges, options, decided, out);

@@ -1,11 +1,10 @@
-#include "boundary/curves/field_curves.h"
+#include "boundary/fields/field_curves.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "boundary/curves/edge_cache.h"
-#include "boundary/curves/field_viewer.h"
-#include "sdf/outline.h"
+#include "boundary/fields/field_viewer.h"
 #include "util/double_vector.h"
 #include "util/parallel.h"
 
@@ -24,11 +23,7 @@ struct CarriedField {
 template <typename Visit>
 void for_each_field(const EdgeList& edges, const std::vector<int32_t>& meshes, const Visit& visit) {
     const SceneTables& t = edges.tables;
-    const auto carriers = edges.kept.carriers.get(true, [&] {
-        std::vector<FieldCarrier> all;
-        for (const FieldTable& field : t.fields) all.push_back(field_carrier(field.view(), edges.threads));
-        return all;
-    });
+    const auto carriers = field_carriers(edges);
     for (const int32_t mesh : meshes) {
         const auto k = static_cast<size_t>(mesh - t.first_field());
         visit(CarriedField{t.fields[k].view(), (*carriers)[k],
@@ -188,6 +183,15 @@ double lit(const PatchMiddle& m, const std::vector<LightBound>& lights) {
 }
 
 }  // namespace
+
+std::shared_ptr<const std::vector<FieldCarrier>> field_carriers(const EdgeList& edges) {
+    return edges.kept.carriers.get(true, [&] {
+        std::vector<FieldCarrier> all;
+        for (const FieldTable& field : edges.tables.fields)
+            all.push_back(field_carrier(field.view(), edges.threads));
+        return all;
+    });
+}
 
 Intersections seen_outlines(const SceneView& scene, const EdgeList& edges,
                             const std::vector<int32_t>& meshes) {

@@ -1,4 +1,4 @@
-#include "boundary/curves/field_viewer.h"
+#include "boundary/fields/field_viewer.h"
 
 namespace edgegrad {
 

@@ -3,11 +3,16 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "boundary/curves/intersections.h"
+#include "sdf/outline.h"
 
 namespace edgegrad {
+
+// The carriers of all fields, which are kept.
+std::shared_ptr<const std::vector<FieldCarrier>> field_carriers(const EdgeList& edges);
 
 // The outlines of the fields of some meshes, as the camera sees them.
 Intersections seen_outlines(const SceneView& scene, const EdgeList& edges,

@@ -1,0 +1,132 @@
+// Primary boundary term of the curves along which distance fields pass through meshes and through each other.
+//
+// It is that of intersection lines of faces (boundary/terms/primary.h; derivations, F1), but that the surface
+// of a field moves along its normal: with N = mu_1 n_1 + mu_2 n_2, the normals n_k at the point and a change
+// dphi of the field k of gradient g,
+//   N . de = sum of mu_k n_k . m_k,    n_k . m_k = -dphi / |g|.
+// Both surfaces are on both sides of the curve, and the camera sees the nearer one of each.
+#pragma once
+
+#include "boundary/samples/crossing_samples.h"
+#include "boundary/terms/primary.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// A sample with its curve, in the place of TracedSample.
+struct TracedCrossing {
+    EdgeSample sample;
+    Vec3 factor;
+    CrossingSample curve;
+};
+
+EG_OUTLINE void bend_to_crossing(const SceneView& scene, EdgeSample& s, CrossingSample& curve) {
+    place_on_crossings(scene, s.active, s.edge, s.u, curve);
+    s.point = select(s.active, curve.position, s.point);
+    s.tangent = select(s.active, curve.tangent, s.tangent);
+}
+
+// The number of the surface that the camera sees on the side of N; it sees the other one on the other side.
+// Samples without a nearer surface become inactive.
+EG_INLINE Int nearer_beside(EdgeSample& s, const CrossingSample& curve) {
+    Float slope[2];
+    for (int k = 0; k < 2; ++k) {
+        const Float along = dot(curve.side[k].normal, s.view.across_of);
+        s.active &= along != 0.0f;
+        slope[k] = -dot(curve.side[k].normal, s.normal) / select(along != 0.0f, along, 1.0f);
+    }
+    s.active &= slope[0] != slope[1];
+    return select(slope[0] < slope[1], splat(0), splat(1));
+}
+
+// The hit on a side, where `second` tells which surface is seen.
+EG_INLINE Closest crossing_hit(const SceneView& scene, const EdgeSample& s, const CrossingSample& curve,
+                               Mask second) {
+    const auto &one = curve.side[0], &other = curve.side[1];
+    Closest hit;
+    hit.hit = s.active;
+    hit.face = select(s.active, select(second, other.face, one.face), splat(0));
+    hit.instance = select(second, other.instance, one.instance);
+    hit.mesh = mesh_of(scene, hit.face);
+    hit.b1 = select(second, other.b1, one.b1);
+    hit.b2 = select(second, other.b2, one.b2);
+    hit.distance = s.view.distance;
+    return hit;
+}
+
+// Estimates the radiance of both sides, as trace_sides does for edges.
+template <typename Factor>
+EG_OUTLINE TracedCrossing* trace_crossing_sides(const SceneView& scene, const BoundaryTask& task,
+                                                Workspace& work, const Factor& factor) {
+    const int count = static_cast<int>(task.count);
+    const auto packets = static_cast<size_t>((count + W - 1) / W);
+    auto* const traced =
+        static_cast<TracedCrossing*>(work.segments->grow(packets * sizeof(TracedCrossing), 0));
+    SegmentCursor cursor = first_segment(task);
+    int queued = 0;
+    for (int at = 0; at < count; at += W) {
+        TracedCrossing& kept = traced[at / W];
+        EdgeSample& s = kept.sample;
+        CrossingSample& curve = kept.curve;
+        // Sample a point of the curve
+        s = sample_curve(scene, task, at, cursor,
+                         [&](EdgeSample& sample) { bend_to_crossing(scene, sample, curve); });
+        s.weight = select(curve.reversed, -s.weight, s.weight);
+        if (any(s.active)) {
+            kept.factor = factor(kept);
+            if (!task.score) s.active &= ~(largest_component(kept.factor) == 0.0f);
+        }
+        // Find out what is in front of it
+        Int plus = splat(0);
+        if (any(s.active)) plus = nearer_beside(s, curve);
+        Float contact[2];
+        if (any(s.active)) s.active = reached_first(scene, s.active, curve, s.view.direction, contact);
+        if (!any(s.active)) continue;
+        const SideFace face[2] = {{curve.side[0].face, curve.side[0].instance, splat(0), splat(0.0f)},
+                                  {curve.side[1].face, curve.side[1].instance, splat(0), splat(0.0f)}};
+        const Behind before =
+            look_behind(scene, s, {face[0], face[1], splat(0)}, task.limits.transparent,
+                        CrossedFields{{curve.side[0].face, curve.side[1].face}, {contact[0], contact[1]}});
+        if (!any(s.active)) continue;
+        // Start a path on each side, a little beside the curve
+        const Float length = step_length(scene, s.active, curve);
+        const Mask second[2] = {plus == 1, plus == 0};
+        for (int k = 0; k < 2; ++k) {
+            const Closest hit = crossing_hit(scene, s, curve, second[k]);
+            const Vec3 outwards = k == 0 ? s.normal : -s.normal;
+            const Vec3 step = select(second[k], step_beside(curve.side[1], s.tangent, outwards, length),
+                                     step_beside(curve.side[0], s.tangent, outwards, length));
+            Closest other = hit;
+            other.hit = splat(0);
+            queued = append_start(work, queued, s.active, lane_index() + at + (k == 0 ? 0 : count),
+                                  s.view.origin, s.view.direction, hit, step, other, before.through,
+                                  before.passed, task.max_depth);
+        }
+    }
+    // Trace all paths
+    run_appended(scene, side_paths(task), work, queued, 2 * task.count);
+    return traced;
+}
+
+struct CrossingCurves {
+    using Traced = TracedCrossing;
+
+    template <typename Factor>
+    static TracedCrossing* trace(const SceneView& scene, const BoundaryTask& task, Workspace& work,
+                                 const Factor& factor) {
+        return trace_crossing_sides(scene, task, work, factor);
+    }
+    template <typename Mode>
+    EG_INLINE static void blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
+                                 const TracedCrossing& traced, Vec3 color) {
+        const EdgeSample& s = traced.sample;
+        const CrossingSample& curve = traced.curve;
+        view_blocks(mode, scene, motion, s, color);
+        Float mu[2];
+        part_normals(s.normal * s.weight, curve.side[0].normal, curve.side[1].normal, mu[0], mu[1]);
+        for (int k = 0; k < 2; ++k)
+            crossed_side_blocks(mode, scene, motion, s.active, curve.side[k], s.point,
+                                curve.side[k].normal * mu[k], color);
+    }
+};
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -26,6 +26,8 @@ enum BoundaryKind : int32_t {
     kFieldSizedLights,       // the same: tangents of fields, towards lights with a size
     kFieldEnvironment,       // the same, towards the environment
     kFieldIndirect,          // boundary/terms/field_indirect.h
+    kFieldBand,              // boundary/terms/relaxed_outline.h
+    kWarpedPicture,          // boundary/terms/warped_picture.h, with kernels of its own
     kBoundaryKinds
 };
 
@@ -74,6 +76,8 @@ constexpr BoundaryKindRow kBoundaryTable[kBoundaryKinds] = {
     {kFieldSizedLights, Part::kFieldShadows, kLineDirections, 0.4, 0.0625, 2, kFieldSizedLights},
     {kFieldEnvironment, Part::kFieldShadows, kLineDirections, 0.4, 0.0625, 2, kFieldSizedLights},
     {kFieldIndirect, Part::kFieldsBetween, kLineDirections, 0.4, 0.0625, 3, kFieldIndirect},
+    {kFieldBand, Part::kFieldBands, kWholePicture, 0.25, 0.18, 1, kFieldBand},
+    {kWarpedPicture, Part::kFieldBands, kWholePicture, 0.25, 0.18, 1, kWarpedPicture},
 };
 constexpr bool kinds_are_in_order() {
     for (int32_t kind = 0; kind < kBoundaryKinds; ++kind)

@@ -112,7 +112,7 @@ struct FieldCurves {
     EG_INLINE static void blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                                  const EdgeSample& s, Vec3 color) {
         view_blocks(mode, scene, motion, s, color);
-        if (!motion.fields.any()) return;
+        if (!motion.fields.any() || motion.warped) return;  // else the warp has them
         mode.field(s.active, field_of_line(scene, s.active, s.edge), s.point, s.normal * s.weight, color);
     }
 };

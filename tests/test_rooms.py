@@ -28,6 +28,7 @@ NATIVE = (
     ("texture",),  # evaluates a view's programs for a surface
     ("shading",),
     ("path",),
+    ("reparameterisation",),  # warps of the picture that carry outlines of fields with them
     ("adjoint",),  # path and shading code once more, on numbers that record derivatives
     ("boundary",),
     ("kernels",),

@@ -46,6 +46,14 @@ def primary(words: SceneWords) -> Term:
     fields = words.computed("field outlines")
     if fields is not None:
         seen.append(f"besides edges: the outlines of the distance fields {words.mesh_names(fields)}")
+    bands = words.by_part.get("field bands")
+    if bands is not None and bands.computed:
+        seen.append(f"besides edges: the outlines of the distance fields {words.mesh_names(bands)}, from bands about "
+                    "them (field_edges)")
+    elif bands is not None and bands.reason == "outlines serve":
+        seen.append(f"the outlines of the distance fields {words.mesh_names(bands)} are sampled, whatever field_edges: "
+                    "panoramas have no other estimator, and a warped picture has none for mirrors, glass, transparent "
+                    "fields, fields that may meet, and what the camera's own motion changes")
     seen += words.pairs("field crossings", "besides edges: the curves where {} pass through each other")
     seen += words.pierced("intersection outlines",
                           "besides edges: the lines where {meshes} pass through the light '{light}'")

@@ -16,7 +16,7 @@ from ..reference import diffuse_tables
 from ..reference.simplify import obstacles
 from ..rendering.engine import engine_class
 from ..rendering.one_shot import caustic_share, prepared
-from ..rendering.options import TERMS
+from ..rendering.options import FIELD_EDGES, TERMS
 from ..rendering.renderer import MAX_DERIVATIVE_DEPTH, Renderer
 from ..scene.bounces import MAX_DEPTH
 from ..scene.scene import Scene
@@ -80,8 +80,9 @@ class Plan:
 
 
 def plan(
-    scene: Scene | Renderer, wrt: Sequence[str] = (), *, max_depth: int = MAX_DERIVATIVE_DEPTH, measure: int = 0
-) -> Plan:
+    scene: Scene | Renderer, wrt: Sequence[str] = (), *, max_depth: int = MAX_DERIVATIVE_DEPTH, measure: int = 0,
+    field_edges: str = FIELD_EDGES[0],
+) -> Plan:  # fmt: skip
     """Say what the picture, and its derivatives with respect to some parameters, need.
 
     The next derivative uses the edges and intersections that the engine finds for the plan. No ray is traced and no BVH
@@ -98,6 +99,8 @@ def plan(
     measure
         Samples per pixel for a measurement of the fraction of the picture with an incomplete derivative (caustics); 0:
         nothing is rendered. Scenes without caustics are not rendered.
+    field_edges
+        As for `edgegrad.render_forward`.
 
     Raises
     ------
@@ -116,7 +119,7 @@ def plan(
         picture = picture_plan(fixed, renderer.picture_facts(), max_depth)
         if not wrt:
             return Plan(picture, (), ())
-        decided = renderer.decide(wrt, max_depth=max_depth)
+        decided = renderer.decide(wrt, max_depth=max_depth, field_edges=field_edges)
     words = SceneWords.of(fixed, decided)
     share = None
     if measure and "caustics" in words.by_part:

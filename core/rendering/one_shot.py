@@ -18,7 +18,7 @@ from .._check import whole
 from ..scene.bounces import Bounces
 from ..scene.scene import Scene
 from .engine import engine_name
-from .options import MOST_THREADS, TERMS, Progress
+from .options import FIELD_EDGES, MOST_THREADS, TERMS, Progress
 from .renderer import Renderer
 
 # Samples per pixel for the fraction of a picture that is caustics, which is a mean over all pixels.
@@ -123,6 +123,7 @@ def render_forward(
     seed: int = 0,
     bounces: Bounces | None = None,
     terms: Sequence[str] = TERMS,
+    field_edges: str = FIELD_EDGES[0],
     threads: int = 0,
     engine: str = "auto",
     progress: Progress | None = None,
@@ -141,6 +142,10 @@ def render_forward(
     terms
         Which of the terms "interior", "primary" (edges seen by the camera), "shadow" (edges between light and
         lit surface) and "indirect" (edges between two surfaces) to compute; their sum is the derivative.
+    field_edges
+        What estimates how the outlines of distance fields change the picture: "outlines" (samples of the outlines),
+        "reparameterised" (a warp of the picture, which also sees outlines through a lens), or "relaxed" (bands about
+        the outlines, cheap but biased); see :doc:`/how_to/distance_fields`.
 
     Returns
     -------
@@ -148,7 +153,8 @@ def render_forward(
     """
     with prepared(scene, engine, threads) as renderer:
         return renderer.render_forward(
-            tangent, spp=spp, max_depth=max_depth, seed=seed, bounces=bounces, terms=terms, progress=progress
+            tangent, spp=spp, max_depth=max_depth, seed=seed, bounces=bounces, terms=terms,
+            field_edges=field_edges, progress=progress,
         )
 
 
@@ -162,6 +168,7 @@ def render_backward(
     seed: int = 0,
     bounces: Bounces | None = None,
     terms: Sequence[str] = TERMS,
+    field_edges: str = FIELD_EDGES[0],
     threads: int = 0,
     engine: str = "auto",
     progress: Progress | None = None,
@@ -184,7 +191,8 @@ def render_backward(
     """
     with prepared(scene, engine, threads) as renderer:
         return renderer.render_backward(
-            adjoint, wrt, spp=spp, max_depth=max_depth, seed=seed, bounces=bounces, terms=terms, progress=progress
+            adjoint, wrt, spp=spp, max_depth=max_depth, seed=seed, bounces=bounces, terms=terms,
+            field_edges=field_edges, progress=progress,
         )
 
 

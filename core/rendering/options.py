@@ -14,6 +14,8 @@ Progress = Callable[[float], None]
 
 # Terms of a derivative (docs/concepts.md).
 TERMS = ("interior", "primary", "shadow", "indirect")
+# Estimators of outlines of distance fields (`RenderOptions.field_edges`).
+FIELD_EDGES = ("outlines", "reparameterised", "relaxed")
 MOST_THREADS = 4096
 MOST_SAMPLES = 1 << 24  # float32 counts no further
 
@@ -36,6 +38,9 @@ class RenderOptions:
         Those of a derivative that are computed.
     caustics_alone
         Of a picture: the part of it that is caustics.
+    field_edges
+        What estimates how outlines of distance fields change the picture (docs/how_to/fields.md): "outlines" samples
+        them, "reparameterised" warps the picture, "relaxed" spreads them over a band, which is biased.
     two_passes
         Whether a first pass over edges says where a second one takes its samples. Rounding then moves samples: what
         another instruction set computes is equal in the mean only. The mean is the same without.
@@ -55,6 +60,7 @@ class RenderOptions:
     bounces: Bounces = UNLIMITED
     terms: tuple[str, ...] = TERMS
     caustics_alone: bool = False
+    field_edges: str = "outlines"
     two_passes: bool = True
     camera_sampled_alpha: float = 0.25
     most_placed_edges: int = 1 << 22
@@ -92,3 +98,10 @@ def checked_terms(terms: Any) -> tuple[str, ...]:
         if term not in TERMS:
             raise ValueError(f"render: terms must be a list of {', '.join(TERMS)}, but contains {shown(term)}")
     return kinds
+
+
+def checked_field_edges(field_edges: Any) -> str:
+    """`field_edges`, one of `FIELD_EDGES`."""
+    if field_edges not in FIELD_EDGES:
+        raise ValueError(f"render: field_edges must be one of {', '.join(FIELD_EDGES)}, but is {shown(field_edges)}")
+    return str(field_edges)

@@ -35,10 +35,12 @@ from .engine import engine_class
 from .learning import Gradient, Learning
 from .non_finite import warn_of_gradients, warn_of_picture
 from .options import (
+    FIELD_EDGES,
     MOST_THREADS,
     TERMS,
     Progress,
     RenderOptions,
+    checked_field_edges,
     checked_options,
     checked_progress,
     checked_terms,
@@ -179,13 +181,14 @@ class Renderer(PreparedScene):
         seed: int = 0,
         bounces: Bounces | None = None,
         terms: Sequence[str] = TERMS,
+        field_edges: str = FIELD_EDGES[0],
         camera: Camera | None = None,
         progress: Progress | None = None,
     ) -> NDArray[np.float32]:
         """Render the derivative of the picture along a tangent; see `edgegrad.render_forward`."""
         tangent = mapping("render_forward", "tangent", tangent)
         self._settle(camera)
-        options = self._derivative_options(tuple(tangent), spp, max_depth, seed, bounces, terms)
+        options = self._derivative_options(tuple(tangent), spp, max_depth, seed, bounces, terms, field_edges)
         progress = checked_progress("render_forward", progress)
         tables, requested = self._requested(tuple(tangent), camera)
         velocity = push_forward(self.scene, tables, tangent)
@@ -213,6 +216,7 @@ class Renderer(PreparedScene):
         seed: int = 0,
         bounces: Bounces | None = None,
         terms: Sequence[str] = TERMS,
+        field_edges: str = FIELD_EDGES[0],
         camera: Camera | None = None,
         progress: Progress | None = None,
     ) -> dict[str, NDArray[np.float64]]:
@@ -220,7 +224,7 @@ class Renderer(PreparedScene):
         wrt = names("render_backward", "wrt", wrt, "parameter paths")
         self._settle(camera)
         progress = checked_progress("render_backward", progress)
-        options = self._derivative_options(wrt, spp, max_depth, seed, bounces, terms)
+        options = self._derivative_options(wrt, spp, max_depth, seed, bounces, terms, field_edges)
         tables, requested = self._requested(wrt, camera)
         # The copy keeps the gradient valid if the progress function changes its arrays.
         image = array("render_backward", "adjoint", adjoint, (tables.height, tables.width, 3), np.float32).copy()
@@ -254,8 +258,9 @@ class Renderer(PreparedScene):
         return self._engine.picture_facts(self._tables)
 
     def decide(
-        self, wrt: Sequence[str], *, max_depth: int = 2, bounces: Bounces | None = None, terms: Sequence[str] = TERMS
-    ) -> Decisions:
+        self, wrt: Sequence[str], *, max_depth: int = 2, bounces: Bounces | None = None, terms: Sequence[str] = TERMS,
+        field_edges: str = FIELD_EDGES[0],
+    ) -> Decisions:  # fmt: skip
         """Return what the derivative with respect to some parameters consists of, without computing it.
 
         The engine keeps what it looks for to know that, and the next derivative uses it. `last_decisions` has the
@@ -266,7 +271,8 @@ class Renderer(PreparedScene):
         self._settle(None)
         tables, requested = self._requested(wrt, None)
         _ = self.edges
-        options = replace(checked_options(1, max_depth, 0, bounces), terms=checked_terms(terms))
+        options = replace(checked_options(1, max_depth, 0, bounces), terms=checked_terms(terms),
+                          field_edges=checked_field_edges(field_edges))
         parameters = [requested_tables(self.scene, tables, [path]) for path in wrt]
         return self._engine.decide(tables, requested, options, parameters)
 
@@ -303,16 +309,17 @@ class Renderer(PreparedScene):
         seed: Any,
         bounces: Bounces | None,
         terms: Sequence[str],
+        field_edges: str,
     ) -> RenderOptions:
         narrow = self._engine.narrow
-        computed = checked_terms(terms)
+        computed, edges = checked_terms(terms), checked_field_edges(field_edges)
         if self.obstacles:
             raise ValueError("this scene has no exact derivatives in this version; edgegrad.differentiable(scene) "
                              f"returns a similar scene that has, where {'; '.join(self.obstacles)}")
         _ = self.edges
         deepest = MAX_DERIVATIVE_DEPTH if narrow else MAX_DEPTH
         options = checked_options(spp, max_depth, seed, bounces, deepest)
-        return replace(options, seed=options.seed ^ DERIVATIVE_STREAM, terms=computed)
+        return replace(options, seed=options.seed ^ DERIVATIVE_STREAM, terms=computed, field_edges=edges)
 
     def _may_be_convex(self) -> bool:
         faces = int(self._tables.mesh_first_face[-1])

@@ -56,9 +56,11 @@ void PreparedScene::hold_directions(const SceneTables& tables, const RequestedMo
 
 PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const SceneTables& tables,
                              const RequestedMotion* motion, bool convex,
-                             std::shared_ptr<const LightList> lights, float followed, EdgeCache* kept)
+                             std::shared_ptr<const LightList> lights, float followed, EdgeCache* kept,
+                             std::vector<FieldBand> bands)
     : lights_(std::move(lights)),
       brute_triangles_(brute_triangles(tables)),
+      field_bands_(std::move(bands)),
       face_moving_(tables.face_material.size(), 0) {
     for (size_t m = 0; motion && m < motion->moving.size(); ++m)
         if (motion->moving[m])
@@ -79,6 +81,7 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const Scene
         first_value += fields_.back().value_count();
     }
     view_.fields = fields_.data();
+    view_.field_bands = field_bands_.empty() ? nullptr : field_bands_.data();
     view_.field_count = static_cast<int32_t>(fields_.size());
     view_.first_field_face = fields_.empty() ? 0 : tables.first_field_face();
     view_.vertices = rows_of(tables.vertices);

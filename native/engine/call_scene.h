@@ -19,7 +19,7 @@ class PreparedScene {
     // cached searches for edges, which derivatives need.
     PreparedScene(const embree::Api& api, const Bvh* bvh, const SceneTables& tables,
                   const RequestedMotion* motion, bool convex, std::shared_ptr<const LightList> lights,
-                  float followed = 0.0f, EdgeCache* kept = nullptr);
+                  float followed = 0.0f, EdgeCache* kept = nullptr, std::vector<FieldBand> bands = {});
 
     const SceneView& view() const { return view_; }
 
@@ -31,6 +31,7 @@ class PreparedScene {
     std::shared_ptr<const LightList> lights_;
     std::vector<BruteTriangle> brute_triangles_;
     std::vector<FieldView> fields_;
+    std::vector<FieldBand> field_bands_;
     std::vector<int32_t> face_moving_, face_fixed_direction_, material_fixed_direction_, mesh_contact_;
     std::vector<float> transparent_boxes_, mesh_size_;
     std::shared_ptr<const CoplanarPolygons> polygons_;

@@ -43,14 +43,17 @@ std::vector<uint8_t> lights_alone(const SceneTables& tables, const Requested& re
 }
 
 // The requested motion, as boundary terms read it.
-RequestedMotion requested_motion(const CameraView& camera, const Requested& requested) {
+RequestedMotion requested_motion(const CameraView& camera, const Requested& requested, FieldEdges edges) {
+    const bool own = moves_rays(camera, requested), warped = edges == FieldEdges::kReparameterised;
     return {requested.moving(),
-            moves_rays(camera, requested),
+            own || warped,
             requested.any("instance_to_world"),
             requested.moves_lights(),
             requested.any("environment_rotation"),
             requested.any("environment") || requested.any("environment_pixels"),
-            requested.moving_fields()};
+            requested.moving_fields(),
+            warped,
+            own};
 }
 
 // The options with the number of samples per pixel of one term.
@@ -74,12 +77,14 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
       requested(requested_of),
       sides(solid_sides(*e.bodies(), e.tables_.camera)),
       decided(options.force, decide_alone),
-      motion(requested_motion(e.tables_.camera, requested)),
+      field_edges(used_field_edges(e.tables_, options, requested)),
+      motion(requested_motion(e.tables_.camera, requested, field_edges)),
       chains(moves_chains(e.tables_, requested)),
       geometry(requested.geometry() || chains),
       lights(e.lights_for(requested)),
       prepared(e.api_, decide_alone ? nullptr : &e.bvh(), e.tables_, &motion, e.hides_no_light(), lights,
-               options.max_depth > 1 ? e.follow(motion, sides, lights) : 0.0f, &e.kept_),
+               options.max_depth > 1 ? e.follow(motion, sides, lights) : 0.0f, &e.kept_,
+               field_bands(e.tables_, field_edges, e.threads_)),
       scene(prepared.view()),
       tables(differentiable_tables(scene, e.tables_)),
       recording(path_recording(scene, e.tables_, requested, geometry)),
@@ -272,7 +277,7 @@ Decisions Engine::decide(const RenderOptions& options, const Requested& requeste
     const bool boundaries = call.decided.any_boundary();
     for (const Requested& parameter : parameters) {
         const Reason shading = constant_shading(call.scene, tables_, parameter, options.max_depth);
-        const bool moves = requested_motion(tables_.camera, parameter).any();
+        const bool moves = requested_motion(tables_.camera, parameter, FieldEdges::kOutlines).any();
         call.decided[Part::kInterior].by_parameter.push_back(
             {shading, shading != Reason::kNeeded && !(moves && boundaries)});
     }

@@ -6,6 +6,7 @@
 
 #include "engine/call_scene.h"
 #include "engine/decisions/decisions.h"
+#include "engine/decisions/field_edges.h"
 #include "engine/derivative_tables.h"
 #include "engine/engine.h"
 #include "engine/image_tasks.h"
@@ -82,8 +83,9 @@ struct Engine::DerivativeCall {
     // The tangents or gradients of boundary terms; null where they are not requested.
     DerivativeView boundary_view(const GradientGroups::View& v) const {
         const auto first = static_cast<int32_t>(requested.span("vertices").first / 3);
-        return {v.vertices,      first,         v.camera,         v.instances,   v.lights,       v.rotation,
-                v.tables.fields, motion.camera, motion.instances, motion.lights, motion.rotation};
+        return {v.vertices,       first,         v.camera,        v.instances,
+                v.lights,         v.rotation,    v.tables.fields, motion.own_camera,
+                motion.instances, motion.lights, motion.rotation, motion.warped};
     }
 
     const Engine& engine;
@@ -91,6 +93,7 @@ struct Engine::DerivativeCall {
     const std::vector<int8_t> sides;
     Decisions decided;
     PartClock clock;
+    const FieldEdges field_edges;
     const RequestedMotion motion;
     const bool chains;    // whether edges move, or rays bend on their way (moves_chains)
     const bool geometry;  // whether positions, directions or normals of a path's vertices change

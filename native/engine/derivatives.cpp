@@ -52,7 +52,7 @@ void Engine::forward(const RenderOptions& options, const Requested& requested, T
     // Splats are stored and then added in order, since threads would add to a pixel in random order.
     const auto add_splats = [&](const TermPass& p) {
         std::vector<float> values[5];
-        const int64_t total = p.term->samples(p.pass);
+        const int64_t total = p.term->splats(p.pass);
         for (int64_t first = 0; first < total; first += kSplatBatch) {
             const int64_t batch = std::min(kSplatBatch, total - first);
             for (auto& column : values) column.resize(static_cast<size_t>(batch));

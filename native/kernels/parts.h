@@ -12,7 +12,9 @@ const KernelTable& kernel_table();
 #define EDGEGRAD_KERNEL_PARTS(X) \
     X(boundary)                  \
     X(camera_sampled)            \
-    X(edge_on) X(emitter) X(field) X(horizon) X(indirect) X(outline) X(path) X(primary) X(probe) X(specular)
+    X(edge_on)                   \
+    X(emitter)                   \
+    X(field) X(field_band) X(horizon) X(indirect) X(outline) X(path) X(primary) X(probe) X(specular)
 #define EDGEGRAD_DECLARE_PART(name) void add_##name##_kernels(KernelTable& table);
 EDGEGRAD_KERNEL_PARTS(EDGEGRAD_DECLARE_PART)
 #undef EDGEGRAD_DECLARE_PART

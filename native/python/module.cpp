@@ -90,6 +90,9 @@ RenderOptions read_options(nb::handle given) {
                 nb::cast<int32_t>(bounces.attr("transmission")),
                 nb::cast<int32_t>(bounces.attr("transparent"))};
     o.caustics_alone = nb::cast<bool>(given.attr("caustics_alone"));
+    const std::string edges = text(given.attr("field_edges"));
+    for (int32_t k = 0; edges != edgegrad::kFieldEdges[static_cast<int32_t>(o.field_edges)]; ++k)
+        o.field_edges = static_cast<edgegrad::FieldEdges>(k);
     o.two_passes = nb::cast<bool>(given.attr("two_passes"));
     o.most_placed_edges = nb::cast<int64_t>(given.attr("most_placed_edges"));
     o.camera_sampled_alpha = nb::cast<float>(given.attr("camera_sampled_alpha"));

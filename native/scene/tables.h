@@ -78,6 +78,9 @@ struct RequestedMotion {
     bool rotation = false;        // of the environment
     bool environment = false;     // light of the environment, even if it is dark
     std::vector<uint8_t> fields;  // by distance field: its coefficients or its place
+    // Camera rays move with outlines of fields (reparameterisation/picture_warp.h), so that `camera` holds.
+    bool warped = false;
+    bool own_camera = false;  // any float of the camera itself
 
     // Returns whether vertices or instances of any mesh are requested.
     bool any_mesh_moves() const {

@@ -12,6 +12,7 @@
 #include "scene/material_params.h"
 #include "scene/rays/brute_triangle.h"
 #include "scene/textures/texture_view.h"
+#include "sdf/field_band.h"
 #include "sdf/field_derivatives.h"
 #include "sdf/field_view.h"
 #include "sdf/surface_patch.h"
@@ -95,6 +96,7 @@ struct SceneView {
     // Distance fields. A hit of field k has the face first_field_face + k, and a place in the field in the
     // bits of its barycentrics (sdf/trace.h).
     const FieldView* fields;
+    const FieldBand* field_bands;  // null: no estimator needs them
     int32_t field_count, first_field_face;
 
     const float* vertices;         // (V, 3)
@@ -192,6 +194,8 @@ struct DerivativeView {
     bool instances_requested;
     bool lights_requested;
     bool rotation_requested;
+    // Whether camera rays move with the outlines of fields (reparameterisation/picture_warp.h).
+    bool warped;
 };
 
 }  // namespace edgegrad

@@ -27,6 +27,8 @@ enum BoundaryKind : int32_t {
     kFieldEnvironment,       // the same, towards the environment
     kFieldIndirect,          // boundary/terms/field_indirect.h
     kFieldCrossing,          // boundary/terms/field_crossing.h
+    kFieldBand,              // boundary/terms/relaxed_outline.h
+    kWarpedPicture,          // boundary/terms/warped_picture.h, with kernels of its own
     kBoundaryKinds
 };
 
@@ -76,6 +78,8 @@ constexpr BoundaryKindRow kBoundaryTable[kBoundaryKinds] = {
     {kFieldEnvironment, Part::kFieldShadows, kLineDirections, 0.2, 0.0625, 2, kFieldSizedLights},
     {kFieldIndirect, Part::kFieldsBetween, kLineDirections, 0.1, 0.0625, 3, kFieldIndirect},
     {kFieldCrossing, Part::kFieldCrossings, kPictureLines, 0.1, 0.18, 1, kFieldCrossing},
+    {kFieldBand, Part::kFieldBands, kWholePicture, 0.25, 0.18, 1, kFieldBand},
+    {kWarpedPicture, Part::kFieldBands, kWholePicture, 0.25, 0.18, 1, kWarpedPicture},
 };
 constexpr bool kinds_are_in_order() {
     for (int32_t kind = 0; kind < kBoundaryKinds; ++kind)

@@ -24,6 +24,7 @@ enum class Part : int32_t {
     kLightOutlines,          // outlines of lights that the camera sees
     kIntersectionOutlines,   // lights that surfaces pass through, as the camera sees them
     kFieldOutlines,          // outlines of distance fields that the camera sees
+    kFieldBands,             // the same, from bands about them
     kFieldCrossings,         // lines where distance fields that the camera sees pass through surfaces
     kFollowedLobes,          // lobes that count as mirrors in the next part
     kMirroredEdges,          // edges that the camera sees by mirrors and glass
@@ -86,6 +87,7 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kLightOutlines, "light outlines", kPrimaryTerm},
     {Part::kIntersectionOutlines, "intersection outlines", kPrimaryTerm},
     {Part::kFieldOutlines, "field outlines", kPrimaryTerm},
+    {Part::kFieldBands, "field bands", kPrimaryTerm},
     {Part::kFieldCrossings, "field crossings", kPrimaryTerm},
     {Part::kFollowedLobes, "followed lobes", kPrimaryTerm},
     {Part::kMirroredEdges, "mirrored edges", kPrimaryTerm},

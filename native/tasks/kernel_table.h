@@ -26,6 +26,8 @@ struct BoundaryKernels {
                      DerivativeView& gradient);
 };
 
+struct WarpTask;  // reparameterisation/warp_task.h
+
 struct KernelTable {
     const char* name;
     int width;
@@ -46,6 +48,13 @@ struct KernelTable {
     // Adds the paths' values to the picture.
     void (*accumulate)(const ImageTask&, const Workspace&, float* image);
     BoundaryKernels boundary[kBoundaryKinds];
+    // The warped picture, step by step (engine/terms/warp_term.cpp).
+    void (*warp_record)(const SceneView&, const WarpTask&, Workspace&);
+    void (*warp_borders)(const SceneView&, const WarpTask&, Workspace&);
+    void (*warp_forward)(const SceneView&, const WarpTask&, Workspace&, const DerivativeView& tangent,
+                         Splats& splats);
+    void (*warp_backward)(const SceneView&, const WarpTask&, Workspace&, const float* adjoint,
+                          DerivativeView& gradient);
     void (*edge_weights)(const SceneView&, const EdgeWeightTask&);
     // Forward mode: into the radiance of the task's paths.
     void (*horizon_forward)(const SceneView&, const HorizonTask&, Workspace&, const DerivativeView& tangent);

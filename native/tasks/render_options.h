@@ -17,6 +17,14 @@ constexpr float kCameraSampledAlpha = 0.25f;
 // Searches list so many edges of instances, which take some hundred megabytes.
 constexpr int64_t kMostPlacedEdges = int64_t{1} << 22;
 
+// How derivatives by distance fields estimate what their outlines change in the picture.
+enum class FieldEdges : int32_t {
+    kOutlines,         // samples of the outlines (boundary/terms/field_outline.h)
+    kReparameterised,  // a warp of the picture (reparameterisation/picture_warp.h)
+    kRelaxed,          // samples in bands about the outlines, biased (boundary/terms/relaxed_outline.h)
+};
+constexpr const char* kFieldEdges[] = {"outlines", "reparameterised", "relaxed"};
+
 struct RenderOptions {
     int32_t samples = 1;
     uint32_t seed = 0;
@@ -24,6 +32,7 @@ struct RenderOptions {
     BounceLimits limits;
     bool terms[kDerivativeTerms] = {};  // terms of a derivative to compute
     bool caustics_alone = false;        // a picture of its caustics only (path/path_queue.h)
+    FieldEdges field_edges = FieldEdges::kOutlines;
     // Choices between estimators with equal means, for comparisons in tests.
     bool two_passes = true;  // a first pass over edges distributes the samples of a second pass
     float camera_sampled_alpha = kCameraSampledAlpha;

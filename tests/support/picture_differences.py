@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from edgegrad import Renderer, Scene
 from edgegrad.rendering.engine import engine_class
-from edgegrad.rendering.options import TERMS
+from edgegrad.rendering.options import FIELD_EDGES, TERMS
 from edgegrad.rendering.renderer import DERIVATIVE_STREAM
 from edgegrad.scene import parameters
 from tests.support import block_statistics
@@ -37,7 +37,7 @@ def seed_of_picture(seed: int) -> int:
 def agreement(
     moving: Moving, *, eps: float = 0.02, seeds: int = 16, spp: int = 64, reference_spp: int = 512,
     reference_seeds: int | None = None, thetas: int = 8, first_seed: int = 0, terms: Sequence[str] = TERMS,
-    **depths: Any,
+    field_edges: str = FIELD_EDGES[0], **depths: Any,
 ) -> Agreement:  # fmt: skip
     """Block sums of derivative pictures beside those of the central difference over an interval of length `eps`.
 
@@ -51,7 +51,8 @@ def agreement(
     for k in range(seeds):
         scene, tangent = moving(eps * ((k % thetas + 0.5) / thetas - 0.5))
         renderer = Renderer(scene, engine="native")
-        samples.append(renderer.render_forward(tangent, spp=spp, seed=first_seed + k, terms=terms, **depths))
+        samples.append(renderer.render_forward(tangent, spp=spp, seed=first_seed + k, terms=terms,
+                                               field_edges=field_edges, **depths))
     return block_statistics.compare(np.stack(samples), difference, stderr)
 
 

@@ -9,6 +9,7 @@
 
 #include "boundary/samples/moving_points.h"
 #include "path/camera_projection.h"
+#include "reparameterisation/camera_blocks.h"
 #include "scene/contact.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -85,11 +86,7 @@ EG_INLINE Vec3 fixed_direction_blocks(Mode& mode, const SceneView& scene, const 
     const Vec3 of_plane = first.normal * (dot(g, view.across_of) / select(carried, facing, 1.0f));
     face_point_blocks(mode, scene, motion, carried, first.face, first.instance, first.b1, first.b2, of_plane,
                       color);
-    if (motion.camera_requested) {
-        Float row[kCameraFloats];
-        ray_velocity_row(scene.camera, view, g - of_plane, row);
-        mode.camera(carried, row, color);
-    }
+    camera_blocks(mode, scene, motion, carried, view, g - of_plane, color);
     return to_x;
 }
 

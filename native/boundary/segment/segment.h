@@ -22,6 +22,7 @@
 #include "boundary/segment/fixed_direction_chain.h"
 #include "boundary/segment/light_motion.h"
 #include "path/camera_projection.h"
+#include "reparameterisation/camera_blocks.h"
 #include "shading/lights/environment.h"
 #include "shading/lights/fixed_direction_light.h"
 #include "tasks/boundary_task.h"
@@ -128,7 +129,7 @@ EG_INLINE void blend_near_contact(const SceneView& scene, Int length, BoundarySe
 EG_INLINE Mask receiver_moves(const SceneView& scene, const DerivativeView& motion, Mask active,
                               const SurfacePoint& x, Mask screen_form) {
     Mask moves = face_point_moves(scene, motion, active, x.face, x.instance);
-    if (motion.camera_requested) moves |= active & screen_form;
+    if (rays_move(motion)) moves |= active & screen_form;
     if (scene.mesh_contact)
         moves |= active & ~screen_form &
                  ((gather(scene.mesh_contact, select(active, x.mesh, splat(0))) & kContactTo) != 0);
@@ -183,11 +184,7 @@ EG_INLINE void receiver_blocks(Mode& mode, const SceneView& scene, const Derivat
     surface_point_blocks(mode, scene, motion, s.active, s.x.face, s.x.instance, s.x.b1, s.x.b2, s.x.position,
                          to_face, s.color);
     const Mask seen = s.active & s.screen_form;
-    if (motion.camera_requested && any(seen)) {
-        Float row[kCameraFloats];
-        ray_velocity_row(scene.camera, s.view, g * -nd - along, row);
-        mode.camera(seen, row, s.color);
-    }
+    if (any(seen)) camera_blocks(mode, scene, motion, seen, s.view, g * -nd - along, s.color);
 }
 
 // Adds the velocities of edge, x and y, for the requested parameters.

@@ -16,6 +16,7 @@
 #pragma once
 
 #include "boundary/samples/edge_importance.h"
+#include "boundary/samples/picture_cell.h"
 #include "boundary/segment/camera_connection.h"
 #include "boundary/segment/camera_subpath.h"
 #include "boundary/segment/far_radiance.h"
@@ -35,24 +36,6 @@ constexpr int kCameraSampledCandidates = 8;
 // The first vertex number for the random numbers of the last vertex: those of its lobe direction, then those
 // of the candidates.
 constexpr int kLobeVertex = 1 << 20;
-
-// Samples a place of the picture in the sample's cell. Returns the area of the picture that the sample
-// represents.
-EG_INLINE Float place_in_cell(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
-                              Float& sx, Float& sy) {
-    const CameraView& c = scene.camera;
-    const bool turn = c.kind == kEquirectangular && __builtin_fabsf(c.panorama[1] - c.panorama[0]) > 6.2831f;
-    const float margin = filter_margin(c), left = turn ? 0.0f : margin;
-    const float n = static_cast<float>(task.direction_cells);
-    const float width = (static_cast<float>(c.width) + 2.0f * left) / n;
-    const float height = (static_cast<float>(c.height) + 2.0f * margin) / n;
-    const Int row = quotient(p.cell, task.direction_cells), column = p.cell - row * task.direction_cells;
-    Float u, v;
-    sobol_pair(p.random.stream, p.random.sample, kPairPixel, u, v);
-    sx = (to_float(column) + u) * width - left;
-    sy = (to_float(row) + v) * height - margin;
-    return width * height / p.density;
-}
 
 // A surface that scatters a path, prepared for evaluations of many directions.
 struct CameraSampledSurface {

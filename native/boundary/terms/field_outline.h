@@ -115,7 +115,7 @@ struct FieldCurves {
                                  const TracedSample& traced, Vec3 color) {
         const EdgeSample& s = traced.sample;
         view_blocks(mode, scene, motion, s, color);
-        if (!motion.fields.any()) return;
+        if (!motion.fields.any() || motion.warped) return;  // else the warp has them
         mode.field(s.active, field_of_line(scene, s.active, s.edge), s.point, s.normal * s.weight, color);
     }
 };

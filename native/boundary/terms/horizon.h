@@ -62,7 +62,7 @@ EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, cons
     Mask moves = face_point_moves(scene, motion, cut.active, cut.face, cut.instance) |
                  face_point_moves(scene, motion, cut.active & (cut.y.face >= 0), cut.y.face, cut.y.instance);
     if (motion.lights_requested) moves |= cut.active & (cut.y.row >= 0);
-    if (motion.camera_requested) moves |= turns;
+    if (rays_move(motion)) moves |= turns;
     moves |= turns & chained;
     cut.active &= moves;
     if (!any(cut.active)) return;
@@ -258,11 +258,7 @@ EG_INLINE void horizon_blocks(Mode& mode, const SceneView& scene, const Derivati
     face_point_blocks(mode, scene, motion, cut.active, cut.face, cut.instance, cut.b1, cut.b2, to_face,
                       cut.color);
     const Mask seen = cut.active & cut.screen_form;
-    if (motion.camera_requested && any(seen)) {
-        Float row[kCameraFloats];
-        ray_velocity_row(scene.camera, cut.view, from - slide, row);
-        mode.camera(seen, row, cut.color);
-    }
+    if (any(seen)) camera_blocks(mode, scene, motion, seen, cut.view, from - slide, cut.color);
 }
 
 // Writes the values of the task's paths to work.radiance.

@@ -18,6 +18,7 @@
 #include "boundary/samples/direct_samples.h"
 #include "boundary/segment/light_motion.h"
 #include "path/lens_sample.h"
+#include "reparameterisation/camera_blocks.h"
 #include "shading/transmittance.h"
 #include "tasks/boundary_task.h"
 
@@ -118,7 +119,7 @@ EG_OUTLINE OutlineSample sample_outline(const SceneView& scene, const BoundaryTa
     const OutlinePoint at_u = outline_point(l, s.kind, u, middle.origin, middle.direction, parallel);
     s.active = p.active & at_u.active;
     s.point = at_u.y;
-    if (!motion.camera_requested && !motion.lights_requested) s.active = splat(0);
+    if (!rays_move(motion) && !motion.lights_requested) s.active = splat(0);
     // Project the point and orient N
     s.view = project(camera, s.point, lens);
     s.active &= s.view.active & in_reach(camera, s.view.sx, s.view.sy);
@@ -203,15 +204,19 @@ EG_INLINE void outline_blocks(Mode& mode, const SceneView& scene, const Derivati
     if (widens) by_depth = parallel_disk_row(scene, s, disk, g, row);
     if (motion.lights_requested) mode.light(s.active, s.row, row, s.color);
     // The camera's parameters
+    const Mask turns = (disk & splat(widens ? 0 : -1)) | (s.active & sun);
+    Projection at_origin = s.view;
+    at_origin.parameter = splat(0.0f);
+    if (motion.warped) {
+        warp_rays(mode, scene, s.active, s.view, s.normal * s.weight, -s.color);
+        if (any(turns)) warp_rays(mode, scene, turns, at_origin, from, s.color);
+    }
     if (!motion.camera_requested) return;
     Float ray[kCameraFloats];
     ray_velocity_row(scene.camera, s.view, s.normal * s.weight, ray);
     if (widens) add_depth(scene, s, disk, by_depth, ray);
     mode.camera(s.active, ray, -s.color);
-    const Mask turns = (disk & splat(widens ? 0 : -1)) | (s.active & sun);
     if (!any(turns)) return;
-    Projection at_origin = s.view;
-    at_origin.parameter = splat(0.0f);
     ray_velocity_row(scene.camera, at_origin, from, ray);
     mode.camera(turns, ray, s.color);
 }

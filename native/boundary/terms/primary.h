@@ -22,6 +22,7 @@
 #include "boundary/samples/visible_edge.h"
 #include "path/run.h"
 #include "path/start.h"
+#include "reparameterisation/camera_blocks.h"
 #include "tasks/boundary_task.h"
 #include "tasks/image_task.h"
 #include "tasks/splats.h"
@@ -197,10 +198,7 @@ EG_INLINE void intersection_blocks(Mode& mode, const SceneView& scene, const Der
 template <typename Mode>
 EG_INLINE void view_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                            const EdgeSample& s, Vec3 color) {
-    if (!motion.camera_requested) return;
-    Float row[kCameraFloats];
-    ray_velocity_row(scene.camera, s.view, s.normal * s.weight, row);
-    mode.camera(s.active, row, -color);
+    camera_blocks(mode, scene, motion, s.active, s.view, s.normal * s.weight, -color);
 }
 
 // Adds weight N . (de - c), times `color`, for the requested parameters.

@@ -14,11 +14,12 @@
 
 namespace edgegrad {
 
-const char* const kReasonNames[] = {
-    "needed",    "forced",          "not rendered",  "still",          "black",
-    "alone",     "nothing between", "flat",          "none",           "no light",
-    "pointlike", "out of view",     "unseen",        "looks the same", "only outline moves",
-    "unshaded",  "rays differ",     "not estimated", "unread",         "unused"};
+const char* const kReasonNames[] = {"needed",      "forced",         "not rendered",       "still",
+                                    "black",       "alone",          "nothing between",    "flat",
+                                    "none",        "no light",       "pointlike",          "out of view",
+                                    "unseen",      "looks the same", "only outline moves", "unshaded",
+                                    "rays differ", "not estimated",  "outlines serve",     "unread",
+                                    "unused"};
 
 namespace {
 
@@ -114,12 +115,22 @@ void decide_primary(const BoundaryFacts& f, Decisions& decided) {
 // Outlines of fields that the camera sees. A lens sees a different outline from each of its points.
 void decide_field_outlines(const BoundaryFacts& f, Decisions& decided) {
     std::vector<int32_t> seen;
-    bool moves = f.motion.camera;
+    bool fields_move = false;
     for (size_t k = 0; k < f.tables.fields.size(); ++k) {
         const int32_t mesh = f.tables.first_field() + static_cast<int32_t>(k);
         if (!(f.tables.mesh_mask[static_cast<size_t>(mesh)] & (1 << kCameraRay))) continue;
         seen.push_back(mesh);
-        moves |= f.motion.fields[k] != 0;
+        fields_move |= f.motion.fields[k] != 0;
+    }
+    // Bands take what moves with fields and, if relaxed, with the camera
+    const RequestedMotion& m = f.motion;
+    const bool by_bands = f.scene.field_bands != nullptr, relaxed = by_bands && !m.warped;
+    const bool moves = by_bands ? m.own_camera && !relaxed : m.own_camera || fields_move;
+    const bool bands_move = by_bands && (fields_move || (relaxed && m.own_camera));
+    if (f.options.field_edges != FieldEdges::kOutlines) {
+        const Reason used = unless(bands_move, moves ? Reason::kOutlinesServe : Reason::kStill);
+        decided.decide(Part::kFieldBands, first_of({unless(!seen.empty(), Reason::kNone), used}));
+        decided[Part::kFieldBands].meshes = seen;
     }
     decided.decide(Part::kFieldOutlines,
                    first_of({unless(!seen.empty(), Reason::kNone), unless(moves, Reason::kStill),

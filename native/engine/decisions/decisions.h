@@ -38,6 +38,7 @@ enum class Reason : int32_t {
     kUnshaded,          // meshes that scatter no light, and emit none that others scatter
     kRaysDiffer,        // some kinds of scattered rays can hit a mesh and others cannot
     kNotEstimated,      // no estimator exists
+    kOutlinesServe,     // another estimator takes its place
     kUnread,            // no table depends on the parameter
     kUnused,            // no visible face has the material, or a material that reads the texture
     kReasons

@@ -14,7 +14,7 @@ namespace {
 // Limits of alpha in scenes with and without emissive meshes. Wider lobes have less noise if they are not
 // followed: edges are sampled along them (boundary/terms/camera_sampled.h), which scan lines find only by
 // chance, and emissive meshes are sampled.
-constexpr float kFollowedByEmitters = 0.0205f, kFollowedAlpha = 0.0905f;
+constexpr float kFollowedByEmitters = 0.0205f, kFollowedAlpha = kWidestFollowed;
 
 // Whether anything moves that followed lobes see, which excludes lights of the table.
 bool moves(const RequestedMotion& motion) {

@@ -6,6 +6,9 @@
 
 namespace edgegrad {
 
+// No lobe of a larger alpha is followed.
+constexpr float kWidestFollowed = 0.0905f;
+
 // The largest alpha of followed lobes; 0: none is followed. Lobes are followed if the camera sees them
 // directly or by other followed lobes. Scan lines find the edges that such lobes show
 // (boundary/specular/chain_term.h), as in mirrors. In scenes with jumps of radiance that only other

@@ -6,6 +6,7 @@
 
 #include "boundary/curves/segment_cells.h"
 #include "engine/terms/curve_terms.h"
+#include "engine/terms/warp_term.h"
 #include "scene/sharp_lobes.h"
 #include "tasks/boundary_kind.h"
 #include "tasks/boundary_task.h"
@@ -259,11 +260,18 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
          curve_terms(scene, edges, options, motion,
                      decided.forces(Part::kPrimaryEdges) ? nullptr : seen.get(), decided)) {
         const double samples = share_of(curve.kind) * kBoundaryTable[curve.kind].share * picture;
+        SamplePlan plan(shared(std::move(curve.candidates)), samples, samples, options, curve.kind,
+                        options.two_passes);
+        if (curve.kind == kWarpedPicture) {
+            if (plan.total(0) > 0)
+                terms.push_back(std::make_unique<WarpTerm>(
+                    std::move(plan), BoundaryTerm::Lines{std::move(curve.lines), nullptr}, options,
+                    scene.camera));
+            continue;
+        }
         // Intersections of surfaces and curves on fields are not camera-sampled.
-        keep(SamplePlan(shared(std::move(curve.candidates)), samples, samples, options, curve.kind,
-                        options.two_passes),
-             {std::move(curve.lines), nullptr}, kBoundaryTable[curve.kind].least_depth > 2 ? 0.0f : alpha,
-             nullptr);
+        keep(std::move(plan), {std::move(curve.lines), nullptr},
+             kBoundaryTable[curve.kind].least_depth > 2 ? 0.0f : alpha, nullptr);
     }
     return terms;
 }

@@ -44,9 +44,10 @@ class BoundaryTerm : public SampledTerm {
         if (learned_) plan_.teach(*learned_);
     }
 
- private:
+ protected:
     void run_samples(TermRun& run, int pass, int64_t first, int64_t count, DroppedSamples& lost) override;
 
+ private:
     SamplePlan plan_;
     const Lines lines_;
     const float camera_sampled_alpha_;

@@ -4,6 +4,7 @@
 #include "boundary/curves/segment_cells.h"
 #include "boundary/fields/field_crossings.h"
 #include "boundary/fields/field_curves.h"
+#include "engine/terms/outline_cells.h"
 #include "tasks/boundary_kind.h"
 #include "tasks/boundary_task.h"
 
@@ -150,6 +151,23 @@ void add_field_crossings(const SceneView& scene, const EdgeList& edges, const Re
     out.push_back({kFieldCrossing, std::move(candidates), std::move(lines)});
 }
 
+// Bands about these outlines.
+void add_field_bands(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
+                     const RequestedMotion& motion, Decisions& decided, std::vector<CurveTerm>& out) {
+    if (!decided.computes(Part::kFieldBands) || decided.alone()) return;
+    const BoundaryKind kind = motion.warped ? kWarpedPicture : kFieldBand;
+    Intersections found = seen_outlines(scene, edges, decided[Part::kFieldBands].meshes);
+    double pixels = 0.0;
+    for (int32_t k = 0; k < scene.field_count; ++k)
+        pixels = std::max(pixels, static_cast<double>(scene.field_bands[k].pixels));
+    const double picture = static_cast<double>(scene.camera.width) * scene.camera.height * options.samples;
+    Candidates candidates = outline_cells(scene.camera, found, scene.edge_count, pixels,
+                                          kPictureSegments * kBoundaryTable[kind].share * picture);
+    if (candidates.size() == 0) return decided.none(Part::kFieldBands, Reason::kOutOfView);
+    out.push_back({kind, std::move(candidates),
+                   std::make_shared<EdgesAndIntersections>(edges.tables, std::move(found))});
+}
+
 // Fields between surfaces, and between surfaces and lights.
 void add_fields_between(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
                         Decisions& decided, std::vector<CurveTerm>& out) {
@@ -200,6 +218,7 @@ std::vector<CurveTerm> curve_terms(const SceneView& scene, const EdgeList& edges
     add_intersection_outlines(scene, edges, motion, decided, out);
     add_field_outlines(scene, edges, decided, out);
     add_field_crossings(scene, edges, motion, decided, out);
+    add_field_bands(scene, edges, options, motion, decided, out);
     add_fields_between(scene, edges, options, decided, out);
     add_intersections(scene, edges, options, motion, seen, decided, out);
     add_disk_intersections(scene, edges, options, decided, out);

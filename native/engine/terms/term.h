@@ -40,9 +40,10 @@ class Term {
     virtual int passes() const { return 1; }
     virtual int64_t samples(int pass) const = 0;
     virtual int64_t chunks(int pass) const = 0;
-    // Whether forward mode computes one splat for each sample, with kBoundaryChunk samples per chunk.
-    // Otherwise each chunk adds to its own pixels.
+    // Whether forward mode computes splats for each sample, kBoundaryChunk of them per chunk. Otherwise each
+    // chunk adds to its own pixels.
     virtual bool has_splats() const = 0;
+    virtual int64_t splats(int pass) const { return samples(pass); }
     // Runs one chunk, in the mode of `run`.
     virtual void run(TermRun& run, int pass, int64_t chunk) = 0;
     // Called before and after a gradient from which later ones learn.
@@ -88,18 +89,21 @@ struct TermPass {
 class SampledTerm : public Term {
  public:
     using Term::Term;
-    int64_t chunks(int pass) const final { return (samples(pass) + kBoundaryChunk - 1) / kBoundaryChunk; }
+    // Of forward mode; their number divides kBoundaryChunk.
+    virtual int32_t splats_of_sample() const { return 1; }
+    int64_t splats(int pass) const final { return splats_of_sample() * samples(pass); }
+    int64_t chunks(int pass) const final { return (splats(pass) + kBoundaryChunk - 1) / kBoundaryChunk; }
     bool has_splats() const final { return true; }
     bool drops_by_pixel() const override { return false; }
     void run(TermRun& run, int pass, int64_t chunk) final {
-        const int64_t first = chunk * kBoundaryChunk;
+        const int64_t most = kBoundaryChunk / splats_of_sample(), first = chunk * most;
         DroppedSamples lost;
-        run_samples(run, pass, first, std::min(kBoundaryChunk, samples(pass) - first), lost);
+        run_samples(run, pass, first, std::min(most, samples(pass) - first), lost);
         drop(pass, lost);
     }
 
  protected:
-    // Runs samples [first, first + count) of a pass, count <= kBoundaryChunk.
+    // Runs samples [first, first + count) of a pass, whose splats are at most kBoundaryChunk.
     virtual void run_samples(TermRun& run, int pass, int64_t first, int64_t count, DroppedSamples& lost) = 0;
 };
 

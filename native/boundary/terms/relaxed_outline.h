@@ -1,0 +1,179 @@
+// Primary boundary term of distance fields by relaxed boundaries (Wang et al. 2024): the outline of a field
+// is spread over a band of the picture. With the minimum phi* of a field along a camera ray
+// (reparameterisation/near_miss.h), its outline phi* = 0 is where the radiance jumps from L_near on the
+// surface to L_far behind it, and
+//   dI = int ds delta(phi*) (L_near - L_far) (-dphi).
+// Here delta is 1/(2 w) for |phi*| < w, on both sides of the outline. L_near is the radiance of the surface
+// nearest to the minimum and L_far that of what is behind it. This is biased: the picture of the derivative
+// is blurred by the width of the band, and all level sets in the band count as the outline.
+#pragma once
+
+#include "boundary/samples/picture_cell.h"
+#include "boundary/terms/field_outline.h"
+#include "reparameterisation/ray_search.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// The near miss of each sample: EdgeSample::instance is the face that stands for its field.
+struct BandSample {
+    Closest hit;  // of the field, at the point of the surface nearest to the minimum
+    Vec3 normal;  // out of the surface, there
+    Float contact;
+};
+
+// The point of the surface near a near miss, in grid coordinates.
+inline void pull_to_surface(const FieldView& f, double (&grid)[3], SplineJet& jet) {
+    constexpr int kSteps = 4;
+    for (int k = 0; k < kSteps; ++k) {
+        const auto& g = jet.gradient;
+        const double step = jet.value / __builtin_fmax(g[0] * g[0] + g[1] * g[1] + g[2] * g[2], 1e-30);
+        for (int a = 0; a < 3; ++a) grid[a] -= step * g[a];
+        jet = spline_jet(f, grid);
+    }
+}
+
+// Sets a lane to one of the near misses of its ray.
+inline void set_near_miss(const SceneView& scene, const PictureRay& ray, NearMiss m, int i, EdgeSample& s,
+                          BandSample& out, Float& part) {
+    const FieldView& f = *m.field;
+    s.instance[i] = scene.first_field_face + static_cast<int32_t>(m.field - scene.fields);
+    float position[3], normal[3];
+    double slope = 0.0, length = 0.0;
+    for (int c = 0; c < 3; ++c) {
+        const auto& row = f.to_world[c];
+        position[c] =
+            static_cast<float>(row[0] * m.grid[0] + row[1] * m.grid[1] + row[2] * m.grid[2] + row[3]);
+        length += ray.direction[c] * ray.direction[c];
+    }
+    set_lane3(s.point, i, position);
+    const auto normal_of = [&](const SplineJet& jet) {
+        double g[3];
+        slope = 0.0;
+        for (int c = 0; c < 3; ++c) {
+            g[c] = f.to_grid[0][c] * jet.gradient[0] + f.to_grid[1][c] * jet.gradient[1] +
+                   f.to_grid[2][c] * jet.gradient[2];
+            slope += g[c] * g[c];
+        }
+        slope = __builtin_sqrt(slope);
+        for (int c = 0; c < 3; ++c) normal[c] = static_cast<float>(g[c] / __builtin_fmax(slope, 1e-30));
+    };
+    // The velocity of the surface is -dphi/|g| along its normal
+    normal_of(m.jet);
+    set_lane3(s.normal, i, normal);
+    part[i] = static_cast<float>(0.5 * slope / m.width);
+    // The ray is in the surface over this length before and behind the point
+    constexpr double kSlack = 1.5;
+    const double within = m.jet.value < 0.0 ? __builtin_sqrt(-2.0 * m.jet.value / m.curvature) : 0.0;
+    out.contact[i] = static_cast<float>(kSlack * within * __builtin_sqrt(length));
+    pull_to_surface(f, m.grid, m.jet);
+    normal_of(m.jet);
+    set_lane3(out.normal, i, normal);
+    uint32_t code[2];
+    encode_place(f, m.grid, code);
+    float place[2];
+    __builtin_memcpy(place, code, sizeof place);
+    out.hit.b1[i] = place[0], out.hit.b2[i] = place[1];
+}
+
+EG_OUTLINE EdgeSample sample_band(const SceneView& scene, const BoundaryTask& task, int64_t at,
+                                  SegmentCursor& cursor, BandSample& out) {
+    const SegmentSample p = sample_edge_segment(scene, task, at, cursor);
+    const CameraView& camera = scene.camera;
+    EdgeSample s;
+    s.active = p.active;
+    s.edge = splat(-1);
+    s.instance = splat(0);
+    s.intersection = splat(0);
+    s.random = p.random;
+    s.mask = splat(1 << kCameraRay);
+    s.u = splat(0.0f);
+    s.end = s.tangent = s.point = zero3();
+    s.normal = out.normal = {splat(0.0f), splat(0.0f), splat(1.0f)};
+    out.contact = splat(0.0f);
+    out.hit.b1 = out.hit.b2 = out.hit.distance = splat(0.0f);
+    Float sx, sy, lens_u = splat(0.5f), lens_v = lens_u, choice, unused, part = splat(0.0f);
+    s.weight = place_in_cell(scene, task, p, sx, sy) * task.scale;
+    if (camera.aperture_radius > 0.0f)
+        sobol_pair(p.random.stream, p.random.sample, kPairLens, lens_u, lens_v);
+    sobol_pair(p.random.stream, p.random.sample, vertex_pair(splat(1 << 20), kVertexChoice), choice, unused);
+    const CameraRay ray = camera_ray(camera, sx, sy, lens_u, lens_v);
+    for (int i = 0; i < W; ++i) {
+        if (!s.active[i]) continue;
+        const PictureRay line = picture_ray(camera, ray.origin, ray.direction, i);
+        NearMiss misses[kMostNearMisses];
+        const int count = find_near_misses(scene, line, misses);
+        s.active[i] = count > 0 ? -1 : 0;
+        if (count == 0) continue;
+        const int k = static_cast<int>(choice[i] * static_cast<float>(count));
+        set_near_miss(scene, line, misses[k < count ? k : count - 1], i, s, out, part);
+        part[i] *= static_cast<float>(count);
+    }
+    s.weight = s.weight * part;
+    s.view = project(camera, s.point, lens_of(camera, p.random));
+    s.view.sx = sx, s.view.sy = sy;
+    s.active &= s.view.active & (s.view.distance > s.view.near) & (s.view.distance < s.view.far);
+    out.hit.hit = s.active;
+    out.hit.face = select(s.active, s.instance, splat(0));
+    out.hit.mesh = splat(0);
+    out.hit.instance = splat(-1);
+    return s;
+}
+
+struct FieldBands {
+    template <typename Factor>
+    static TracedSample* trace(const SceneView& scene, const BoundaryTask& task, Workspace& work,
+                               const Factor& factor) {
+        const int count = static_cast<int>(task.count);
+        const auto packets = static_cast<size_t>((count + W - 1) / W);
+        auto* const traced =
+            static_cast<TracedSample*>(work.segments->grow(packets * sizeof(TracedSample), 0));
+        SegmentCursor cursor = first_segment(task);
+        const SideFace none = {splat(-1), splat(-1), splat(0), splat(0.0f)};
+        int queued = 0;
+        for (int at = 0; at < count; at += W) {
+            TracedSample& kept = traced[at / W];
+            EdgeSample& s = kept.sample;
+            BandSample band;
+            s = sample_band(scene, task, at, cursor, band);
+            if (any(s.active)) {
+                kept.factor = factor(s);
+                if (!task.score) s.active &= ~(largest_component(kept.factor) == 0.0f);
+            }
+            Behind behind;
+            if (any(s.active))
+                behind = look_behind(scene, s, {none, none, splat(0)}, task.limits.transparent,
+                                     GrazedField{band.hit.face, band.contact});
+            if (!any(s.active)) continue;
+            // The ray to the surface is turned until it meets the front
+            constexpr float kTurn = 1e-4f;
+            Closest hit = band.hit;
+            hit.hit = s.active;
+            hit.mesh = mesh_of(scene, select(s.active, hit.face, splat(0)));
+            hit.distance = s.view.distance;
+            const Vec3 n = band.normal;
+            const Vec3 turned = s.view.direction - n * (dot(s.view.direction, n) + kTurn);
+            const Vec3 direction = turned * (1.0f / sqrt(dot(turned, turned)));
+            Closest other = hit;
+            other.hit = splat(0);
+            const Int path = lane_index() + at;
+            const auto start = [&](Int number, Vec3 along, const Closest& first) EG_INLINE_LAMBDA {
+                queued = append_start(work, queued, s.active, number, s.view.origin, along, first, zero3(),
+                                      other, behind.through, behind.passed, task.max_depth);
+            };
+            start(path + count, direction, hit);
+            start(path, s.view.direction, behind.hit);
+        }
+        run_appended(scene, side_paths(task), work, queued, 2 * task.count);
+        return traced;
+    }
+    template <typename Mode>
+    EG_INLINE static void blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
+                                 const EdgeSample& s, Vec3 color) {
+        view_blocks(mode, scene, motion, s, color);
+        if (motion.fields.any())
+            mode.field(s.active, select(s.active, s.instance, splat(scene.first_field_face)), s.point,
+                       s.normal * s.weight, color);
+    }
+};
+
+}  // namespace edgegrad::EDGEGRAD_ISA

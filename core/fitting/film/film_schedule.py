@@ -15,7 +15,7 @@ import numpy as np
 from ..schedule import Start, Turn, in_turns, shortened
 
 # Iterations of each frame in each stage, as parts of those of the first frame.
-CHAINED, BETWEEN, TOGETHER = 0.75, 0.25, 0.5
+CHAINED, BETWEEN, TOGETHER = 0.75, 0.25, 0.25
 # Length of the first steps, and the progress of the loss, of frames that start between neighbours.
 NEAR_STEP, NEAR_PROGRESS = 0.4, 0.5
 

@@ -36,6 +36,7 @@ from .look.derivative import DIRECTIONS, derivative_picture
 from .parameters import Names
 from .problem import Problem
 from .session import Request, Session, find_camera
+from .targets.film import FrameRange
 from .targets.options import add_arguments, has_targets, pictures
 
 
@@ -93,6 +94,15 @@ def _parser() -> argparse.ArgumentParser:
     add_arguments(fit)
     fit.add_argument("--setup", type=Path, metavar="FILE.json",
                      help="options by name; those of the command line come first")  # fmt: skip
+    fit.add_argument("--frames", type=_frames, metavar="FIRST:LAST[:STEP]", help="fit a film: targets "
+                     "are movies or numbered files (film.%%04d.png), keyed properties get a key at each frame, all "
+                     "other parameters one value")  # fmt: skip
+    fit.add_argument("--keyed", action="append", default=[], metavar="PATH", help="as --parameter, for a property that "
+                     "has no keyframes yet and should get one at each of the --frames")  # fmt: skip
+    fit.add_argument("--frame-smoothness", type=float, metavar="W", help="weight of the prior of smooth motion over "
+                     "the --frames; 0: none (default: 0.001)")  # fmt: skip
+    fit.add_argument("--first-every", type=_positive, metavar="N", help="fit every n-th of the --frames first "
+                     "(default: 8)")  # fmt: skip
     fit.add_argument("--loss", choices=list(losses.NAMED),
                      help="how pictures are compared with their targets (default: pyramid)")  # fmt: skip
     fit.add_argument("--iterations", type=_positive, help="steps (default: 200)")
@@ -156,7 +166,6 @@ def _common(parser: argparse.ArgumentParser, samples: int, default: int | None =
                         "that Blender opens before --command follows Blender's --enable-autoexec)")  # fmt: skip
 
 
-
 def _parameters(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--vertices", action="append", default=[], metavar="OBJECT")
     parser.add_argument("--base-color", action="append", default=[], metavar="MATERIAL")
@@ -180,6 +189,13 @@ def _positive(text: str) -> int:
     return value
 
 
+def _frames(text: str) -> FrameRange:
+    try:
+        return FrameRange.parse(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
 def _resolution(text: str) -> int:
     value = int(text)
     if not 16 <= value <= 512:
@@ -195,6 +211,7 @@ def _names(arguments: argparse.Namespace) -> Names:
 def _wanted(arguments: argparse.Namespace) -> tuple[Wanted, ...]:
     """Properties of the arguments; without any parameter there, those that the .blend has stored."""
     out = [Wanted.parse(text) for text in arguments.parameter]
+    out += [Wanted.parse(text, keyed=True) for text in getattr(arguments, "keyed", [])]
     for text in arguments.all_of:
         found, notes = wanted_of(text)
         out += [one for one in found if one.path not in {other.path for other in out}]
@@ -215,13 +232,24 @@ def _request(arguments: argparse.Namespace) -> Request:
     own = has_targets(arguments)
     request = Request(pictures(arguments), Names()) if own else stored_request()
     names, animated, field = _names(arguments), _wanted(arguments), _field(arguments)
-    if own or names != Names() or arguments.parameter or arguments.all_of or field is not None:
+    if own or names != Names() or arguments.parameter or arguments.keyed or arguments.all_of or field is not None:
         request = replace(request, names=names, animated=animated, field=field)
     given = {name: getattr(arguments, name) for name in ("iterations", "samples", "smoothness", "vertex_step", "slide",
                                                          "views_per_iteration", "loss")}  # fmt: skip
     if arguments.in_place or arguments.shape_key:
         given["in_place"] = arguments.in_place
+    request = replace(request, film=_film(arguments, request.film))
     return replace(request, seed=arguments.seed, **{name: one for name, one in given.items() if one is not None})
+
+
+def _film(arguments: argparse.Namespace, stored: FrameRange | None) -> FrameRange | None:
+    """The frames of the arguments, or else those that the .blend has stored."""
+    film = arguments.frames or stored
+    given = {name: one for name, one in (("smoothness", arguments.frame_smoothness),
+                                         ("first_every", arguments.first_every)) if one is not None}  # fmt: skip
+    if given and film is None:
+        raise Problem("--frame-smoothness and --first-every belong to a film; name its frames by --frames FIRST:LAST")
+    return None if film is None else replace(film, **given)
 
 
 def _field(arguments: argparse.Namespace) -> FieldRequest | None:

@@ -6,7 +6,7 @@ import json
 import os
 import tempfile
 import unicodedata
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -73,7 +73,7 @@ class FitOutput:
         if self.folder is None:
             return
         pictures = session.request.pictures
-        self.names = picture_names(list(dict.fromkeys(picture.camera for picture in pictures)))
+        self.names = picture_names(list(shown_pictures(session)))
         self.folder.mkdir(parents=True, exist_ok=True)
         inputs = {os.path.realpath(absolute(path)) for one in pictures for path in (one.image, one.mask) if path}
         outputs = [path for name in self.names for prefix in (BEFORE, AFTER) for path in self._pictures(prefix, name)]
@@ -86,7 +86,7 @@ class FitOutput:
 
     def write_before(self, session: Session) -> None:
         """Write the pictures of the cameras before the fit; raise `Problem` at the first failure."""
-        for failure in self._write_pictures(session, BEFORE):
+        for failure in self._write_pictures(session, BEFORE, session.before):
             raise Problem(failure)
 
     def write(self, session: Session, result: edgegrad.FitResult) -> list[str]:
@@ -108,7 +108,7 @@ class FitOutput:
                 failures += self._save(self.blend)
             if self.folder is not None:
                 failures += self._write_report(session, result)
-                failures += self._write_pictures(session, AFTER)
+                failures += self._write_pictures(session, AFTER, result.values)
         except KeyboardInterrupt:
             done = ", ".join(f"'{path}'" for path in self.written) or "no file"
             said = "; ".join([f"the fit had ended; of its result, {done} was written", *failures])
@@ -139,23 +139,19 @@ class FitOutput:
         assert self.folder is not None
         return [self.folder / f"{prefix}_{self.names[camera]}{suffix}" for suffix in SUFFIXES]
 
-    def _write_pictures(self, session: Session, prefix: str) -> Iterator[str]:
+    def _write_pictures(self, session: Session, prefix: str, values: Mapping[str, Any]) -> Iterator[str]:
         """Render and write the pictures; yield a sentence for each failure."""
         if self.folder is None:
             return
-        try:
-            renderer, limits = edgegrad.Renderer(session.export.scene, threads=session.threads), session.export.settings
-        except NOT_RENDERED as error:
-            yield f"the pictures {prefix} the fit can't be rendered ({error})"
-            return
-        for picture, target in zip(session.request.pictures, session.targets, strict=True):
+        limits = session.export.settings
+        for name, view in shown_pictures(session).items():
             try:
-                pixels = renderer.render(spp=SPP, max_depth=limits.max_depth, bounces=limits.bounces,
-                                         camera=target.camera)  # fmt: skip
+                renderer = edgegrad.Renderer(session.scene_of(values, view), threads=session.threads)
+                pixels = renderer.render(spp=SPP, max_depth=limits.max_depth, bounces=limits.bounces)
             except NOT_RENDERED as error:
-                yield f"camera '{picture.camera}': its picture {prefix} the fit can't be rendered ({error})"
+                yield f"camera '{name}': its picture {prefix} the fit can't be rendered ({error})"
                 continue
-            for path in self._pictures(prefix, picture.camera):
+            for path in self._pictures(prefix, name):
                 try:
                     images.write_image(path, pixels)
                     self.written.append(path)
@@ -163,12 +159,16 @@ class FitOutput:
                     yield str(error)
 
     def _write_report(self, session: Session, result: edgegrad.FitResult) -> Iterator[str]:
-        values = {name: np.asarray(value).tolist() for name, value in result.values.items() if np.size(value) <= 3}
+        film = session.request.film
+        keyed = [] if film is None or session.driver is None else [one.path for one in session.driver.variables]
+        values = {name: np.asarray(value).tolist() for name, value in result.values.items()
+                  if np.size(value) <= 3 or name in keyed}  # fmt: skip
         report: dict[str, Any] = {
             "losses": result.losses,
             "best": result.best,
             "seconds": result.seconds,
             "values": values,
+            "frames": None if film is None else list(film.times),
             "untouched": result.untouched,
             "warnings": session.export.report.lines,
             "notes": [*result.notes, *session.gain_notes],
@@ -183,6 +183,19 @@ class FitOutput:
             self.written.append(self._report)
         except OSError as error:
             yield str(error)
+
+
+def shown_pictures(session: Session) -> dict[str, int]:
+    """Return the targets whose pictures are written, by name: one of each camera, of a film its first, middle and last
+    frame.
+    """
+    of: dict[str, list[int]] = {}
+    for view, picture in enumerate(session.request.pictures):
+        of.setdefault(picture.camera, []).append(view)
+    if session.request.film is None:
+        return {camera: views[-1] for camera, views in of.items()}
+    return {f"{camera}_{session.request.pictures[view].time:04d}": view for camera, views in of.items()
+            for view in (views[0], views[len(views) // 2], views[-1])}  # fmt: skip
 
 
 def _save_in_temporary_folder(name: str) -> Path:

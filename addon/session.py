@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from edgegrad.scene import parameters as values
 
 from . import parameters
 from .animated.driver import Driver, control_variable
+from .animated.film_driver import FilmDriver, Shot, frames_kept
 from .animated.parameter import Wanted
 from .animated.relay import Relay
 from .animated.stored import remember_sensitivities
@@ -23,9 +24,11 @@ from .export import Export
 from .field_fit import FieldRequest, Replacement, replace_by_field
 from .preferences import threads
 from .problem import Problem
+from .targets.film import FrameRange, frame_of
 from .targets.pictures import Picture, gain_note, read_picture
 from .write_back import kept
 from .write_back.destinations import Destination, PropertyValue, VerticesOf
+from .write_back.keys import KeysOf
 
 
 @dataclass
@@ -54,6 +57,8 @@ class Request:
         Name of the loss (`edgegrad.losses.named`).
     field
         An object to fit as a distance field; None: there is none.
+    film
+        The frames of a film; None: the targets show the current frame.
     """
 
     pictures: list[Picture]
@@ -69,6 +74,7 @@ class Request:
     animated: tuple[Wanted, ...] = ()
     loss: str = "pyramid"
     field: FieldRequest | None = None
+    film: FrameRange | None = None
 
 
 @dataclass
@@ -120,22 +126,37 @@ class Session:
         scene = context.scene
         if not request.pictures:
             raise Problem("there is no target; add a camera and its target picture")
+        if request.film is not None:
+            request = replace(request, pictures=request.film.pictures(request.pictures, scene.frame_current))
         for number, picture in enumerate(request.pictures, 1):
             if not picture.camera:
                 raise Problem(f"target {number}: has no camera; choose one")
         cameras = [find_camera(scene, picture.camera) for picture in request.pictures]
-        names, controls = request.names.with_controls(scene, request.in_place, bool(request.animated))
+        film = request.film is not None
+        names, controls = request.names.with_controls(scene, request.in_place, bool(request.animated) or film)
+        if film and (controls or request.field is not None):
+            named = controls[0] if request.field is None else request.field.object
+            raise Problem(f"object '{named}': its shape can't be fitted to a film; fit it to one picture, then "
+                          "its motion to the film")  # fmt: skip
         if request.field is not None and (request.animated or controls):
             raise Problem(f"object '{request.field.object}': can't be fitted as a field together with animatable "
                           "properties or with vertices below modifiers; fit them one after the other")
-        export = export_differentiable(scene, cameras)
+        with frames_kept(scene):
+            if request.film is not None:  # the frame that all others are compared with
+                scene.frame_set(min(frame_of(one) for one in request.pictures))
+            export = export_differentiable(scene, cameras)
         replaced = None if request.field is None else replace_by_field(scene, export, request.field)
-        driver = None
-        if request.animated or controls:
+        driver: Driver | None = None
+        if film:
+            distinct = list(dict.fromkeys(cameras))
+            driver = FilmDriver(scene, distinct, request.animated,
+                                [Shot(frame_of(one), distinct.index(camera))
+                                 for one, camera in zip(request.pictures, cameras, strict=True)])  # fmt: skip
+        elif request.animated or controls:
             driver = Driver(scene, cameras, request.animated, controls, lambda control: control_variable(
                 control, request.vertex_step, request.smoothness))  # fmt: skip
-            for name in driver.without_normals:
-                export.scene.meshes[name].normals = None
+        for name in () if driver is None else driver.without_normals:
+            export.scene.meshes[name].normals = None
         wrt = names.paths(export, may_be_empty=driver is not None or replaced is not None)
         targets, notes = [], list[str]()
         if replaced is not None:
@@ -150,9 +171,10 @@ class Session:
         places: dict[str, Destination] = {} if replaced is None else {replaced.path: replaced}
         places |= {path: parameters.destination(export, path, request.in_place) for path in wrt if path not in places}
         if driver is not None:
-            before |= {one.path: one.read() for one in driver.parameters}
+            before |= {one.path: one.value.copy() for one in driver.variables}
             before |= {one.path: one.read() for one in driver.controls}
-            places |= {one.path: PropertyValue(one) for one in driver.parameters}
+            places |= {one.path: KeysOf(one, tuple(driver.times)) if isinstance(driver, FilmDriver) and one.keyed
+                       else PropertyValue(one) for one in driver.parameters}  # fmt: skip
             places |= {one.path: VerticesOf.of(one.object, np.eye(4), request.in_place) for one in driver.controls}
         notes += [*not_computed(export, wrt), *([] if driver is None else driver.notes)]
         relay = None if driver is None else Relay(driver)
@@ -202,6 +224,9 @@ class Session:
             callback=self._callback(callback),
             progress=progress,
             driven=self.relay,
+            film=None if self.request.film is None else edgegrad.Film(
+                [frame_of(one) for one in self.request.pictures], (), self.request.film.smoothness,
+                self.request.film.first_every),
             checkpoint=checkpoint,
             checkpoint_every=checkpoint_every,
             resume=resume,
@@ -224,6 +249,14 @@ class Session:
             return None if callback is None else callback(step)
 
         return tell
+
+    def scene_of(self, values: Mapping[str, Any], view: int) -> edgegrad.Scene:
+        """Return the scene, and its camera, as a target shows it with some values of the driven variables."""
+        if isinstance(self.driver, FilmDriver):
+            own = {one.path: np.asarray(values[one.path]) for one in self.driver.variables}
+            return self.driver.export_frame(own, view).scene
+        camera = self.targets[view].camera
+        return replace(self.export.scene, camera=camera or self.export.scene.camera)
 
     def write(self, result: edgegrad.FitResult) -> bool:
         """Write a result into Blender's data; return whether anything was written.

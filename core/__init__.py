@@ -7,6 +7,7 @@ from .expression import procedural
 from .fitting import losses, optimisers
 from .fitting.checkpoints import Checkpoint, read_checkpoint
 from .fitting.fields.variables import FieldSteps
+from .fitting.film.film import Film
 from .fitting.fit_step import FitStep
 from .fitting.scene_fit import FitResult, fit
 from .fitting.targets import Target
@@ -39,6 +40,7 @@ __all__ = [
     "Checkpoint",
     "Field",
     "FieldSteps",
+    "Film",
     "FitResult",
     "FitStep",
     "Image",

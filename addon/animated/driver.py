@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
 
 import bpy
 import numpy as np
@@ -44,7 +44,7 @@ CHECK_EVERY = 20
 class Placed(Placement):
     """A placement, with the difference quotients of each variable's numbers."""
 
-    columns: Mapping[str, Sequence[Quotient]]
+    columns: Mapping[str, Sequence[Quotient]] = field(default_factory=dict)
 
 
 class Driver:
@@ -72,6 +72,9 @@ class Driver:
         For properties that do not exist, cannot be set, change nothing at all, or change more than float arrays.
     """
 
+    # Whether each frame may have its own values, which are written as keys.
+    film: ClassVar[bool] = False
+
     def __init__(
         self, scene: Any, cameras: Sequence[Any], wanted: Sequence[Wanted], controls: Sequence[str] = (),
         vertices: Callable[[ControlMesh], Variable] | None = None,
@@ -81,7 +84,7 @@ class Driver:
         self.scene, self.cameras = scene, list(cameras)
         self._held = [Held.of("scenes", scene), *(Held.of("objects", camera) for camera in cameras)]
         self.notes: list[str] = []
-        self.parameters = found(wanted)
+        self.parameters = found(wanted, self.film)
         self.controls = [ControlMesh(name) for name in controls]
         self._memory = Memory()
         self._memory.without_normals = {name for name in controls if not bpy.data.objects[name].data.has_custom_normals}
@@ -92,7 +95,7 @@ class Driver:
         self._before: dict[str, Any] = {}  # the state before the last placement
         evaluate(scene, self._analyse, cameras[0])
         self.parameters = [one for one in self.parameters if one.places]
-        if not self.parameters and not self.controls:
+        if not self.parameters and wanted:
             raise Problem(f"no property has an effect: {'; '.join(self.notes)}")
         self.variables: list[Numbers | Variable] = [one.variable() for one in self.parameters]
         self.variables += [(vertices or control_variable)(one) for one in self.controls]
@@ -103,8 +106,16 @@ class Driver:
         assert self._start is not None
         return [name for name in self._start.scene.meshes if name in self._memory.without_normals]
 
-    def place(self, values: Mapping[str, F64]) -> Placed:
-        """Evaluate Blender with these values, and return what follows; the file's own values are set back."""
+    def place(self, values: Mapping[str, F64], views: Sequence[int] | None = None) -> Placed:
+        """Evaluate Blender with these values, and return what follows; the file's own values are set back.
+
+        One evaluation shows all cameras, so `views` has no effect.
+        """
+        self._begin_placement()
+        return evaluate(self.scene, lambda evaluation: self._place(evaluation, values), self.cameras[0])
+
+    def _begin_placement(self) -> None:
+        """Find all datablocks again, and keep the state before this placement."""
         self.renew()
         self._before = {
             "placements": self._placements,
@@ -113,7 +124,7 @@ class Driver:
                       for one in self.parameters},
             "notes": list(self.notes),
         }  # fmt: skip
-        return evaluate(self.scene, lambda evaluation: self._place(evaluation, values), self.cameras[0])
+        self._placements += 1
 
     def renew(self) -> None:
         """Find all datablocks again, after changes of their names or an undo; raise `Problem` if one was removed."""
@@ -191,12 +202,10 @@ class Driver:
         control.find(lambda: value_of(self._export(evaluation), (-1, path)), shape)
 
     def _place(self, evaluation: Evaluation, values: Mapping[str, F64]) -> Placed:
-        assert self._start is not None
-        self._placements += 1
         with self._kept():
             base, changed = self._stepped(evaluation, values)
             now = {one.path: one.read() for one in self._owned}
-            quotients = self._quotients(Prober(lambda: self._export(evaluation), base))
+            quotients = self._quotients(Prober(lambda: self._export(evaluation), base), self._is_check)
             for one in self._posed:
                 self._find_map(evaluation, one)
         maps = {one.path: ((-1, self._control_paths[one.path]), one.map)
@@ -226,8 +235,12 @@ class Driver:
         if sentence not in self.notes:
             self.notes.append(sentence)
 
-    def _quotients(self, prober: Prober) -> dict[str, list[Quotient]]:
-        check = self._placements % CHECK_EVERY == 0
+    @property
+    def _is_check(self) -> bool:
+        """Whether the steps are checked in this placement."""
+        return self._placements % CHECK_EVERY == 0
+
+    def _quotients(self, prober: Prober, check: bool) -> dict[str, list[Quotient]]:
         out: dict[str, list[Quotient]] = {}
         for one in self.parameters:
             out[one.path] = []
@@ -298,7 +311,7 @@ def _placement(base: Export, now: dict[str, F64], quotients: dict[str, list[Quot
          for k in range(views)],
         [[path for view, path in usable if view in (-1, k)] for k in range(views)],
         pull,
-        quotients,
+        columns=quotients,
     )  # fmt: skip
 
 

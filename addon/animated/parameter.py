@@ -33,19 +33,22 @@ class Wanted:
         Limits besides Blender's own; None: none.
     step
         First step, in the unit of the property; None: from the effect on the exported arrays.
+    keyed
+        Whether each frame of a film has its own value, even if there is no keyframe yet.
     """
 
     path: str
     low: float | None = None
     high: float | None = None
     step: float | None = None
+    keyed: bool = False
 
     @staticmethod
-    def parse(text: str) -> Wanted:
+    def parse(text: str, keyed: bool = False) -> Wanted:
         """Read 'PATH' or 'PATH in LOW:HIGH'."""
         path, separator, limits = text.rpartition(" in ")
         if not separator or path.count('"') % 2:
-            return Wanted(text.strip())
+            return Wanted(text.strip(), keyed=keyed)
         low, colon, high = limits.partition(":")
         try:
             bounds = [float(one) if one.strip() else None for one in (low, high)]
@@ -53,7 +56,7 @@ class Wanted:
             bounds = []
         if not colon or len(bounds) != 2:
             raise Problem(f"parameter '{text}': its limits must have the form LOW:HIGH, such as -1:1")
-        return Wanted(path.strip(), *bounds)
+        return Wanted(path.strip(), bounds[0], bounds[1], keyed=keyed)
 
 
 @dataclass
@@ -70,12 +73,15 @@ class Parameter:
         Of each place.
     start
         Values of the places at the beginning.
+    keyed
+        Whether each frame of a film has its own values.
     """
 
     wanted: Wanted
     places: list[Place]
     steps: list[Step] = field(default_factory=list)
     start: F64 = field(default_factory=lambda: np.zeros(0))
+    keyed: bool = False
     _held: list[Held] = field(default_factory=list)
     _names: list[str] = field(default_factory=list)
 
@@ -136,8 +142,8 @@ class Parameter:
         return min(FIRST_CHANGE / step.change * step.size, MOST_OF_RANGE * (high - low))
 
 
-def found(wanted: Iterable[Wanted]) -> list[Parameter]:
-    """Resolve and check properties.
+def found(wanted: Iterable[Wanted], film: bool = False) -> list[Parameter]:
+    """Resolve and check properties; those of a film may be keyed.
 
     Raises
     ------
@@ -149,11 +155,15 @@ def found(wanted: Iterable[Wanted]) -> list[Parameter]:
     for one in wanted:
         places = data_path.find(one.path)
         for place in places:
-            refusals.check(place)
+            refusals.check(place, film)
             if place.name in seen:
                 raise Problem(f"property '{place.name}': is given twice; leave out one of them")
             seen.add(place.name)
-        out.append(Parameter(one, places))
+        if one.keyed and not film:
+            raise Problem(f"property '{places[0].name}': is to be keyed, but the fit has no frames; give them "
+                          "(--frames FIRST:LAST)")  # fmt: skip
+        keyed = film and (one.keyed or any(refusals.is_keyed(place) for place in places))
+        out.append(Parameter(one, places, keyed=keyed))
     return out
 
 

@@ -9,8 +9,8 @@ from ..problem import Problem
 from .data_path import Place
 
 
-def check(place: Place) -> None:
-    """Raise `Problem`, with the cure, if a fit cannot set this property."""
+def check(place: Place, may_be_keyed: bool = False) -> None:
+    """Raise `Problem`, with the cure, if a fit cannot set this property, or not write its keys."""
     owner, where = place.owner, f"property '{place.name}'"
     if owner.library is not None:
         raise Problem(f"{where}: '{owner.name}' is linked from '{owner.library.filepath}' and can't be written; make "
@@ -26,10 +26,12 @@ def check(place: Place) -> None:
             if _drives(driver, path, place.index):
                 raise Problem(f"{where}: is driven, so a fit can't set it; fit what drives it "
                               f"({_inputs(driver.driver)}), or remove its driver")  # fmt: skip
-        for curve in _curves(animation):
-            if _drives(curve, path, place.index):
-                raise Problem(f"{where}: is keyed, so its value comes back at the next change of the frame; remove its "
-                              "keyframes first")  # fmt: skip
+        if any(_drives(curve, path, place.index) for curve in _curves_of_strips(animation)):
+            raise Problem(f"{where}: is keyed in a strip of the NLA editor; mute the strip, or make it the active "
+                          "action")  # fmt: skip
+        if not may_be_keyed and any(_drives(curve, path, place.index) for curve in _curves(animation)):
+            raise Problem(f"{where}: is keyed, so its value comes back at the next change of the frame; remove its "
+                          "keyframes, or fit the frames of a film (--frames FIRST:LAST)")  # fmt: skip
     locked = _is_read_only(place)
     if locked:
         raise Problem(f"{where}: is read-only; fit the properties that it follows from")
@@ -54,10 +56,25 @@ def _drives(curve: Any, path: str, index: int) -> bool:
     return bool(curve.data_path == path) and (index < 0 or curve.array_index == index)
 
 
+def is_keyed(place: Place) -> bool:
+    """Whether the active action has keyframes of this property."""
+    return any(_drives(curve, place.path[len(prefix) :], place.index)
+               for animation, prefix in _animations(place) for curve in _curves(animation))  # fmt: skip
+
+
+def curve_of(place: Place) -> Any:
+    """Return the curve of this property in the active action; None: there is none."""
+    return next((curve for animation, prefix in _animations(place) for curve in _curves(animation)
+                 if _drives(curve, place.path[len(prefix) :], place.index)), None)  # fmt: skip
+
+
 def _curves(animation: Any) -> Iterator[Any]:
-    """Yield the curves of an action and of unmuted strips."""
-    slot = getattr(animation, "action_slot", None)
-    yield from _curves_of(animation.action, slot)
+    """Yield the curves of the active action."""
+    yield from _curves_of(animation.action, getattr(animation, "action_slot", None))
+
+
+def _curves_of_strips(animation: Any) -> Iterator[Any]:
+    """Yield the curves of unmuted strips."""
     for track in animation.nla_tracks:
         for strip in () if track.mute else track.strips:
             yield from _curves_of(strip.action, getattr(strip, "action_slot", None))

@@ -24,7 +24,7 @@ class Relay:
     def __init__(self, driver: Driver) -> None:
         self._driver = driver
         self.latest: Placement | None = None
-        self._wanted: Mapping[str, Any] | None = None
+        self._wanted: tuple[Mapping[str, Any], Sequence[int] | None] | None = None
         self._answer: Placement | BaseException | None = None
         self._changed = threading.Condition()
         self._closed = False
@@ -34,12 +34,12 @@ class Relay:
         """The variables of the driver."""
         return self._driver.variables
 
-    def place(self, values: Mapping[str, Any]) -> Placement:
-        """Set the variables and return what follows."""
+    def place(self, values: Mapping[str, Any], views: Sequence[int] | None = None) -> Placement:
+        """Set the variables and return what follows for some of the pictures; None: for all."""
         if threading.current_thread() is threading.main_thread():
-            return self._driver.place(values)
+            return self._driver.place(values, views)
         with self._changed:
-            self._wanted = values
+            self._wanted = values, views
             self._changed.wait_for(lambda: self._answer is not None or self._closed)
             answer, self._answer = self._answer, None
         if answer is None:
@@ -61,10 +61,10 @@ class Relay:
         with self._changed:
             if self._wanted is None:
                 return
-            values, self._wanted = self._wanted, None
+            (values, views), self._wanted = self._wanted, None
         answer: Placement | BaseException
         try:
-            answer = self.latest = self._driver.place(values)
+            answer = self.latest = self._driver.place(values, views)
         except BaseException as error:
             answer = error
         with self._changed:

@@ -46,6 +46,8 @@ class Picture:
         Name of an image datablock, which replaces the file; empty: the file.
     frame
         Frame of a movie or sequence; None: the scene's current frame.
+    time
+        Frame of the timeline that the picture shows, in a fit of frames; None: the scene's current frame.
     """
 
     camera: str
@@ -59,6 +61,7 @@ class Picture:
     silhouette_of: tuple[str, ...] = ()
     datablock: str = ""
     frame: int | None = None
+    time: int | None = None
 
     @property
     def name(self) -> str:

@@ -17,6 +17,7 @@ from ..animated.refusals import check as check_property
 from ..export.materials.material import MaterialReading, SocketPath
 from ..problem import Problem
 from .held import Held
+from .keys import write_keys
 from .new_object import check_object, make_free_object, make_object
 from .values import check_light, check_sockets, find_material, write_material, write_power
 from .vertices import Topology, check_editable, displacement, write_move
@@ -199,8 +200,12 @@ class StoredEntry:
             write_power(ob, entry["value"])
         else:
             places = [place for name in entry["properties"] for place in find(name)]
+            keyed = "frames" in entry
             for place in places:
-                check_property(place)
+                check_property(place, may_be_keyed=keyed)
+            if keyed:
+                write_keys(places, entry["frames"], entry["values"])
+                return
             for place, value in zip(places, entry["values"], strict=True):
                 place.write(float(value))
 

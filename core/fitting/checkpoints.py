@@ -163,8 +163,10 @@ def state_of(run: Run) -> State:
         "gains": np.array(run.gains.values),
         "best_gains": np.array(run.best_gains),
         "steps": run.steps.state(),
+        "keyed": None if run.keyed is None else run.keyed.steps.state(),
         "driven": None if run.driven is None else {
-            "asked": run.asked,
+            "asked": run.asked[0],
+            "views": None if run.asked[1] is None else np.array(run.asked[1]),
             "owner": run.driven.state(),
             "variables": {item.path: item.state() for item in run.driven.variables},
         },
@@ -180,9 +182,12 @@ def restore(run: Run, state: State) -> None:
         parameters.put(run.work, item.path, state["values"][item.path])
     changed = [item.path for item in run.unknowns]
     run.steps.restore(state["steps"])
+    if run.keyed is not None:
+        run.keyed.steps.restore(state["keyed"])
     if run.driven is not None:
         run.driven.restore(state["driven"]["owner"])
-        changed += run.place(state["driven"]["asked"])
+        views = state["driven"]["views"]
+        changed += run.place(state["driven"]["asked"], None if views is None else views.tolist())
         for variable in run.driven.variables:
             variable.restore(state["driven"]["variables"][variable.path])
     run.renderer.update(changed)

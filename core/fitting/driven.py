@@ -36,6 +36,10 @@ class Placement:
         For each picture: paths of the parameters whose gradient `pull` needs.
     pull
         Maps a gradient of one picture by its `paths`, and the number of the picture, to that by the variables.
+    own
+        For each picture: parameter paths of the scene, except of the camera, and the values that only this picture
+        has; all have the same paths. Empty: all pictures show the same scene. What belongs to pictures that were not
+        asked for is empty.
     """
 
     values: dict[str, F64]
@@ -43,6 +47,7 @@ class Placement:
     cameras: Sequence[Mapping[str, Any]]
     paths: Sequence[Sequence[str]]
     pull: Callable[[Mapping[str, F64], int], dict[str, F64]]
+    own: Sequence[Mapping[str, Any]] = ()
 
 
 class Variable(Protocol):
@@ -73,8 +78,8 @@ class Driven(Protocol):
         """The variables, the same objects at each call."""
         ...
 
-    def place(self, values: Mapping[str, F64]) -> Placement:
-        """Set the variables, and return what follows."""
+    def place(self, values: Mapping[str, F64], views: Sequence[int] | None = None) -> Placement:
+        """Set the variables, and return what follows for some of the pictures; None: for all."""
         ...
 
     def state(self) -> State:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..scene import parameters
 from ..scene.scene import Scene
-from .driven import Driven, Numbers
+from .driven import Driven, Numbers, Placement
 from .targets import View
 
 _KINDS = {"meshes": "mesh", "materials": "material", "lights": "light", "images": "image", "fields": "field"}
@@ -45,6 +45,12 @@ def of_driven(driven: Driven | None) -> Fingerprint:
         rest = (item.steps, item.low, item.high) if isinstance(item, Numbers) else (item.step,)
         found[f"the property '{item.path}'"] = digest((item.value, *rest))
     return found
+
+
+def of_placement(placement: Placement | None) -> Fingerprint:
+    """Return the digests of the values that single pictures have."""
+    own = () if placement is None else placement.own
+    return {f"the scene of target {k}": digest(values) for k, values in enumerate(own)}
 
 
 def difference(stored: Mapping[str, str], now: Mapping[str, str]) -> str | None:

@@ -83,7 +83,7 @@ class Poses(Resumable):
         self.path = path
         self.value = np.array(parameters.get(scene, path), np.float64)
         self.step = TURN_STEP if step is None else step
-        self._pivot, self._extent = _pivot_and_extent(scene, path, self.value)
+        self._pivot, self._extent = pivot_and_extent(scene, path, self.value)
         self._optimiser = AdamMatrix(self.step)
 
     def take_step(self, gradient: F64, factor: float) -> Any:
@@ -144,7 +144,7 @@ def depth_seen(scene: Scene, camera: Camera) -> float:
     return float(np.median(chosen)) if len(chosen) else scene_extent(scene)
 
 
-def _pivot_and_extent(scene: Scene, path: str, value: F64) -> tuple[F64, float]:
+def pivot_and_extent(scene: Scene, path: str, value: F64) -> tuple[F64, float]:
     """Return the pivot of the rotations of a pose, and the extent that is the unit of its translations."""
     held, field = parameters.owner(scene, path)
     if isinstance(held, Camera):

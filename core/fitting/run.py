@@ -10,37 +10,35 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .._check import function, numeric, shown
+from .._check import function
 from ..planning.scene_plan import Plan, plan
 from ..rendering.one_shot import CAUSTIC_SAMPLES
 from ..rendering.options import Progress
 from ..rendering.renderer import Renderer
 from ..scene import parameters
-from ..scene.camera import Camera
 from ..scene.scene import Scene
 from .driven import Driven, Numbers, Placement, Steps, Variable
 from .fields.topological_steps import TopologicalStep, topology_is_due
 from .fields.variables import Coefficients
+from .film.keyed import KeyedFrames, KeyedNumbers
 from .fit_step import Callback, FitStep, ending
 from .gains import Gains
-from .losses import Loss
+from .losses import Loss, checked_loss
+from .schedule import Schedule
 from .silhouettes import Silhouettes, is_negative, moves_silhouettes
-from .targets import View
+from .targets import View, camera_of_gradient
 from .variables import Unknown
 from .zero_gradients import why_untouched
 
 F64 = NDArray[np.float64]
 
-# Factor of the step length at the end; it falls from 1 along a cosine. Short last steps average out the noise of the
-# gradients, but a factor that is too small stops the fit early.
-LAST_STEP = 0.05
 # Iterations over which the loss is averaged before it is compared with the best so far: the loss of a single noisy
 # picture may be small by chance.
 SMOOTHED_OVER = 5
@@ -53,23 +51,25 @@ class Run:
 
     def __init__(
         self, work: Scene, renderer: Renderer, seen: list[View], unknowns: list[Unknown], loss: Loss, *,
-        iterations: int, per_iteration: int, spp: int, gradient_spp: int, limits: dict[str, Any], seed: int,
-        started: float, progress: Progress | None, driven: Driven | None = None, placement: Placement | None = None,
-        silhouettes: Silhouettes | None = None,
+        schedule: Schedule, spp: int, gradient_spp: int, limits: dict[str, Any], seed: int, started: float,
+        progress: Progress | None, driven: Driven | None = None, placement: Placement | None = None,
+        silhouettes: Silhouettes | None = None, keyed: KeyedFrames | None = None,
     ) -> None:
         self.work, self.renderer, self.seen, self.unknowns, self.loss = work, renderer, seen, unknowns, loss
-        self.iterations, self.per_iteration = iterations, per_iteration
+        self.schedule, self.iterations = schedule, schedule.iterations
         self.spp, self.gradient_spp, self.limits = spp, gradient_spp, limits
         self.seed, self.started, self.progress = seed, started, progress
-        self.driven, self.placement, self.silhouettes = driven, placement, silhouettes
+        self.driven, self.placement, self.silhouettes, self.keyed = driven, placement, silhouettes, keyed
         self.gains = Gains(seen)
         self.best_gains = self.gains.values
         self.checkpoint: Callable[[], None] | None = None  # stores the state
         self.checkpoint_every = 1
         self.done = 0  # iterations
         self.measured = False  # the loss after the last step
-        self.asked: dict[str, F64] = {}  # the last values that `driven` was asked to place
-        self.steps = Steps(() if driven is None else driven.variables)
+        # What `driven` was asked to place last: values, and for which pictures
+        self.asked: tuple[dict[str, F64], Sequence[int] | None] = {}, None
+        variables = () if driven is None else driven.variables
+        self.steps = Steps([one for one in variables if not isinstance(one, KeyedNumbers)])
         self.first_gradient: dict[str, F64] = {}  # by the driven variables, at the start
         self.effects: dict[str, float] = {}
         self.rendered: tuple[int, NDArray[np.float32]] = (0, np.zeros((0, 0, 3), np.float32))
@@ -78,7 +78,9 @@ class Run:
         self.losses: list[float] = []
         self.newest = np.full(len(seen), np.nan)  # most recent loss of each picture
         self.touched = {path: np.zeros(np.shape(value), bool) for path, value in self.start.items()}
-        self.order = np.random.default_rng(seed).permutation(len(seen))
+        if keyed is not None:
+            keyed.scale(seen, loss)
+            _ = renderer.edges  # of the same scene in a fit that goes on from a checkpoint
 
     def iterate(self, callback: Callback | None) -> str | None:
         """Run all iterations that are left.
@@ -87,16 +89,17 @@ class Run:
         -------
         None, or how the callback stopped the fit: "restore", "best", or "callback" if `on_cancel` decides.
         """
-        full_turn = -(-len(self.seen) // self.per_iteration)  # iterations until every picture was rendered
+        full_turn = self.schedule.complete_after
         for k in range(self.done, self.iterations):
+            turn = self.schedule.turn(k)
             gradient = self._gradient(k)
             self._record(k >= full_turn - 1)
-            factor = LAST_STEP + (1.0 - LAST_STEP) * 0.5 * (1.0 + np.cos(np.pi * k / self.iterations))
             for item in self.unknowns:
-                parameters.put(self.work, item.path, item.take_step(gradient[item.path], factor))
+                parameters.put(self.work, item.path, item.take_step(gradient[item.path], turn.factor))
             changed = [item.path for item in self.unknowns]
             if self.driven is not None:
-                changed += self.place(self.steps.take(gradient, factor))
+                values = self.steps.take(gradient, turn.factor)
+                changed += self.place(values) if self.keyed is None else self._go_on(k, values, gradient, changed)
             self._update(changed)
             self._change_topology(k, full_turn)
             self.done = k + 1
@@ -141,11 +144,14 @@ class Run:
         if self.silhouettes is not None and changed is not None:
             self.silhouettes.update(changed)
 
-    def place(self, values: Mapping[str, F64]) -> list[str]:
-        """Set the driven variables and the scene's parameters that follow; return the paths of the latter."""
+    def place(self, values: Mapping[str, F64], views: Sequence[int] | None = None) -> list[str]:
+        """Set the driven variables and the scene's parameters that follow; return the paths of the latter.
+
+        The parameters of other pictures than `views` are not known then; None: those of all are.
+        """
         assert self.driven is not None
-        self.asked = dict(values)
-        self.placement = placed = self.driven.place(values)
+        self.asked = dict(values), views
+        self.placement = placed = self.driven.place(values, views)
         for item in self.driven.variables:
             item.value = placed.values[item.path]
         for view, fields in zip(self.seen, placed.cameras, strict=True):
@@ -155,11 +161,39 @@ class Run:
             parameters.put(self.work, path, value)
         return list(placed.parameters)
 
+    def _go_on(self, k: int, values: dict[str, F64], gradient: Mapping[str, F64], changed: list[str]) -> list[str]:
+        """Place the next values of the driven variables of a film, as `place`; `changed` are the scene's others."""
+        assert self.keyed is not None
+        values |= self.keyed.take(gradient, self.schedule.turn(k))
+        if k + 1 == self.iterations:
+            return self.place(values)
+        following = self.schedule.turn(k + 1)
+        ways, losses = self.keyed.begun(values, following), [0.0]
+        if len(ways) > 1:
+            losses.clear()
+            for way in ways:
+                self._update([*changed, *self.place(way, following.views)])
+                pictures = {j: self._pictures(k + 1, j, 0.0, len(following.views)) for j in following.views}
+                losses.append(sum(value for value, _ in self._compare(k + 1, self.loss, pictures)[1].values()))
+        return self.place(ways[int(np.argmin(losses))], following.views)
+
+    def _see(self, j: int) -> None:
+        """Bring the scene to the state in which picture j shows it."""
+        if self.placement is None or not self.placement.own:
+            return
+        changed = [path for path, value in self.placement.own[j].items()
+                   if not np.array_equal(parameters.get(self.work, path), value)]  # fmt: skip
+        for path in changed:
+            parameters.put(self.work, path, self.placement.own[j][path])
+        if changed:
+            self._update(changed)
+
     def measure_end(self) -> None:
         """Render all pictures once more and record the loss after the last step, unless this was done."""
         if self.measured:
             return
-        self._adjoints(self.iterations, {j: self._pictures(self.iterations, j, 1.0) for j in range(len(self.seen))})
+        every = range(len(self.seen))
+        self._adjoints(self.iterations, {j: self._pictures(self.iterations, j, 1.0, len(every)) for j in every})
         self._record(True)
         self.measured = True
         if self.checkpoint is not None:
@@ -167,33 +201,33 @@ class Run:
 
     def _gradient(self, k: int) -> dict[str, F64]:
         """Return the gradient of the loss over the pictures of iteration k, and record their losses."""
-        first = k * self.per_iteration
-        turn = [int(self.order[(first + n) % len(self.seen)]) for n in range(self.per_iteration)]
+        turn = self.schedule.turn(k).views
         total = {path: np.zeros(np.shape(value)) for path, value in self.start.items()}
         own = [item.path for item in self.unknowns]
-        part_of_view = 0.5 / self.per_iteration
+        part_of_view = 0.5 / len(turn)
 
         def done(n: int) -> float:  # of the fit, after n halves of the work on a view
             return (k + part_of_view * n) / (self.iterations + 1)
 
-        pictures = {j: self._pictures(k, j, done(n)) for n, j in enumerate(turn)}
+        pictures = {j: self._pictures(k, j, done(n), len(turn)) for n, j in enumerate(turn)}
         for n, (j, adjoint) in enumerate(self._adjoints(k, pictures).items()):
             view = self.seen[j]
             moving = () if self.placement is None else self.placement.paths[j]
             wrt = [path for path in dict.fromkeys((*own, *moving)) if view.objects is None or moves_silhouettes(path)]
             if not adjoint.any() or not wrt:
                 continue
+            self._see(j)
             renderer = self._renderer(j)
             part = renderer.render_backward(
                 adjoint, wrt, spp=self.gradient_spp, **self._limits(j), seed=self._seed(k, j, 1),
-                camera=_camera_of_gradient(renderer, view.camera, wrt),
-                progress=self._part(done(self.per_iteration + n), 0.0, part_of_view),
+                camera=camera_of_gradient(renderer, view.camera, wrt),
+                progress=self._part(done(len(turn) + n), 0.0, part_of_view),
             )
             part = part | {path: np.zeros(np.shape(parameters.get(self.work, path)))
                            for path in (*own, *moving) if path not in part}  # fmt: skip
             pulled = {} if self.placement is None else self.placement.pull(part, j)
             for path, value in ({path: part[path] for path in own} | pulled).items():
-                total[path] += value / self.per_iteration
+                total[path] += value / len(turn)
         for path, value in total.items():
             bad = np.argwhere(~np.isfinite(value))
             if len(bad):
@@ -218,13 +252,17 @@ class Run:
         """Path length and bounces of picture j; a silhouette is seen directly."""
         return self.limits if self.seen[j].objects is None else self.limits | {"max_depth": 1}
 
-    def _pictures(self, k: int, j: int, done: float) -> tuple[NDArray[np.float32], ...]:
-        """Render picture j, or two independent pictures of half the samples if its gain is unknown."""
+    def _pictures(self, k: int, j: int, done: float, among: int) -> tuple[NDArray[np.float32], ...]:
+        """Render picture j, or two independent pictures of half the samples if its gain is unknown.
+
+        It is one of `among` pictures of this iteration.
+        """
+        self._see(j)
         view = self.seen[j]
         halves = 2 if isinstance(view.gain, str) else 1
         out = []
         for half in range(halves):
-            part = 0.5 / (self.per_iteration * halves)
+            part = 0.5 / (among * halves)
             image = self._renderer(j).render(
                 spp=max(1, self.spp // halves), **self._limits(j), seed=self._seed(k, j, 4 * half), camera=view.camera,
                 progress=self._part(done, half * part, part),
@@ -245,7 +283,7 @@ class Run:
             self.newest[j] = value
         at = getattr(self.loss, "at", None)
         if at is not None:
-            loss = function("fit", "what loss.at returns", at(min(k / max(self.iterations - 1, 1), 1.0)))
+            loss = function("fit", "what loss.at returns", at(self.schedule.turn(k).progress))
             out = self._compare(k, loss, pictures)[1]
         return {j: adjoint for j, (_, adjoint) in out.items()}
 
@@ -255,7 +293,7 @@ class Run:
         """Return the gains, and the loss of each picture with its adjoint, weighted."""
 
         def checked(view: View, image: NDArray[Any]) -> tuple[float, NDArray[Any]]:
-            return _checked_loss(loss(image, view.image, view.mask), image)
+            return checked_loss(loss(image, view.image, view.mask), image)
 
         values = self.gains.find(lambda view, image: checked(view, image)[1], pictures)
         out = {}
@@ -279,6 +317,8 @@ class Run:
         self.losses.append(float((weight * self.newest)[known].sum() / weight[known].sum()))
         # If losses differ by less than their noise, the latest values count as the best: the shorter steps at the end
         # average the noise of many gradients.
+        if not complete and self.keyed is not None:  # a part of the frames is better than none
+            self.best, self.best_values, self.best_gains = len(self.losses) - 1, self._values(), self.gains.values
         if complete and self.smoothed() <= self.least + self._noise():
             self.least, self.best = min(self.least, self.smoothed()), len(self.losses) - 1
             self.best_values, self.best_gains = self._values(), self.gains.values
@@ -351,29 +391,7 @@ class Run:
                 )
 
 
-def _camera_of_gradient(renderer: Renderer, camera: Camera, wrt: list[str]) -> Camera | None:
-    """Camera argument of a gradient of a picture. Derivatives by a camera are those by the scene's own."""
-    if not any(path.startswith("camera.") for path in wrt):
-        return camera
-    if renderer.scene.camera is not camera:
-        renderer.scene.camera = camera
-    renderer.update(["camera.to_world"])
-    return None
-
-
 def effect(item: Unknown | Variable | Numbers, gradient: F64) -> float:
     """First-order change of the loss if each number of a variable moves by its first step, down the gradient."""
     steps = item.steps if isinstance(item, Numbers) else item.step
     return float(np.abs(gradient * steps).sum())
-
-
-def _checked_loss(found: Any, image: NDArray[np.float32]) -> tuple[float, NDArray[Any]]:
-    """Return what a loss has returned, if it has the form (value, adjoint); the numbers may be non-finite."""
-    if not isinstance(found, tuple) or len(found) != 2:
-        raise ValueError(f"fit: loss must return (value, adjoint), not {shown(found)}")
-    value = numeric("fit", "the value that loss returns", found[0])
-    adjoint = numeric("fit", "the adjoint that loss returns", found[1])
-    if value.ndim or adjoint.shape != image.shape:
-        raise ValueError(f"fit: loss must return a number and an array of the shape {image.shape}, not arrays of the "
-                         f"shapes {value.shape} and {adjoint.shape}")
-    return float(value), adjoint

@@ -32,12 +32,17 @@ from .checkpoint_file import check_checkpoint
 from .checkpoints import Checkpoints
 from .driven import Driven, Placement
 from .fields.variables import FieldSteps
+from .film.film import Film
+from .film.film_schedule import FilmSchedule
+from .film.keyed import KeyedFrames, KeyedNumbers
+from .film.keyed_parameters import CAMERA, KeyedParameters
 from .fit_step import ON_CANCEL, Callback
 from .large_steps import MOST_SMOOTHNESS
 from .losses import Loss, Pyramid
 from .run import Run
+from .schedule import Cycle, Schedule
 from .silhouettes import Silhouettes
-from .targets import Targets, views
+from .targets import Targets, View, views
 from .variables import unknown
 from .zero_gradients import untouched_part
 
@@ -49,7 +54,8 @@ class FitResult:
     Attributes
     ----------
     values
-        Maps a parameter path to the value that the scene has now.
+        Maps a parameter path to the value that the scene has now. Keyed parameters of a film: to (frames, ...) values,
+        in the order of `Film.times`; the scene keeps its own.
     losses
         Loss before each step and, unless the fit was cancelled, after the last step.
     best
@@ -106,6 +112,7 @@ def fit(
     callback: Callback | None = None,
     progress: Progress | None = None,
     driven: Driven | None = None,
+    film: Film | None = None,
     checkpoint: str | Path | None = None,
     checkpoint_every: int = 25,
     resume: bool = False,
@@ -172,6 +179,9 @@ def fit(
     driven
         Variables outside of the scene that move its parameters (`edgegrad.fitting.driven`); they are fitted together
         with `wrt`, which may then be empty, and which must not have a parameter that they move.
+    film
+        The frames of the targets, and the parameters with a value in each frame (`Film`). `iterations` are then the
+        steps of the first frame; frames that start from their neighbours make fewer.
     checkpoint
         A file (.npz) that keeps the state of the fit; it is replaced as a whole, after every `checkpoint_every`
         iterations and at the end. None: none is written.
@@ -206,8 +216,12 @@ def fit(
     validated(scene)
     work = copied(scene)
     narrow = engine_class(engine).narrow
-    paths = _checked_paths(work, wrt, narrow, driven is not None)
+    paths = _checked_paths(work, wrt, narrow, driven is not None or film is not None)
     seen = views(work, targets, engine)
+    own_frames = None
+    if film is not None:
+        own_frames = _checked_film(work, film, seen, paths, driven, narrow)
+        driven = own_frames if driven is None else driven
     placement = moving = None
     if driven is not None:
         seen = [replace(view, camera=replace(view.camera)) for view in seen]  # their cameras may be moved
@@ -218,10 +232,16 @@ def fit(
     samples = spp if gradient_spp is None else whole("fit", "gradient_spp", gradient_spp, 1, 1 << 24)
     max_depth = whole("fit", "max_depth", max_depth, 1, MAX_DERIVATIVE_DEPTH if narrow else MAX_DEPTH)
     bounces = checked_bounces("fit", bounces)
-    per_iteration = len(seen)
-    if views_per_iteration is not None:
-        per_iteration = whole("fit", "views_per_iteration", views_per_iteration, 1, len(seen))
+    per_iteration = views_per_iteration
+    if per_iteration is not None:
+        per_iteration = whole("fit", "views_per_iteration", per_iteration, 1, len(seen))
     seed = whole("fit", "seed", seed, 0, 0xFFFFFFFF)
+    schedule: Schedule = Cycle(len(seen), per_iteration or len(seen), iterations, seed)
+    keyed = None
+    if film is not None:
+        schedule = FilmSchedule(film.of_views, film.first_every, iterations, per_iteration, seed)
+        numbers = [] if driven is None else [one for one in driven.variables if isinstance(one, KeyedNumbers)]
+        keyed = KeyedFrames(numbers, film.times, film.of_views, film.smoothness)
     choice("fit", "on_cancel", on_cancel, ON_CANCEL)
     threads = whole("fit", "threads", threads, 0, MOST_THREADS)
     callback, progress = optional(function)("fit", "callback", callback), checked_progress("fit", progress)
@@ -247,11 +267,12 @@ def fit(
         every = whole("fit", "checkpoint_every", checkpoint_every, 1, 1_000_000)
         options = {"wrt": paths, "iterations": iterations, "spp": spp, "gradient_spp": samples, "max_depth": max_depth,
                    "bounces": bounces, "smoothness": smoothness, "slide": slide, "field_steps": field_steps,
-                   "step_sizes": steps, "views_per_iteration": per_iteration, "seed": seed}  # fmt: skip
+                   "step_sizes": steps, "views_per_iteration": per_iteration or len(seen), "seed": seed,
+                   "film": film}  # fmt: skip
         checkpoints = Checkpoints(
             Path(checkpoint), every,
             fingerprint.of_scene(work) | fingerprint.of_views(seen) | {"the loss": fingerprint.digest(loss)}
-            | fingerprint.of_driven(driven),
+            | fingerprint.of_driven(driven) | fingerprint.of_placement(placement),
             {name: str(value) for name, value in options.items()},
             renderer.kernels,
         )
@@ -259,9 +280,9 @@ def fit(
         raise ValueError("fit: resume needs a checkpoint; name its file")
     run = Run(
         work, renderer, seen, unknowns, loss,
-        iterations=iterations, per_iteration=per_iteration, spp=spp, gradient_spp=samples,
+        schedule=schedule, spp=spp, gradient_spp=samples,
         limits={"max_depth": max_depth, "bounces": bounces}, seed=seed, started=started, progress=progress,
-        driven=driven, placement=placement, silhouettes=silhouettes,
+        driven=driven, placement=placement, silhouettes=silhouettes, keyed=keyed,
     )
     if checkpoints is not None:
         checkpoints.attach(run, resume)
@@ -282,6 +303,8 @@ def fit(
         if driven is not None:
             for path in run.place({item.path: kept[item.path] for item in driven.variables}):
                 parameters.put(scene, path, parameters.get(work, path))
+    if own_frames is not None:
+        kept = kept | {item.path: own_frames.values(item.path, kept[item.path]) for item in own_frames.variables}
     return FitResult(
         {path: np.copy(value) if np.ndim(value) else value for path, value in kept.items()},
         run.losses, run.best, time.monotonic() - run.started, stop is not None,
@@ -296,10 +319,40 @@ def fit(
 def _checked_placement(placement: Placement, paths: list[str]) -> list[str]:
     """Return all parameters of the scene that driven variables move; none of them may be fitted by itself."""
     found = list(dict.fromkeys(path for of_view in placement.paths for path in of_view))
+    own = {path for of_view in placement.own for path in of_view}
     for path in paths:
+        if path in own and path not in found:
+            raise ValueError(f"fit: '{path}' differs from frame to frame, so it can't have one fitted value; "
+                             "key it, or leave it out")
         if path in placement.parameters or path in found:
             raise ValueError(f"fit: '{path}' is fitted by itself and moved by driven variables; leave one of them out")
     return found
+
+
+def _checked_film(work: Scene, film: Film, seen: list[View], paths: list[str], driven: Driven | None,
+                  narrow: bool) -> KeyedParameters | None:  # fmt: skip
+    """Check a film; return the driven variables of its keyed parameters, if it has any."""
+    instance("fit", "film", film, Film)
+    film.check_fields("film")
+    if len(film.frames) != len(seen):
+        raise ValueError(f"film: frames has {len(film.frames)} frames, but there are {len(seen)} targets; give the "
+                         "frame of each target")
+    for path in film.keyed:
+        if driven is not None:
+            raise ValueError(f"film: '{path}' is keyed, but the fit has driven variables too; key one of them instead")
+        if path in paths:
+            raise ValueError(f"film: '{path}' is keyed and in wrt; leave it out of wrt")
+        if path.startswith(CAMERA) and any(view.camera is not work.camera for view in seen):
+            raise ValueError(f"film: '{path}' is keyed, but a target has a camera of its own; leave the cameras of "
+                             "the targets out")
+    if any(collection == "fields" for collection, _, _ in map(parameters.split, paths)):
+        raise ValueError("film: distance fields can't be fitted to films; fit the field to single pictures")
+    if not film.keyed:
+        if not paths and driven is None:
+            raise ValueError("fit: wrt is empty, and film has no keyed parameter; name at least one parameter path")
+        return None
+    _checked_paths(work, film.keyed, narrow, False)
+    return KeyedParameters(work, film)
 
 
 def _checked_paths(work: Scene, wrt: Sequence[str], narrow: bool, may_be_empty: bool) -> list[str]:

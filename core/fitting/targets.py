@@ -266,3 +266,13 @@ def _world_alone(scene: Scene, camera: Camera, engine: str) -> NDArray[np.float3
     """Render the world without objects."""
     behind = Scene(camera, world=scene.world, images=scene.images)
     return Renderer(behind, engine=engine).render(spp=WORLD_SPP, max_depth=1)
+
+
+def camera_of_gradient(renderer: Renderer, camera: Camera, wrt: list[str]) -> Camera | None:
+    """Camera argument of a gradient of a picture. Derivatives by a camera are those by the scene's own."""
+    if not any(path.startswith("camera.") for path in wrt):
+        return camera
+    if renderer.scene.camera is not camera:
+        renderer.scene.camera = camera
+    renderer.update(["camera.to_world"])
+    return None

@@ -12,6 +12,7 @@ from edgegrad import Mesh, Scene
 from edgegrad.fitting.gains import Gains
 from edgegrad.fitting.run import Run
 from edgegrad.fitting.scene_fit import fit
+from edgegrad.fitting.schedule import Cycle
 from edgegrad.fitting.targets import Target, View, views
 from edgegrad.fitting.variables import unknown
 from edgegrad.geometry import topology
@@ -99,7 +100,7 @@ def test_the_gradient_of_a_noisy_loss_is_unbiased() -> None:
     scene.lights["lamp"].radius = 2.0  # type: ignore[union-attr]
     renderer, target = edgegrad.Renderer(scene), np.zeros((8, 8, 3), np.float32)
     run = Run(scene, renderer, [View(target, scene.camera, None, 1.0)], [unknown(scene, COLOR, None, None, None)], l2,
-              iterations=600, per_iteration=1, spp=1, gradient_spp=1, limits={"max_depth": 2}, seed=3, started=0.0,
+              schedule=Cycle(1, 1, 600, 3), spp=1, gradient_spp=1, limits={"max_depth": 2}, seed=3, started=0.0,
               progress=None)  # fmt: skip
     sharp = renderer.render(spp=4096, seed=7)
     expected = renderer.render_backward(l2(sharp, target)[1], [COLOR], spp=4096, seed=8)[COLOR].sum()

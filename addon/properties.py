@@ -12,6 +12,7 @@ from .problem import Problem
 from .rows import KINDS, names_of, switched_on
 from .session import Request
 from .targets.pictures import Picture
+from .vertex_options import AXES, VertexOptions
 from .view_transforms import VIEW_ITEMS
 
 # From 4.5 on, Blender warns about // in paths without this option. Older versions do not have the option.
@@ -46,6 +47,12 @@ LOSS_ITEMS = (
     ("huber", "Huber", "Squared differences; beyond 0.1, absolute ones, so that outliers pull less"),
     ("charbonnier", "Charbonnier", "Absolute differences, smooth below 0.01"),
     ("gradients", "Gradients", "Differences of neighbouring pixels: edges and texture; ignores smooth lighting"),
+)
+
+
+SYMMETRY_ITEMS = (
+    ("NONE", "None", "Both sides are independent"),
+    *((axis, axis, f"The two sides along {axis} are mirror images") for axis in AXES),
 )
 
 
@@ -108,6 +115,12 @@ class ParameterItem(bpy.types.PropertyGroup):
     step: bpy.props.FloatProperty(  # type: ignore[valid-type]
         name="Step", default=0.0, min=0.0,
         description="First step, in the unit of the property; 0: from its effect on the scene")
+    vertex_group: bpy.props.StringProperty(  # type: ignore[valid-type]
+        name="Vertex Group", description="Weights of this group scale the moves of the vertices; empty: all move fully")
+    lock: bpy.props.BoolVectorProperty(  # type: ignore[valid-type]
+        name="Lock", size=3, subtype="XYZ", description="Vertices keep their places along these axes of the object")
+    symmetry: bpy.props.EnumProperty(  # type: ignore[valid-type]
+        name="Symmetry", items=SYMMETRY_ITEMS, description="Axis of the object along which the shape is mirrored")
     sensitivity: bpy.props.FloatProperty(  # type: ignore[valid-type]
         name="Sensitivity", default=-1.0,
         description="Effect of a step on the loss at the start of the last fit, relative to the most effective "
@@ -178,6 +191,11 @@ def _picture(item: Any) -> Picture:
     )  # fmt: skip
 
 
+def _vertex_options(row: Any) -> VertexOptions:
+    return VertexOptions(row.vertex_group, "".join(axis for axis, locked in zip(AXES, row.lock, strict=True) if locked),
+                         "" if row.symmetry == "NONE" else row.symmetry)  # fmt: skip
+
+
 def request(context: Any) -> Request:
     """Return the fit that is set in the panel."""
     settings = context.scene.edgegrad
@@ -194,4 +212,5 @@ def request(context: Any) -> Request:
         in_place=settings.write_to == "MESH",
         animated=tuple(stored_wanted(context.scene)),
         loss=settings.loss,
+        vertex_options={row.owner.name: _vertex_options(row) for row in switched_on(context.scene, "VERTICES")},
     )

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from dataclasses import field as dataclass_field
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,7 @@ from .preferences import threads
 from .problem import Problem
 from .targets.film import FrameRange, frame_of
 from .targets.pictures import Picture, gain_note, read_picture
+from .vertex_options import VertexOptions
 from .write_back import kept
 from .write_back.destinations import Destination, PropertyValue, VerticesOf
 from .write_back.keys import KeysOf
@@ -59,6 +61,8 @@ class Request:
         An object to fit as a distance field; None: there is none.
     film
         The frames of a film; None: the targets show the current frame.
+    vertex_options
+        By object: what its vertices may do.
     """
 
     pictures: list[Picture]
@@ -75,6 +79,7 @@ class Request:
     loss: str = "pyramid"
     field: FieldRequest | None = None
     film: FrameRange | None = None
+    vertex_options: Mapping[str, VertexOptions] = dataclass_field(default_factory=dict)
 
 
 @dataclass
@@ -98,21 +103,24 @@ class Session:
         Number of threads of the fit; 0: one per core.
     field
         The field that replaces an object in the exported scene; None: there is none.
+    rules
+        What the vertices of a parameter may do.
     """
 
     request: Request
     export: Export
     targets: list[edgegrad.Target]
     wrt: list[str]
-    notes: list[str] = field(default_factory=list)
-    before: dict[str, Any] = field(default_factory=dict)
-    destinations: dict[str, Destination] = field(default_factory=dict)
+    notes: list[str] = dataclass_field(default_factory=list)
+    before: dict[str, Any] = dataclass_field(default_factory=dict)
+    destinations: dict[str, Destination] = dataclass_field(default_factory=dict)
     driver: Driver | None = None
     relay: Relay | None = None
-    unwritten: list[str] = field(default_factory=list)
-    gain_notes: list[str] = field(default_factory=list)
+    unwritten: list[str] = dataclass_field(default_factory=list)
+    gain_notes: list[str] = dataclass_field(default_factory=list)
     threads: int = 0
     field: Replacement | None = None
+    rules: dict[str, edgegrad.VertexRules] = dataclass_field(default_factory=dict)
 
     @classmethod
     def prepare(cls, context: Any, request: Request) -> Session:
@@ -154,7 +162,8 @@ class Session:
                                  for one, camera in zip(request.pictures, cameras, strict=True)])  # fmt: skip
         elif request.animated or controls:
             driver = Driver(scene, cameras, request.animated, controls, lambda control: control_variable(
-                control, request.vertex_step, request.smoothness))  # fmt: skip
+                control, request.vertex_step, request.smoothness,
+                _options(request, control.object).rules(control.object, np.eye(4))))  # fmt: skip
         for name in () if driver is None else driver.without_normals:
             export.scene.meshes[name].normals = None
         wrt = names.paths(export, may_be_empty=driver is not None or replaced is not None)
@@ -176,10 +185,17 @@ class Session:
             places |= {one.path: KeysOf(one, tuple(driver.times)) if isinstance(driver, FilmDriver) and one.keyed
                        else PropertyValue(one) for one in driver.parameters}  # fmt: skip
             places |= {one.path: VerticesOf.of(one.object, np.eye(4), request.in_place) for one in driver.controls}
+        rules: dict[str, edgegrad.VertexRules] = {}
+        for path in wrt:
+            place = places[path]
+            if isinstance(place, VerticesOf):
+                ob = place.object.get()
+                one = _options(request, ob).rules(ob, place.matrix)
+                rules |= {} if one is None else {path: one}
         notes += [*not_computed(export, wrt), *([] if driver is None else driver.notes)]
         relay = None if driver is None else Relay(driver)
         return cls(request, export, targets, wrt, notes, before, places, driver, relay, threads=threads(),
-                   field=replaced)
+                   field=replaced, rules=rules)
 
     @property
     def late_notes(self) -> list[str]:
@@ -217,6 +233,7 @@ class Session:
             threads=self.threads,
             smoothness=self.request.smoothness,
             slide=self.request.slide,
+            vertex_rules=self.rules,
             field_steps=None if self.field is None else self.field.steps,
             step_sizes=steps,
             views_per_iteration=self.request.views_per_iteration,
@@ -289,6 +306,10 @@ class Session:
         """Yield the destination of each parameter, and its values before and after the fit."""
         for path, place in self.destinations.items():
             yield place, self.before[path], result.values[path]
+
+
+def _options(request: Request, ob: Any) -> VertexOptions:
+    return request.vertex_options.get(ob.name, VertexOptions())
 
 
 def camera_names(scene: Any) -> list[str]:

@@ -11,6 +11,7 @@ from .fitting.film.film import Film
 from .fitting.fit_step import FitStep
 from .fitting.scene_fit import FitResult, fit
 from .fitting.targets import Target
+from .fitting.vertices.rules import VertexRules
 from .planning.scene_plan import Plan, plan
 from .reference.simplify import differentiable
 from .rendering.one_shot import render, render_backward, render_forward
@@ -55,6 +56,7 @@ __all__ = [
     "SpotLight",
     "SunLight",
     "Target",
+    "VertexRules",
     "World",
     "calibration",
     "differentiable",

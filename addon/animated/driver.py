@@ -14,6 +14,7 @@ from typing import Any, ClassVar
 import bpy
 import numpy as np
 
+from edgegrad import VertexRules
 from edgegrad.derivatives.table_derivatives import without_derivative
 from edgegrad.fitting.control_vertices import ControlVertices
 from edgegrad.fitting.driven import Numbers, Placement, Variable
@@ -283,12 +284,13 @@ def relative(effects: Mapping[str, float]) -> dict[str, float]:
     return {path: value / largest for path, value in effects.items()}
 
 
-def control_variable(control: ControlMesh, step: float | None = None, smoothness: float | None = None) -> Variable:
+def control_variable(control: ControlMesh, step: float | None = None, smoothness: float | None = None,
+                     rules: VertexRules | None = None) -> Variable:  # fmt: skip
     """Make the variable of the vertices of a control mesh, whose map is known; None means the default."""
     assert control.map is not None
     weights = np.linalg.norm(control.map.blocks, axis=(1, 2)) / np.sqrt(3.0)
     return ControlVertices(control.path, control.read(), control.map.rows, control.map.columns, weights,
-                           control.faces(), step, smoothness, ~control.pinned)  # fmt: skip
+                           control.faces(), step, smoothness, ~control.pinned, rules)  # fmt: skip
 
 
 def _placement(base: Export, now: dict[str, F64], quotients: dict[str, list[Quotient]],

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
-from edgegrad.fitting.variables import vertex_normals
+from edgegrad.fitting.vertices.variables import vertex_normals
 from edgegrad.scene import parameters as values
 
 from ..animated.driver import Driver

@@ -88,6 +88,7 @@ class ParametersPanel(Tab, bpy.types.Panel):
         item = settings.parameters[settings.active_parameter]
         if item.kind != PROPERTY:
             if item.kind == "VERTICES":
+                _vertices(layout, item)
                 layout.prop(settings, "smoothness")
                 layout.prop(settings, "write_to")
             return
@@ -97,6 +98,17 @@ class ParametersPanel(Tab, bpy.types.Panel):
         if item.use_limits:
             column.prop(item, "low")
             column.prop(item, "high")
+
+
+def _vertices(layout: Any, item: Any) -> None:
+    """Draw what the vertices of a row may do."""
+    column = layout.column()
+    if item.owner is not None:
+        column.prop_search(item, "vertex_group", item.owner, "vertex_groups")
+    row = column.row(heading="Lock", align=True)
+    for k, axis in enumerate("XYZ"):
+        row.prop(item, "lock", index=k, text=axis, toggle=True)
+    column.prop(item, "symmetry")
 
 
 CLASSES: tuple[Any, ...] = (ParameterList, SetUpMenu, ParametersPanel)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from .optimisers import AdamUniform
 from .resumable import Resumable
 from .rigid_variables import BETA2
+from .vertices.rules import Constraint, VertexRules
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
@@ -47,14 +48,18 @@ class ControlVertices(Resumable):
         lambda; None: 0, since the map smooths already.
     free
         (n, 3) coordinates that may change; None: all.
+    rules
+        What the vertices may do; None: all.
     """
 
     changing = ("value", "_optimiser", "_length")
 
     def __init__(self, path: str, vertices: F64, rows: I64, columns: I64, weights: F64, faces: NDArray[np.int32],
                  step: float | None = None, smoothness: float | None = None,
-                 free: NDArray[np.bool_] | None = None) -> None:  # fmt: skip
-        self.path, self.value = path, vertices
+                 free: NDArray[np.bool_] | None = None, rules: VertexRules | None = None) -> None:  # fmt: skip
+        self._constraint = None if rules is None else Constraint(path, rules, vertices)
+        self.path = path
+        self.value = vertices if self._constraint is None else self._constraint.mirrored(vertices)
         self.step = (STEP if step is None else step) * (float(np.linalg.norm(np.ptp(vertices, axis=0))) or 1.0)
         self._free = np.ones(vertices.shape, bool) if free is None else free
         self._map = rows, columns, weights
@@ -64,8 +69,12 @@ class ControlVertices(Resumable):
 
     def take_step(self, gradient: F64, factor: float) -> Any:
         """Make one step, and return the next vertices."""
+        if self._constraint is not None:
+            gradient = self._constraint.pull(gradient)
         filtered = np.zeros_like(gradient)
         self._solver.solve(np.ascontiguousarray(gradient), filtered)
+        if self._constraint is not None:
+            filtered = self._constraint.push(filtered)
         change = self._optimiser.update(np.zeros_like(filtered), filtered * self._free, factor)
         if self._length is None and change.any():
             rows, columns, weights = self._map

@@ -8,6 +8,8 @@ over its neighbourhood. It leaves translations unchanged, since L maps constants
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 from cholespy import CholeskySolverD, MatrixType
 from numpy.typing import NDArray
@@ -54,6 +56,13 @@ class LargeSteps:
         self.row, self.column = _neighbours(self.label[np.asarray(faces, np.int64)], self.count)
         self.degree = np.bincount(self.row, minlength=self.count).astype(np.float64)
         self._solver = None if self.smoothness == 0.0 else self._factor()
+
+    def with_smoothness(self, smoothness: float) -> LargeSteps:
+        """Return the same for another smoothness."""
+        out = copy(self)
+        out.smoothness = smoothness
+        out._solver = None if smoothness == 0.0 else out._factor()
+        return out
 
     def unknowns(self, vertices: F64) -> F64:
         """Return the (k, 3) unknowns u = (I + lambda L) x of (n, 3) positions, for k welded vertices."""

@@ -25,11 +25,13 @@ from ..rendering.options import MOST_THREADS, Progress, checked_bounces, checked
 from ..rendering.renderer import MAX_DERIVATIVE_DEPTH, Cancelled, Renderer
 from ..scene import parameters
 from ..scene.bounces import MAX_DEPTH, Bounces
+from ..scene.camera import Camera
 from ..scene.scene import Scene, validated
 from ..tables.tables import flatten
 from . import fingerprint
 from .checkpoint_file import check_checkpoint
 from .checkpoints import Checkpoints
+from .control_vertices import ControlVertices
 from .driven import Driven, Placement
 from .fields.variables import FieldSteps
 from .film.film import Film
@@ -44,6 +46,8 @@ from .schedule import Cycle, Schedule
 from .silhouettes import Silhouettes
 from .targets import Targets, View, views
 from .variables import unknown
+from .vertices.rules import VertexRules
+from .vertices.variables import Vertices
 from .zero_gradients import untouched_part
 
 
@@ -102,6 +106,7 @@ def fit(
     loss: Loss | None = None,
     smoothness: float | None = None,
     slide: float | None = None,
+    vertex_rules: Mapping[str, VertexRules] | None = None,
     field_steps: FieldSteps | None = None,
     step_sizes: Mapping[str, float] | None = None,
     views_per_iteration: int | None = None,
@@ -145,12 +150,14 @@ def fit(
         method ``at(progress)``, each iteration uses the adjoint of the loss that it returns (the pyramid goes from
         coarse to fine). Reported and compared values always come from the loss itself.
     smoothness
-        lambda of the preconditioner of vertices, see `LargeSteps`; None: chosen from the number of vertices; 0: no
-        preconditioning.
+        lambda of the preconditioner of vertices, see `LargeSteps`; None: it falls from a value for the number of
+        vertices to a small one, so that detail follows large moves; 0: no preconditioning.
     slide
         Factor in [0, 1] for the tangential motion of vertices (1: unchanged). Tangential motion does not change the
         shape, except at open borders and material borders, but it makes the spacing of vertices uneven.
         None: 0.2 for closed meshes, 1 for meshes with open borders.
+    vertex_rules
+        Maps a parameter path of vertices to what they may do (`VertexRules`): weights, locked axes, symmetry.
     field_steps
         How the coefficients of distance fields change (`FieldSteps`); None: its defaults.
     step_sizes
@@ -253,7 +260,12 @@ def fit(
     if field_steps is not None:
         instance("fit", "field_steps", field_steps, FieldSteps)
     steps = _checked_steps(paths, step_sizes)
-    unknowns = [unknown(work, path, steps.get(path), smoothness, slide, iterations, field_steps) for path in paths]
+    rules = _checked_rules(paths, vertex_rules)
+    unknowns = [unknown(work, path, steps.get(path), smoothness, slide, iterations, field_steps, rules.get(path))
+                for path in paths]  # fmt: skip
+    for item in unknowns:
+        if isinstance(item, Vertices):
+            parameters.put(work, item.path, item.value)  # which symmetry may have changed
 
     # No other code can change the copy
     requested = [*paths, *(moving or ())]
@@ -267,8 +279,8 @@ def fit(
         every = whole("fit", "checkpoint_every", checkpoint_every, 1, 1_000_000)
         options = {"wrt": paths, "iterations": iterations, "spp": spp, "gradient_spp": samples, "max_depth": max_depth,
                    "bounces": bounces, "smoothness": smoothness, "slide": slide, "field_steps": field_steps,
-                   "step_sizes": steps, "views_per_iteration": per_iteration or len(seen), "seed": seed,
-                   "film": film}  # fmt: skip
+                   "step_sizes": steps, "vertex_rules": fingerprint.digest(rules),
+                   "views_per_iteration": per_iteration or len(seen), "seed": seed, "film": film}  # fmt: skip
         checkpoints = Checkpoints(
             Path(checkpoint), every,
             fingerprint.of_scene(work) | fingerprint.of_views(seen) | {"the loss": fingerprint.digest(loss)}
@@ -310,7 +322,9 @@ def fit(
         run.losses, run.best, time.monotonic() - run.started, stop is not None,
         {path: float(np.mean(~touched)) for path, touched in run.touched.items()},
         (*(() if checkpoints is None else checkpoints.notes),
-         *(f"not computed: {sentence}" for sentence in run.missing), *(part for part in parts if part is not None)),
+         *(f"not computed: {sentence}" for sentence in run.missing),
+         *_of_depth([*unknowns, *(() if driven is None else driven.variables)], cameras),
+         *(part for part in parts if part is not None)),
         run.first_gradient,
         tuple(np.copy(gain) for gain in run.best_gains),
     )
@@ -368,6 +382,24 @@ def _checked_paths(work: Scene, wrt: Sequence[str], narrow: bool, may_be_empty: 
     if narrow:
         diffuse_tables.check(paths)
     return paths
+
+
+def _of_depth(unknowns: Sequence[Any], cameras: Sequence[Camera]) -> list[str]:
+    """Say for which shapes there are pictures from one place only."""
+    places = np.array([camera.to_world[:3, 3] for camera in cameras])
+    if np.ptp(places, axis=0).max() > 0.0:
+        return []
+    return [f"one view does not determine depth: how far the vertices of '{item.path}' are from the camera is told by "
+            "shading and shadows alone; add targets from other sides"
+            for item in unknowns if isinstance(item, (Vertices, ControlVertices))]  # fmt: skip
+
+
+def _checked_rules(paths: list[str], rules: Mapping[str, VertexRules] | None) -> Mapping[str, VertexRules]:
+    for path, one in mapping("fit", "vertex_rules", {} if rules is None else rules).items():
+        if path not in paths or not path.endswith(".vertices"):
+            raise ValueError(f"fit: vertex_rules names '{path}', which is not among the vertices in wrt")
+        instance("fit", f"rules of '{path}'", one, VertexRules)
+    return {} if rules is None else rules
 
 
 def _checked_steps(paths: list[str], step_sizes: Mapping[str, float] | None) -> dict[str, float]:

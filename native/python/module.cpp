@@ -15,6 +15,7 @@
 #include "engine/engine.h"
 #include "kernels/dispatch.h"
 #include "python/call.h"
+#include "python/crossings.h"
 #include "python/held_objects.h"
 #include "python/learned_sampling.h"
 #include "python/numpy_arrays.h"
@@ -300,6 +301,8 @@ NB_MODULE(_native, m) {
     edgegrad::bind_held_objects(m);
     edgegrad::bind_zeros(m);
     edgegrad::bind_learned_sampling(m);
+    m.def("crossing_face_pairs", &edgegrad::crossing_face_pairs, "vertices"_a, "faces"_a, "threads"_a,
+          "Pairs of faces of one mesh that pass through each other (native/python/crossings.h).");
     m.def("field_outline_points", &edgegrad::field_outline_points, "values"_a, "to_world"_a, "viewer"_a,
           "u"_a, "threads"_a, "The outline of a distance field (native/python/probes/field_outlines.h).");
     m.def("field_surface_points", &edgegrad::field_surface_points, "values"_a, "to_world"_a, "places"_a,

@@ -156,7 +156,8 @@ def test_what_part_of_a_gradient_is_zero_is_told_with_its_reason() -> None:
     mask[:16] = 1.0
     result = fit(scene, Target(np.zeros((32, 32, 3)), mask=mask), [VERTICES], iterations=1, spp=4)
     assert 0.5 < result.untouched[VERTICES] < 0.9
-    (note,) = result.notes
+    depth, note = result.notes
+    assert depth.startswith("one view does not determine depth")
     assert note.startswith(f"{result.untouched[VERTICES]:.0%} of the gradient of '{VERTICES}' is exactly 0: ")
     assert "lie outside all pictures" in note and "are hidden, unlit or masked" in note
     whole = fit(ball(), Target(np.zeros((24, 32, 3))), [COLOR], iterations=1, spp=4)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from edgegrad.fitting.variables import Values, unknown, vertex_normals
+from edgegrad.fitting.variables import Values, unknown
+from edgegrad.fitting.vertices.variables import vertex_normals
 from edgegrad.geometry import topology
 from tests.support import shapes
 

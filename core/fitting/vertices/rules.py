@@ -1,0 +1,153 @@
+"""What the vertices of a mesh may do in a fit: weights, locked axes, symmetry.
+
+The rules are one linear map C of moves: it weights each vertex, removes locked coordinates, and averages each move with
+the mirrored move of its partner. If d is a step without rules, then C d is one with them. A gradient g is replaced by
+C^T g first, so that a step C A C^T g goes downhill for every positive definite A.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..._check import array, choice, flag
+from ...geometry import topology
+from .mirror import partners
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+AXES = ("x", "y", "z")
+
+
+@dataclass(frozen=True)
+class VertexRules:
+    """Rules for the vertices of one mesh.
+
+    Attributes
+    ----------
+    weights
+        (n,) factors in [0, 1] of the moves of the vertices: 0 keeps a vertex. None: all are 1.
+    locked
+        Whether the coordinates x, y and z keep their values.
+    symmetry
+        "x", "y" or "z": the shape is mirrored across the plane through the origin that this axis is normal to. A start
+        that is not is replaced by the mean of both sides. None: sides are independent.
+    frame
+        (4, 4) affine transform from the space of these axes to that of the vertices.
+    partners
+        (n,) vertex on the other side of each; the vertex itself on the plane. None: they are found by their places.
+    """
+
+    weights: F64 | None = None
+    locked: tuple[bool, bool, bool] = (False, False, False)
+    symmetry: str | None = None
+    frame: F64 = field(default_factory=lambda: np.eye(4))
+    partners: I64 | None = None
+
+
+class Constraint:
+    """The rules of one mesh as a linear map of its vertices' moves.
+
+    Parameters
+    ----------
+    path
+        Of the parameter, for messages.
+    rules, vertices
+        The rules, and (n, 3) positions.
+
+    Attributes
+    ----------
+    partner
+        (n,) partners; None: there is no symmetry.
+
+    Raises
+    ------
+    ValueError
+        For rules that do not fit the mesh; names the parameter.
+    """
+
+    def __init__(self, path: str, rules: VertexRules, vertices: F64) -> None:
+        where, count = f"rules of '{path}'", len(vertices)
+        label = topology.weld(vertices)
+        frame = array(where, "frame", rules.frame, (4, 4), np.float64)
+        if abs(np.linalg.det(frame[:3, :3])) < 1e-30:
+            raise ValueError(f"{where}: frame has no inverse; its axes must not be scaled to zero")
+        self._frame, self._inverse = frame, np.linalg.inv(frame)
+        self._axes = self._of_locked(where, rules.locked)
+        self.partner: I64 | None = None
+        if rules.symmetry is not None:
+            axis = AXES.index(choice(where, "symmetry", rules.symmetry, AXES))
+            self.partner = self._partners(where, vertices, label, axis, rules.partners)
+            self._mirror = self._in_frame(np.where(np.arange(3) == axis, -1.0, 1.0))
+            self._offset = frame[:3, 3] - self._mirror @ frame[:3, 3]
+        self._weights: F64 | None = None
+        if rules.weights is not None:
+            weights = array(where, "weights", rules.weights, (count,), np.float64)
+            if (weights < 0.0).any() or (weights > 1.0).any():
+                raise ValueError(f"{where}: weights must be in [0, 1]")
+            if not weights.any():
+                raise ValueError(f"{where}: all weights are 0, so no vertex may move; leave the parameter out")
+            # Copies of a welded vertex move together, and so do partners
+            mean = np.bincount(label, weights) / np.bincount(label)
+            weights = mean[label]
+            self._weights = weights if self.partner is None else 0.5 * (weights + weights[self.partner])
+
+    def _of_locked(self, where: str, locked: Any) -> F64 | None:
+        """The matrix that removes the locked coordinates of a move; None: none is locked."""
+        if not isinstance(locked, (tuple, list)) or len(locked) != 3:
+            raise ValueError(f"{where}: locked must be three truth values, of x, y and z")
+        fixed = np.array([flag(where, "locked", one) for one in locked])
+        if fixed.all():
+            raise ValueError(f"{where}: x, y and z are locked, so no vertex may move; unlock one")
+        return self._in_frame(np.where(fixed, 0.0, 1.0)) if fixed.any() else None
+
+    def _in_frame(self, factors: F64) -> F64:
+        """The matrix that scales the coordinates of the frame."""
+        return np.asarray(self._frame[:3, :3] @ (factors[:, None] * self._inverse[:3, :3]))
+
+    def _partners(self, where: str, vertices: F64, label: I64, axis: int, given: I64 | None) -> I64:
+        first = np.zeros(int(label.max()) + 1, np.int64)
+        first[label[::-1]] = np.arange(len(label))[::-1]
+        if given is None:
+            points = vertices[first] @ self._inverse[:3, :3].T + self._inverse[:3, 3]
+            welded = partners(points, axis)
+        else:
+            one = array(where, "partners", given, (len(vertices),), np.int64)
+            if (one >= len(vertices)).any():
+                raise ValueError(f"{where}: partners names a vertex that is not there")
+            one = one[first]
+            welded = np.where(one >= 0, label[one], -1)
+            welded = np.where((welded >= 0) & (welded[welded] == np.arange(len(first))), welded, -1)
+        alone = np.flatnonzero(welded[label] < 0)
+        if len(alone):
+            raise ValueError(f"{where}: {len(alone)} of {len(vertices)} vertices, such as {alone[0]}, have no partner "
+                             f"across {AXES[axis]}; make the mesh symmetric, or switch its symmetry off")
+        return np.asarray(first[welded[label]])
+
+    def push(self, moves: F64) -> F64:
+        """Return the (n, 3) moves C d that the rules allow of moves d."""
+        if self._axes is not None:
+            moves = moves @ self._axes.T
+        if self.partner is not None:
+            moves = 0.5 * (moves + moves[self.partner] @ self._mirror.T)
+        return moves if self._weights is None else self._weights[:, None] * moves
+
+    def pull(self, gradient: F64) -> F64:
+        """Return C^T g of the (n, 3) gradient g by the moves."""
+        if self._weights is not None:
+            gradient = self._weights[:, None] * gradient
+        if self.partner is not None:
+            gradient = 0.5 * (gradient + (gradient @ self._mirror)[self.partner])
+        return gradient if self._axes is None else gradient @ self._axes
+
+    def mirrored(self, vertices: F64) -> F64:
+        """Return the mean of a shape and its mirror image; without symmetry, the shape itself."""
+        if self.partner is None:
+            return vertices
+        image = vertices[self.partner] @ self._mirror.T + self._offset
+        mean = 0.5 * (vertices + image)
+        extent = float(np.linalg.norm(np.ptp(vertices, axis=0)))
+        return vertices if np.abs(mean - vertices).max() <= 1e-9 * extent else mean

@@ -1,0 +1,120 @@
+"""The variable of the vertices of a mesh: preconditioned steps within rules, from coarse to fine, without folds."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...geometry import topology
+from ..large_steps import LargeSteps
+from ..optimisers import AdamUniform
+from ..resumable import Resumable
+from ..rigid_variables import BETA2
+from .fold_guard import FoldGuard
+from .rules import Constraint, VertexRules
+
+F64 = NDArray[np.float64]
+
+# Default first step of vertices, as a fraction of the diagonal of the mesh's bounding box.
+VERTEX_STEP = 0.02
+# Default factor for the tangential motion of vertices of closed meshes. A smaller value keeps vertices evenly spaced,
+# but material borders and UV maps cannot move along the surface.
+SLIDE = 0.2
+# Without a given smoothness, it falls from its automatic value to this one, within this part of the fit, on this many
+# levels. Large moves first drag whole regions along; fine detail comes last.
+LAST_SMOOTHNESS, RELEASED, LEVELS = 2.0, 0.6, 12
+
+
+class Vertices(Resumable):
+    """The vertices of a mesh: AdamUniform on steps that are filtered over the welded mesh (`LargeSteps`).
+
+    To first order, only the normal motion of a smooth surface changes its picture. The preconditioner turns such a
+    gradient into a step that also has tangential parts: a growing bump drags the vertices around it along. Tangential
+    motion does not change the shape, but it makes the vertices drift. Therefore it is scaled by `slide`. With
+    T = n n^T + slide (1 - n n^T) and the rules C (`Constraint`), a step is C T (I + lambda L)^-2 T C^T times the
+    gradient. This matrix is symmetric and positive, so the step is a descent direction. `FoldGuard` shortens it where
+    faces would fold.
+    """
+
+    changing = ("value", "_optimiser", "_length", "_count")
+
+    def __init__(
+        self, path: str, vertices: F64, faces: NDArray[np.int32], step: float | None, smoothness: float | None,
+        slide: float | None, iterations: int = 1, rules: VertexRules | None = None,
+    ) -> None:
+        self.path = path
+        extent = float(np.linalg.norm(np.ptp(vertices, axis=0)))
+        if not extent > 0.0:
+            raise ValueError(f"parameter '{path}': all vertices are at one place, so the mesh has no extent that sets "
+                             "the length of a step; separate its vertices")
+        self.step = (VERTEX_STEP if step is None else step) * extent
+        self._constraint = None if rules is None else Constraint(path, rules, vertices)
+        self.value = vertices if self._constraint is None else self._constraint.mirrored(vertices)
+        self._faces = faces
+        self._steps = LargeSteps(self.value, faces, smoothness)
+        self._release = smoothness is None
+        self._coarse = self._steps.smoothness
+        self._iterations, self._count = iterations, 0
+        self._slide = slide if slide is not None else SLIDE if _closed(faces, self._steps.label) else 1.0
+        self._guard = FoldGuard(self.value, faces, self._steps.label)
+        self._optimiser = AdamUniform(1.0, beta2=BETA2)
+        self._length: float | None = None
+
+    def take_step(self, gradient: F64, factor: float) -> Any:
+        if self._constraint is not None:
+            gradient = self._constraint.pull(gradient)
+        self._refine()
+        self._count += 1
+        steps = self._steps
+        filtered = self._restrained(steps.vertices(steps.gradient(self._restrained(gradient))))
+        if self._constraint is not None:
+            filtered = self._constraint.push(filtered)
+        change = self._optimiser.update(np.zeros_like(filtered), filtered, factor)
+        if not change.any():
+            return self.value
+        if self._length is None:
+            # `step` is the length of the longest move of the first step
+            self._length = factor * self.step / float(np.linalg.norm(change, axis=1).max())
+        change = self._length * change
+        kept = self._guard.shortened(self.value, change)
+        if self._constraint is not None and self._constraint.partner is not None:
+            kept = np.minimum(kept, kept[self._constraint.partner])
+        # All copies of a welded vertex get the same change, so a seam cannot tear.
+        self.value = self.value + kept[:, None] * change
+        return self.value
+
+    def _refine(self) -> None:
+        """Lower the smoothness, if it is time for it."""
+        if not self._release or self._coarse <= LAST_SMOOTHNESS:
+            return
+        level = min(int(LEVELS * self._count / max(RELEASED * self._iterations, 1.0)), LEVELS)
+        wanted = self._coarse * (LAST_SMOOTHNESS / self._coarse) ** (level / LEVELS)
+        if wanted != self._steps.smoothness:
+            self._steps = self._steps.with_smoothness(wanted)
+
+    def _restrained(self, vectors: F64) -> F64:
+        """Multiply vectors at the vertices by T: scale their tangential part by `slide`."""
+        if self._slide == 1.0:
+            return vectors
+        normal = vertex_normals(self.value, self._faces, self._steps.label)
+        normal_part = np.einsum("ij,ij->i", vectors, normal)[:, None] * normal
+        free = ~normal.any(axis=1)  # vertices without a normal move freely
+        return np.where(free[:, None], vectors, self._slide * vectors + (1.0 - self._slide) * normal_part)
+
+
+def vertex_normals(vertices: F64, faces: NDArray[np.integer], label: NDArray[np.int64]) -> F64:
+    """(n, 3) unit vertex normals: area-weighted mean over the faces at each welded vertex; 0 if the mean is 0."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    twice_area = np.repeat(np.cross(b - a, c - a), 3, axis=0)
+    at = label[faces.ravel()]
+    count = int(label.max()) + 1
+    total = np.stack([np.bincount(at, twice_area[:, axis], minlength=count) for axis in range(3)], axis=1)
+    length = np.linalg.norm(total, axis=1, keepdims=True)
+    return np.asarray((total / np.where(length > 0.0, length, 1.0))[label])
+
+
+def _closed(faces: NDArray[np.int32], label: NDArray[np.int64]) -> bool:
+    """Whether the mesh has no open border. Tangential motion of a border changes the shape."""
+    return bool((np.diff(topology.edges(faces, label).face_first.astype(np.int64)) > 1).all())

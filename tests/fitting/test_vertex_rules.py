@@ -1,0 +1,186 @@
+"""Weights, locked axes and symmetry of vertices, and steps that fold no faces."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import edgegrad
+from edgegrad import VertexRules
+from edgegrad.fitting.control_vertices import ControlVertices
+from edgegrad.fitting.variables import unknown
+from edgegrad.fitting.vertices.fold_guard import FoldGuard
+from edgegrad.fitting.vertices.mirror import partners
+from edgegrad.fitting.vertices.rules import Constraint
+from edgegrad.geometry import topology
+from tests.support import shapes
+from tests.support.small_scenes import need
+
+PATH = "meshes.object.vertices"
+F64 = NDArray[np.float64]
+MIRROR = np.array([-1.0, 1.0, 1.0])
+
+
+def _frame() -> F64:
+    frame = np.eye(4)
+    frame[:3] = np.random.default_rng(8).normal(size=(3, 4))
+    return frame
+
+
+def _constraint(rules: VertexRules | None = None) -> tuple[Constraint, F64, F64]:
+    """All rules at once in a skewed frame; with the vertices, and the inverse of the frame."""
+    frame = _frame()
+    local = shapes.ball(2)[0]
+    vertices = local @ frame[:3, :3].T + frame[:3, 3]
+    weights = np.random.default_rng(1).random(len(vertices))
+    rules = VertexRules(weights, (False, True, False), "x", frame) if rules is None else rules
+    return Constraint(PATH, rules, vertices), vertices, np.linalg.inv(frame[:3, :3])
+
+
+def test_pull_is_the_transpose_of_push() -> None:
+    constraint, vertices, _ = _constraint()
+    a, b = np.random.default_rng(2).normal(size=(2, *vertices.shape))
+    assert np.vdot(constraint.push(a), b) == pytest.approx(np.vdot(a, constraint.pull(b)))
+
+
+def test_moves_are_locked_and_mirrored_in_the_frame() -> None:
+    constraint, vertices, inverse = _constraint()
+    local = constraint.push(np.random.default_rng(3).normal(size=vertices.shape)) @ inverse.T
+    assert np.abs(local[:, 1]).max() < 1e-12 * np.abs(local).max()
+    assert constraint.partner is not None
+    np.testing.assert_allclose(local[constraint.partner] * MIRROR, local, atol=1e-12)
+
+
+def test_steps_stay_within_the_rules_and_go_downhill() -> None:
+    vertices, faces = shapes.ball(2)
+    weights = (vertices[:, 2] > 0.0).astype(float)
+    rules = VertexRules(weights, (False, False, True), "x")
+    item = unknown(shapes.scene(vertices, faces), PATH, 0.02, None, None, 10, None, rules)
+    gradient = np.random.default_rng(4).normal(size=vertices.shape)
+    move = item.take_step(gradient, 1.0) - vertices
+    assert np.vdot(move, gradient) < 0.0
+    assert not move[weights == 0.0].any() and not move[:, 2].any() and move.any()
+    np.testing.assert_allclose(move[partners(vertices, 0)] * MIRROR, move, atol=1e-12)
+
+
+def test_control_vertices_obey_rules() -> None:
+    vertices, faces = shapes.ball(2)
+    every = np.arange(len(vertices))
+    rules = VertexRules(None, (False, True, False), "x")
+    item = ControlVertices("cage", vertices, every, every, np.ones(len(vertices)), faces, rules=rules)
+    move = item.take_step(np.random.default_rng(4).normal(size=vertices.shape), 1.0) - vertices
+    assert not move[:, 1].any() and move.any()
+    np.testing.assert_allclose(move[partners(vertices, 0)] * MIRROR, move, atol=1e-12)
+
+
+def test_partners_of_a_changed_side_are_found_over_faces() -> None:
+    side = 7
+    vertices = shapes.sheet(side)[0]
+    vertices = vertices - 0.5 * (vertices.max(axis=0) + vertices.min(axis=0))
+    quads = [(k, k + side, k + side + 1, k + 1) for k in range(side * (side - 1)) if (k + 1) % side]
+    true = partners(vertices, 0)
+    assert (true >= 0).all()
+    bent = vertices + 0.1 * (vertices[:, :1] > 1e-6) * np.sin(5.0 * vertices)
+    assert (partners(bent, 0) < 0).any()
+    assert np.array_equal(partners(bent, 0, quads), true)
+
+
+def test_a_start_becomes_symmetric() -> None:
+    vertices, _ = shapes.ball(2)
+    pairs = partners(vertices, 0)
+    bent = vertices + 0.1 * (vertices[:, :1] > 1e-6)
+    found = Constraint(PATH, VertexRules(symmetry="x", partners=pairs), bent).mirrored(bent)
+    np.testing.assert_allclose(found[pairs] * MIRROR, found, atol=1e-12)
+    np.testing.assert_allclose(found[vertices[:, 0] > 1e-6, 1], vertices[vertices[:, 0] > 1e-6, 1] + 0.05)
+
+
+@pytest.mark.parametrize(("rules", "message"), [
+    (VertexRules(symmetry="x"), r"have no partner across x; make the mesh symmetric"),
+    (VertexRules(symmetry="w"), "symmetry"),
+    (VertexRules(locked=(True, True, True)), "x, y and z are locked"),
+    (VertexRules(weights=np.zeros(8)), "all weights are 0"),
+    (VertexRules(weights=np.full(8, 2.0)), r"must be in \[0, 1\]"),
+    (VertexRules(weights=np.ones(3)), "weights"),
+    (VertexRules(frame=np.zeros((4, 4))), "frame has no inverse"),
+])  # fmt: skip
+def test_wrong_rules_are_named(rules: VertexRules, message: str) -> None:
+    vertices, faces = shapes.cube()
+    vertices = vertices + 0.3 * np.random.default_rng(0).random(vertices.shape)
+    with pytest.raises(ValueError, match=message) as found:
+        unknown(shapes.scene(vertices, faces), PATH, None, None, None, 1, None, rules)
+    assert PATH in str(found.value)
+
+
+def test_rules_of_other_parameters_are_refused() -> None:
+    scene = shapes.scene(*shapes.cube())
+    target = np.zeros((scene.camera.height, scene.camera.width, 3), np.float32)
+    with pytest.raises(ValueError, match=r"vertex_rules names 'lights\.lamp\.power'"):
+        edgegrad.fit(scene, target, [PATH], vertex_rules={"lights.lamp.power": VertexRules()})
+
+
+# ---------------------------------------------------------------- folds
+def _crossings(vertices: F64, faces: NDArray[np.int32]) -> int:
+    from edgegrad import _native
+
+    return len(_native.crossing_face_pairs(vertices, faces, 1))
+
+
+def test_crossing_faces_are_those_of_exhaustive_search() -> None:
+    need("native")
+    rng = np.random.default_rng(5)
+    points = rng.random((40, 3))
+    faces = np.array([rng.choice(40, 3, replace=False) for _ in range(60)], np.int32)
+
+    def pierces(one: NDArray[np.int32], other: NDArray[np.int32]) -> bool:
+        a, b, c = points[other]
+        for k in range(3):
+            p, q = points[one[k]], points[one[(k + 1) % 3]]
+            if {one[k], one[(k + 1) % 3]} & set(other):
+                continue
+            t, u, v = np.linalg.solve(np.stack([p - q, b - a, c - a], axis=1), p - a)
+            if 0.0 < t < 1.0 and u > 0.0 and v > 0.0 and u + v < 1.0:
+                return True
+        return False
+
+    from edgegrad import _native
+
+    expected = [[a, b] for a in range(60) for b in range(a + 1, 60) if len(set(faces[a]) & set(faces[b])) < 2
+                and (pierces(faces[a], faces[b]) or pierces(faces[b], faces[a]))]  # fmt: skip
+    assert len(expected) > 50
+    assert _native.crossing_face_pairs(points, faces, 2).tolist() == expected
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_step_folds_a_ball(seed: int) -> None:
+    need("native")
+    vertices, faces = shapes.ball(3)
+    guard = FoldGuard(vertices, faces, topology.weld(vertices))
+    rng = np.random.default_rng(seed)
+    moved = vertices
+    for _ in range(5):
+        change = rng.normal(0.0, 0.2, vertices.shape)
+        assert _crossings(moved + change, faces) > 0, "the step alone folds it"
+        factor = guard.shortened(moved, change)
+        moved = moved + factor[:, None] * change
+        assert _crossings(moved, faces) == 0
+    assert np.abs(moved - vertices).max() > 0.05
+
+
+def test_two_sheets_do_not_pass_through_each_other() -> None:
+    need("native")
+    vertices, faces = shapes.sheet(5)
+    both = np.concatenate([vertices, vertices + (0.01, 0.02, 0.1)])
+    all_faces = np.concatenate([faces, faces + len(vertices)]).astype(np.int32)
+    guard = FoldGuard(both, all_faces, topology.weld(both))
+    change = np.zeros_like(both)
+    change[12, 2] = 0.3
+    factor = guard.shortened(both, change)
+    assert _crossings(both + change, all_faces) > 0
+    assert _crossings(both + factor[:, None] * change, all_faces) == 0 and 0.0 < factor[12] < 1.0
+
+
+def test_clean_steps_are_kept() -> None:
+    vertices, faces = shapes.ball(3)
+    guard = FoldGuard(vertices, faces, topology.weld(vertices))
+    assert (guard.shortened(vertices, 0.3 * vertices) == 1.0).all()

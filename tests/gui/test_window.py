@@ -114,7 +114,7 @@ def test_quitting_ends_a_fit(run: Any) -> None:
 def test_the_way_to_the_first_fit(run: Any) -> None:
     found = run("tour")[0]
     for name, operator in (("no target", "edgegrad.target_open"), ("no picture", "edgegrad.target_open"),
-                           ("missing picture", "edgegrad.target_open"), ("other size", "edgegrad.match_render"),
+                           ("missing picture", "edgegrad.target_open"), ("other aspect", "edgegrad.match_render"),
                            ("no parameter", "edgegrad.parameters_add"), ("edit mode", "object.mode_set")):  # fmt: skip
         assert found[name][1] == operator, name
     assert found["ready"] == [] and "base colors" in found["set up"].lower()

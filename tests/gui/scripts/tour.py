@@ -39,8 +39,9 @@ def errors() -> Script:
     FOUND["missing picture"] = obstacle()
     yield from pictured("error-missing-picture")
     settings.targets[0].image = stage.TARGET
-    FOUND["other size"] = obstacle()
-    yield from pictured("error-other-size")
+    scene.render.resolution_y = 1920
+    FOUND["other aspect"] = obstacle()
+    yield from pictured("error-other-aspect")
     call(bpy.ops.edgegrad.match_render, "EXEC_DEFAULT")
     FOUND["no parameter"] = obstacle()
     yield from pictured("error-no-parameter")

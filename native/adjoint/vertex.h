@@ -103,6 +103,7 @@ EG_INLINE Vec3 lights_met(const SceneView& scene, const Vertex& v, Mask active, 
     Vec3 sum = zero3();
     const Vec3 w = direction * (1.0f / max(sqrt(dot(direction, direction)), 1e-30f));
     for_each_met_light(scene, active, from, load(v.from_mesh), w, load(v.near), load(v.far), load(v.kind),
+                       load(v.bounces_before_last),
                        [&](int, Mask seen, const LightRow& l, Float distance, Float) {
                            sum = sum + select(seen, l.radiance * light_factor(l, w, distance), zero3());
                        });

@@ -137,12 +137,12 @@ EG_INLINE void add_sized_lights(const SceneView& scene, Workspace& work, const P
     const Receiver from = last_receiver(scene, p);
     if (work.values)
         return for_each_light_along(scene, meets & p.touched, from, p.from_mesh, p.direction, near,
-                                    near + distance, p.pdf, p.kind,
+                                    near + distance, p.pdf, p.kind, bounces_before_last(p),
                                     [&](int row, Mask seen, Vec3 radiance, Float gain) {
                                         record_met_light(*work.values, p, seen, row, radiance, gain);
                                     });
-    const Vec3 light =
-        lights_along(scene, meets, from, p.from_mesh, p.direction, near, near + distance, p.pdf, p.kind);
+    const Vec3 light = lights_along(scene, meets, from, p.from_mesh, p.direction, near, near + distance,
+                                    p.pdf, p.kind, bounces_before_last(p));
     const Mask found = p.active & (largest_component(light) > 0.0f);
     if (any(found)) add_radiance(work, p, found, p.throughput * light);
 }
@@ -268,7 +268,7 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
         if (work.vertices && !any(hit) && !misses_count(scene, *work.vertices, p)) continue;
         if (work.vertices) {
             vertex = &work.vertices->append<W>();
-            record_arrival(*vertex, p, hit, load_hits(work.hits, at, hit));
+            record_arrival(scene, *vertex, p, hit, load_hits(work.hits, at, hit));
         }
         // Add lights that rays meet before their surfaces. Recorded paths find such lights by emitter samples
         // alone.

@@ -58,7 +58,7 @@ def test_lights() -> None:
     assert [getattr(lights, kind) for kind in python] == list(kinds.values())[1:]
     flags = constants("lights/light_params.h", "LightFlag")
     assert list(flags.values()) == [lights.SMOOTH_CONE, lights.LINEAR_CONE, lights.SPREAD, lights.CASTS_SHADOW,
-                                    lights.DECAYS, lights.BY_WAY, lights.BY_WAY2]
+                                    lights.DECAYS, lights.BY_WAY, lights.BY_WAY2, lights.STRETCHED]
 
 
 def test_camera() -> None:

@@ -90,7 +90,7 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         touching = select(behind, ray, touching);
         arrived.active = recorded;
         Vertex& v = vertices.append<W>();
-        record_arrival(v, arrived, recorded, hit);
+        record_arrival(scene, v, arrived, recorded, hit);
         put(v.closure, here, s.shader.closure);
         put(v.passes, passes, splat(-1));
 

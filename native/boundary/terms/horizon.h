@@ -46,7 +46,7 @@ EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, cons
     Float u, unused;
     sobol_pair(random.stream, random.sample, kPairLight, u, unused);
     LightSample light = sample_light_arc(scene, p.active, s.x.position, s.x.normal, s.x.face, u);
-    light.active &= shines_on(scene, light.row, s.x.mesh) & ~receives_below(scene, s);
+    light.active &= shines_on(scene, light.row, s.x.mesh, bounces_before(p)) & ~receives_below(scene, s);
     cut.active = light.active;
     cut.towards = light.w;
     cut.distance = light.r;

@@ -219,7 +219,7 @@ EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& t
     s.x = surface_point(scene, s.active, receiver.hit.face, receiver.hit.b1, receiver.hit.b2, w,
                         select(s.active, receiver.hit.instance, splat(-1)));
     s.x.mesh = receiver.hit.mesh;
-    s.active = s.x.active & shines_on(scene, s.y.row, s.x.mesh);
+    s.active = s.x.active & shines_on(scene, s.y.row, s.x.mesh, length);
     if (!scatters)
         s.lambda = select(holds_direction(scene, s.active, pair.face, s.x.material), splat(1.0f), 0.0f);
     blend_near_contact(scene, length, s);

@@ -22,6 +22,7 @@
 #include "adjoint/specular_block.h"
 #include "path/shaded_surface.h"
 #include "path/stream.h"
+#include "shading/absorption.h"
 #include "shading/bsdf/perfect_lobes.h"
 #include "shading/lambertian.h"
 
@@ -217,7 +218,8 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
         // previous vertex.
         if (scene.mesh_contact)
             way = select(blend > 0.0f, constant3(values(x.position) - values(arrival.from)), way);
-        if ((scene.all_flags & kHasTransparency) && scene.textures.closure_program) {
+        if ((scene.all_flags & kHasTransparency) &&
+            (scene.textures.closure_program || (scene.all_flags & kHasAbsorption))) {
             const Mask through = hit & load(v.passes) & ~screen_form & (next >= 0);
             if (any(through)) {
                 way = select(through, way_through(scene, memory, through, next, arrival.from, recorded), way);
@@ -318,6 +320,8 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
         light = select(partly & stays, light * rest, light);
         light = select(passes, incoming * color * (shader.scale * through), light);
     }
+    if (scene.all_flags & kHasAbsorption)
+        light = light * kept_inside(scene, x, closure, length_of(x.position - arrival.from) - load(v.near));
     out.light = select(hit, light + out.light, out.light);
     return out;
 }

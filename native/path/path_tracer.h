@@ -16,6 +16,7 @@
 #include "path/scatter.h"
 #include "path/shaded_surface.h"
 #include "path/value_recorder.h"
+#include "shading/absorption.h"
 #include "shading/bsdf/favoured_lobes.h"
 #include "shading/emission.h"
 #include "tasks/image_task.h"
@@ -302,6 +303,9 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
             sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexChoice), choice_u, choice_v);
         const TexturePoint point = texture_point(scene, x, -p.direction, p.kind);
         Shader shader = surface_shader(scene, x, point, choice_u);
+        if (scene.all_flags & kHasAbsorption)
+            p.throughput =
+                p.throughput * kept_inside(scene, x, shader.closure, length_of(x.position - p.origin));
         // Record the surfaces, and drop vertices without a requested surface
         if (requested) p.touched |= hit & is_requested(*requested, shader.closure);
         if (vertex) {

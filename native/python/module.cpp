@@ -88,7 +88,7 @@ RenderOptions read_options(nb::handle given) {
     o.max_depth = nb::cast<int32_t>(given.attr("max_depth"));
     o.limits = {nb::cast<int32_t>(bounces.attr("diffuse")), nb::cast<int32_t>(bounces.attr("glossy")),
                 nb::cast<int32_t>(bounces.attr("transmission")),
-                nb::cast<int32_t>(bounces.attr("transparent"))};
+                nb::cast<int32_t>(bounces.attr("transparent")), nb::cast<int32_t>(bounces.attr("ambient"))};
     o.caustics_alone = nb::cast<bool>(given.attr("caustics_alone"));
     o.two_passes = nb::cast<bool>(given.attr("two_passes"));
     o.most_placed_edges = nb::cast<int64_t>(given.attr("most_placed_edges"));

@@ -53,6 +53,7 @@ enum class Part : int32_t {
     kFaceFlips,          // faces of smooth meshes that lights without size begin or cease to reach
     kLitFromBelow,       // shadows where lights below the planes of faces light smooth meshes
     kSteppedShadows,     // shadows of borders that an image draws in a surface's transmittance
+    kClearAbsorption,    // absorption in meshes whose surface is transparent
     kRimLines,           // rims on rough glass, for lights without size
     kClearFields,        // shadows of transparent distance fields
     kFieldLines,         // lines where surfaces pass through distance fields
@@ -112,6 +113,7 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kFaceFlips, "face flips", kShadowTerm},
     {Part::kLitFromBelow, "lit from below", kShadowTerm},
     {Part::kSteppedShadows, "stepped shadows", kShadowTerm},
+    {Part::kClearAbsorption, "clear absorption", kInteriorTerm},
     {Part::kRimLines, "rim lines", kInteriorTerm},
     {Part::kClearFields, "clear fields", kShadowTerm},
     {Part::kFieldLines, "field lines", kPrimaryTerm},

@@ -113,7 +113,7 @@ def test_settings_are_named_where_they_act(scene: Any) -> None:
     assert bs.export().report.lines == []
     lamp.data.cycles.max_bounces = 1
     scene.render.film_transparent = True
-    scene.cycles.use_fast_gi = True
+    scene.cycles.use_fast_gi, scene.cycles.fast_gi_method = True, "ADD"
     scene.render.use_motion_blur = True
     ball = bs.add("Ball", bs.cube("Ball", bs.material("Grey")))
     bs.offset_shading(ball, 0.5)

@@ -1,4 +1,4 @@
-"""Lights with a limit of bounces, and lights that take light away."""
+"""Lights with a limit of bounces, lights that take light away, and paths that end in ambient light."""
 
 from __future__ import annotations
 
@@ -75,3 +75,34 @@ def test_negative_lights_take_away_what_positive_ones_give(kind: str) -> None:
     seed = np.random.default_rng(0).normal(size=(24, 24, 3)).astype(np.float32)
     there, back = (r.render_backward(seed, ["meshes.box.vertices"], **options) for r in (given, taken))
     np.testing.assert_array_equal(there["meshes.box.vertices"], -back["meshes.box.vertices"])
+
+
+@pytest.mark.parametrize("limit", [1, 2])
+def test_diffuse_paths_end_at_the_limit(limit: int) -> None:
+    """Among matte surfaces, `ambient` bounces are as many diffuse ones less one: the ray after them ends."""
+    need_every_table()
+    scene = corner(LIGHTS["point"]())
+    scene.materials |= dict.fromkeys(("metal", "mirror"), scene.materials["grey"])
+    scene.world = edgegrad.World(np.full(3, 0.3))
+    renderer = edgegrad.Renderer(scene)
+    tangent = {"meshes.box.vertices": np.zeros_like(scene.meshes["box"].vertices) + [0.5, 0.3, 0.2]}
+
+    def pictures(bounces: edgegrad.Bounces, first: int) -> tuple[Any, Any]:
+        options: dict[str, Any] = {"spp": 32, "max_depth": 6, "bounces": bounces}
+        seeds = range(first, first + 8)
+        return (np.array([renderer.render(seed=k, **options) for k in seeds]),
+                np.array([renderer.render_forward(tangent, seed=k, **options) for k in seeds]))  # fmt: skip
+
+    ambient = pictures(edgegrad.Bounces(ambient=limit), 0)
+    for found, expected in zip(ambient, pictures(edgegrad.Bounces(diffuse=limit - 1), 100), strict=True):
+        check(compare(found, expected.mean(axis=0), expected.std(axis=0, ddof=1) / np.sqrt(len(expected))))
+
+
+def test_the_first_glossy_bounce_and_transmission_do_not_count() -> None:
+    need_every_table()
+    scene = corner(LIGHTS["point"]())
+    scene.materials["grey"] = edgegrad.Material(np.full(3, 0.8), metallic=1.0, roughness=0.3)
+    renderer = edgegrad.Renderer(scene)
+    first, both = (renderer.render(spp=16, max_depth=6, bounces=limit)
+                   for limit in (edgegrad.Bounces(ambient=1), edgegrad.Bounces(glossy=1)))  # fmt: skip
+    np.testing.assert_array_equal(first, both)

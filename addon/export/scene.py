@@ -43,7 +43,7 @@ from .surroundings.camera import export_camera
 from .surroundings.environment import bake_world
 from .surroundings.lamp_bake import bake_lamps
 from .surroundings.lights import export_light
-from .surroundings.settings import expose, read_settings
+from .surroundings.settings import expose, name_fast_gi, read_settings
 from .surroundings.world import read_world
 
 NO_MATERIAL = "(no material)"
@@ -139,6 +139,7 @@ def export_evaluated(evaluation: Evaluation, more_cameras: Sequence[Any], bake: 
     out.scene.images = images.found
     bake_lamps(out, bake)
     out.scene.lights = {**out.scene.lights, **world.suns}
+    name_fast_gi(scene, out.scene, report)
     expose(out.scene, out.settings.exposure)
     drop_caustics(out.scene, out.settings, report)
     if memory is None:

@@ -58,10 +58,11 @@ _FIELDS: dict[str, Kind] = {
         ("base_color", "specular_tint", "coat_tint", "sheen_tint", "metallic", "roughness", "diffuse_roughness",
          "transmission", "coat_weight", "coat_roughness", "sheen_weight", "sheen_roughness", "alpha",
          "subsurface_weight", "blend", "normal"), _COLOR),
-    **dict.fromkeys(("color", "specular_ior_level", "normal_strength", "weights"), Kind(_POSITIVE, WEIGHT_STEP)),
+    **dict.fromkeys(("color", "specular_ior_level", "normal_strength", "weights", "absorption"),
+                    Kind(_POSITIVE, WEIGHT_STEP)),
     **dict.fromkeys(("emission", "power", "strength", "smooth"), _POWER),
     **dict.fromkeys(("radius", "size", "ortho_width", "pixel_aspect", "focus_distance", "aperture_radius",
-                     "aperture_ratio"), _SIZE),
+                     "aperture_ratio", "stretch"), _SIZE),
     **dict.fromkeys(("angle", "spread"), _OPENING),
     "fov_x": Kind((0.0, np.pi - 0.01), RELATIVE_STEP, relative=True, size=True),
     "ior": Kind((0.01, np.inf), WEIGHT_STEP),
@@ -94,6 +95,8 @@ def limits(scene: Scene, path: str) -> tuple[float, float]:
     kind = kind_of(scene, path)
     low, high = kind.range
     value = np.asarray(parameters.get(scene, path), np.float64)
+    if kind is _POWER and value.size == 1 and value < 0.0:  # a light that takes light away
+        return -high, -low
     return (max(low, LEAST_SIZE * float(value.min())) if kind.size else low), high
 
 

@@ -70,7 +70,7 @@ def unknown(
         return Vertices(path, mesh.vertices, mesh.faces, step, smoothness, slide, iterations, rules)
     if field == "position":
         return Positions(scene, path, step)
-    if field in ("direction", "normals"):
+    if field in ("direction", "across", "normals"):
         return Directions(scene, path, step)
     if field in ("to_world", "transform", "instances", "rotation"):
         return Poses(scene, path, step)

@@ -34,6 +34,8 @@ _ABOUT_MATERIALS = {
                      "edges",
     "stepped shadows": "shadows of the borders that an image without interpolation draws in the transmittance of {}: "
                        "they are no edges",
+    "clear absorption": "how absorption in meshes with transparent surfaces ({}) changes with their shape, and its "
+                        "shadows",
     "total reflection": "borders of total reflection of Refraction shaders ({})",
 }
 _PIERCED = {

@@ -101,7 +101,10 @@ def _light(name: str, light: Light, notes: list[str]) -> Light:
     plain = PointLight(np.zeros(3))
     if light.receivers is not None or light.blockers is not None or not light.casts_shadow:
         notes.append(f"light '{name}': lights all meshes, and all meshes cast its shadows")
-    light = replace(light, receivers=None, blockers=None, casts_shadow=True, visible_to=plain.visible_to)
+    if light.max_bounces is not None:
+        notes.append(f"light '{name}': lights paths of any number of bounces")
+    light = replace(light, receivers=None, blockers=None, casts_shadow=True, max_bounces=None,
+                    visible_to=plain.visible_to)  # fmt: skip
     if not isinstance(light, SunLight) and (light.decay != "QUADRATIC" or light.smooth > 0.0):
         notes.append(f"light '{name}': falls with the square of the distance")
         light = replace(light, decay=plain.decay, smooth=plain.smooth)

@@ -27,16 +27,21 @@ class Bounces(Checked):
     transparent
         Transparent surfaces (alpha, Transparent BSDF) that a path may cross, 0 to 255. They do not count as
         path segments. After the last one, further transparent surfaces are opaque and black.
+    ambient
+        After this number of scattering events of all kinds, transmission and the first glossy one not counted, a ray
+        returns only the emission that it hits and the light of the environment (Cycles' Fast GI Approximation with the
+        method Replace, for rooms smaller than its distance). 255: no limit.
     """
 
     diffuse: int = MOST_BOUNCES
     glossy: int = MOST_BOUNCES
     transmission: int = MOST_BOUNCES
     transparent: int = MOST_BOUNCES
+    ambient: int = MOST_BOUNCES
 
     checks: ClassVar[Mapping[str, Check]] = dict.fromkeys(
         ("diffuse", "glossy", "transmission", "transparent"), by(whole, 0, MOST_BOUNCES)
-    )
+    ) | {"ambient": by(whole, 1, MOST_BOUNCES)}
 
     def validate(self) -> None:
         """Raise ``ValueError`` with one sentence that names the wrong field."""

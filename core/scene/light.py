@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .._check import LARGEST_LENGTH, array, choice, flag, names, number, orthonormal, rays
+from .._check import LARGEST_LENGTH, array, choice, flag, names, number, orthonormal, rays, whole
 from .._fields import Check, Checked, by, optional
 
 SHAPES = ("RECTANGLE", "ELLIPSE")
@@ -37,6 +37,9 @@ class _Light(Checked):
         rays.
     casts_shadow
         False: no object blocks its light.
+    max_bounces
+        The light illuminates surfaces that a path meets after at most so many bounces, transparent surfaces not
+        counted (Cycles' Max Bounces of a light). 0: only what the camera sees; None: all.
     receivers, blockers
         Names of the meshes that the light illuminates, and of the meshes that block its light (Blender's light
         linking and shadow linking); None: all meshes.
@@ -45,6 +48,7 @@ class _Light(Checked):
     color: NDArray[np.float64] = field(default_factory=_white)
     visible_to: frozenset[str] = _SEEN
     casts_shadow: bool = True
+    max_bounces: int | None = None
     receivers: tuple[str, ...] | None = None
     blockers: tuple[str, ...] | None = None
 
@@ -52,6 +56,7 @@ class _Light(Checked):
         "color": by(array, (3,), np.float64, least=0.0),
         "visible_to": rays,
         "casts_shadow": flag,
+        "max_bounces": optional(by(whole, 0, 1 << 20)),
         **dict.fromkeys(("receivers", "blockers"), optional(by(names, "names of meshes"))),
     }
 
@@ -78,6 +83,7 @@ _HALF_TURN = np.pi + 1e-6
 _LEAST_SPREAD = 1e-9
 _point: Check = by(array, (3,), np.float64, most=LARGEST_LENGTH)
 _amount: Check = by(number, least=0.0)
+_power: Check = by(number)
 _length: Check = by(number, least=0.0, most=LARGEST_LENGTH)
 
 
@@ -108,7 +114,7 @@ class PointLight(_NearLight):
     position
         (3,) metres.
     power
-        Watts, >= 0.
+        Watts. A negative light takes light away.
     radius
         Metres, >= 0; 0: a point with hard shadows.
     sphere
@@ -122,7 +128,7 @@ class PointLight(_NearLight):
     sphere: bool = False
 
     checks: ClassVar[Mapping[str, Check]] = {
-        **_NearLight.checks, "position": _point, "power": _amount, "radius": _length, "sphere": flag,
+        **_NearLight.checks, "position": _point, "power": _power, "radius": _length, "sphere": flag,
     }
 
 
@@ -144,6 +150,10 @@ class SpotLight(_NearLight):
     falloff
         Shape of the soft edge: ``"SMOOTH"`` is Blender's; ``"LINEAR"`` falls linearly in the angle to the
         axis, from 1 at (1 - blend) angle/2 to 0 at angle/2 (Mitsuba's spot).
+    stretch, across
+        (2,) factors > 0 by which the cone is stretched along the axes x and y around its direction, as by the scale of
+        Blender's object, and (3,) a vector in the plane of direction and x, not along the direction. None: the cone is
+        round. A stretched cone has the edge ``"SMOOTH"``, of a `blend` of at least 0.001, and an angle below pi.
     """
 
     position: NDArray[np.float64]
@@ -154,6 +164,8 @@ class SpotLight(_NearLight):
     radius: float = 0.0
     sphere: bool = False
     falloff: str = "SMOOTH"
+    stretch: NDArray[np.float64] | None = None
+    across: NDArray[np.float64] = field(default_factory=lambda: np.array([1.0, 0.0, 0.0]))
 
     checks: ClassVar[Mapping[str, Check]] = {
         **PointLight.checks,
@@ -161,7 +173,18 @@ class SpotLight(_NearLight):
         "angle": by(number, above=0.0, below=_HALF_TURN),
         "blend": by(number, least=0.0, below=1.0 + 1e-6),
         "falloff": by(choice, FALLOFFS),
+        "stretch": optional(by(array, (2,), np.float64, least=1e-6)),
+        "across": _direction,
     }
+
+    def _validate(self, where: str) -> None:
+        if self.stretch is None:
+            return
+        if self.falloff != "SMOOTH" or self.angle >= np.pi:
+            raise ValueError(f"{where}: stretch needs the falloff 'SMOOTH' and an angle below pi")
+        sizes = np.linalg.norm(self.direction) * np.linalg.norm(self.across)
+        if np.linalg.norm(np.cross(self.direction, self.across)) <= 1e-6 * sizes:
+            raise ValueError(f"{where}: across must not be along direction")
 
 
 @dataclass
@@ -173,7 +196,7 @@ class SunLight(_Light):
     direction
         (3,) direction in which light travels; any length but zero.
     strength
-        Irradiance on a surface that faces the sun, W/m², >= 0.
+        Irradiance on a surface that faces the sun, W/m². A negative light takes light away.
     angle
         Angular diameter of the sun's disk, radians, in [0, pi]; 0: hard shadows.
     """
@@ -185,7 +208,7 @@ class SunLight(_Light):
     checks: ClassVar[Mapping[str, Check]] = {
         **_Light.checks,
         "direction": _direction,
-        "strength": _amount,
+        "strength": _power,
         "angle": by(number, least=0.0, below=_HALF_TURN),
     }
 
@@ -205,7 +228,7 @@ class AreaLight(_NearLight):
     shape
         ``"RECTANGLE"`` or ``"ELLIPSE"`` (a disk is an ellipse of equal extents).
     power
-        Watts, >= 0.
+        Watts. A negative light takes light away.
     spread
         Blender's spread: opening angle of the emission, radians, in (0, pi]; pi: a Lambertian emitter.
     """
@@ -221,7 +244,7 @@ class AreaLight(_NearLight):
         "to_world": by(array, (4, 4), np.float64, most=LARGEST_LENGTH),
         "size": by(array, (2,), np.float64, least=0.0, most=LARGEST_LENGTH),
         "shape": by(choice, SHAPES),
-        "power": _amount,
+        "power": _power,
         "spread": by(number, above=0.0, least=_LEAST_SPREAD, below=_HALF_TURN),
     }
 

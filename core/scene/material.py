@@ -104,6 +104,10 @@ class Material(Checked):
     normal_uv
         Name of the UV map that defines the tangents for the normal map and for anisotropy. If the mesh has the
         attribute "NAME.tangent" (m, 3, 4), tangent and sign, it replaces the computed tangents.
+    absorption
+        (3,) 1/m, >= 0, for all kinds of shader: of the light within a closed mesh (Beer's law), as Blender's Volume
+        Absorption gives it. It acts on paths that arrive at the back of the surface. The parts of a mixture must have
+        the same.
     textures
         Maps a field name to an expression that replaces the field's value at each surface point. Values outside
         the field's range are clamped, and a clamped value has no derivative. As in Cycles, textured
@@ -141,13 +145,14 @@ class Material(Checked):
     normal_strength: float = 1.0
     normal_space: str = "TANGENT"
     normal_uv: str = "UVMap"
+    absorption: NDArray[np.float64] = field(default_factory=lambda: _rgb(0.0))
     textures: Mapping[str, Expression] = field(default_factory=dict)
 
     checks: ClassVar[Mapping[str, Check]] = {
         "kind": by(choice, KINDS),
         "distribution": by(choice, DISTRIBUTIONS),
         "base_color": _color,
-        **dict.fromkeys(("emission", "specular_tint", "coat_tint", "sheen_tint", "normal"), _tint),
+        **dict.fromkeys(("emission", "absorption", "specular_tint", "coat_tint", "sheen_tint", "normal"), _tint),
         **dict.fromkeys(_FRACTIONS, by(number, least=0.0, greatest=1.0)),
         **dict.fromkeys(("specular_ior_level", "normal_strength"), by(number, least=0.0)),
         "ior": by(number, above=0.0),

@@ -20,7 +20,8 @@ from .geometry import link_sets, ray_bits
 # Kinds of lights, as the native LightKind; its kind 0, emissive triangles, has no rows here.
 POINT, SPHERE, DISK, RECTANGLE, ELLIPSE, DIRECTION, CONE = range(1, 8)
 # Bits of `flags`.
-SMOOTH_CONE, LINEAR_CONE, SPREAD, CASTS_SHADOW, DECAYS, BY_WAY, BY_WAY2 = 1, 2, 4, 8, 16, 32, 64
+SMOOTH_CONE, LINEAR_CONE, SPREAD, CASTS_SHADOW, DECAYS, BY_WAY, BY_WAY2, STRETCHED = (1 << k for k in range(8))
+ANY_BOUNCES = 1 << 30
 _BY_DECAY = {"QUADRATIC": 0, "LINEAR": BY_WAY, "CONSTANT": BY_WAY2}
 
 # Positions of the fields in a row.
@@ -56,6 +57,8 @@ class LightTable:
     receivers, blockers
         (L,) int32 index of the set of meshes that the light illuminates, or that cast its shadow
         (`geometry.link_sets`); -1: all meshes.
+    max_bounces
+        (L,) int32 limit of the bounces of a path before the surface; `ANY_BOUNCES`: no limit.
     row_of
         Name of a light -> row.
     """
@@ -66,6 +69,7 @@ class LightTable:
     visible_to: NDArray[np.int32]
     receivers: NDArray[np.int32]
     blockers: NDArray[np.int32]
+    max_bounces: NDArray[np.int32]
     row_of: Mapping[str, int]
 
 
@@ -84,6 +88,8 @@ def light_table(scene: Scene, origin: NDArray[np.float64]) -> LightTable:
         visible_to=np.array([ray_bits(light.visible_to) for light in lights], np.int32),
         receivers=_sets(scene, "receivers"),
         blockers=_sets(scene, "blockers"),
+        max_bounces=np.array([ANY_BOUNCES if light.max_bounces is None else light.max_bounces for light in lights],
+                             np.int32),
         row_of={name: row for row, name in enumerate(scene.lights)},
     )
 
@@ -133,6 +139,9 @@ def _point(light: PointLight | SpotLight, origin: NDArray[np.float64], row: NDAr
         width = row[EDGE] * light.blend
         step = light.blend.real < LEAST_BLEND or width.real <= 1.0 / _STEP
         row[EDGE_SCALE] = _STEP if step else 1.0 / width
+        if light.stretch is not None:
+            flags |= STRETCHED
+            _stretch(light, row)
     if light.radius.real < _LEAST_RADIUS:
         row[RADIANCE] = intensity
         return POINT, flags
@@ -146,6 +155,18 @@ def _decay(light: PointLight | SpotLight | AreaLight, row: NDArray[Any]) -> int:
     row[SMOOTH] = light.smooth
     by = _BY_DECAY[light.decay]
     return DECAYS | by if by or light.smooth.real > 0.0 else 0
+
+
+def _stretch(light: SpotLight, row: NDArray[Any]) -> None:
+    assert light.stretch is not None
+    axis = row[SHINES_TO]
+    row[AXIS_X] = _unit(light.across - axis * (axis @ light.across))
+    row[AXIS_Y] = np.cross(axis, row[AXIS_X])
+    row[EXTENT_X], row[EXTENT_Y] = 1.0 / light.stretch
+    # Borders of light that jumps are computed for round cones alone, so this one is always soft.
+    row[EDGE_SCALE] = 1.0 / (row[EDGE] * max(light.blend, LEAST_BLEND, key=lambda blend: blend.real))
+    widest = np.arctan(np.tan(0.5 * light.angle.real) * light.stretch.real.max())
+    row[ONE_MINUS_COS] = 2.0 * np.sin(0.5 * max(widest, 0.5 * light.angle.real)) ** 2
 
 
 def _sun(light: SunLight, row: NDArray[Any]) -> int:

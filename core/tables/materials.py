@@ -36,12 +36,13 @@ COLUMNS = {
     "normal": (30, 3),
     "normal_strength": (33, 1),
     "weight": (34, 1),
+    "absorption": (36, 3),
 }
-WIDTH = 36
+WIDTH = 40
 
 # Bits of `MaterialTable.flags`: what may occur in a shader.
 (DIFFUSE, GLOSSY, TRANSPARENCY, EMISSION, NORMAL_MAP, MULTISCATTER, TWO_SIDED, REFRACTION, LAMBERTIAN, ANISOTROPIC,
- BECKMANN, PHONG, NORMAL_IN_WORLD) = (1 << k for k in range(13))  # fmt: skip
+ BECKMANN, PHONG, NORMAL_IN_WORLD, ABSORPTION) = (1 << k for k in range(14))  # fmt: skip
 
 
 @dataclass
@@ -135,6 +136,8 @@ def flags(m: Material, asked: Collection[str] = ()) -> int:
         out |= TWO_SIDED
     if may("anisotropy"):
         out |= ANISOTROPIC
+    if may("absorption"):
+        out |= ABSORPTION
     if m.kind in ("PRINCIPLED", "DIFFUSE") and not out & (GLOSSY | REFRACTION) and not may("diffuse_roughness"):
         out |= LAMBERTIAN
     return out

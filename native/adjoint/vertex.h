@@ -22,6 +22,7 @@
 #include "adjoint/specular_block.h"
 #include "path/shaded_surface.h"
 #include "path/stream.h"
+#include "shading/absorption.h"
 #include "shading/bsdf/perfect_lobes.h"
 #include "shading/lambertian.h"
 
@@ -103,6 +104,7 @@ EG_INLINE Vec3 lights_met(const SceneView& scene, const Vertex& v, Mask active, 
     Vec3 sum = zero3();
     const Vec3 w = direction * (1.0f / max(sqrt(dot(direction, direction)), 1e-30f));
     for_each_met_light(scene, active, from, load(v.from_mesh), w, load(v.near), load(v.far), load(v.kind),
+                       load(v.bounces_before_last),
                        [&](int, Mask seen, const LightRow& l, Float distance, Float) {
                            sum = sum + select(seen, l.radiance * light_factor(l, w, distance), zero3());
                        });
@@ -216,7 +218,8 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
         // previous vertex.
         if (scene.mesh_contact)
             way = select(blend > 0.0f, constant3(values(x.position) - values(arrival.from)), way);
-        if ((scene.all_flags & kHasTransparency) && scene.textures.closure_program) {
+        if ((scene.all_flags & kHasTransparency) &&
+            (scene.textures.closure_program || (scene.all_flags & kHasAbsorption))) {
             const Mask through = hit & load(v.passes) & ~screen_form & (next >= 0);
             if (any(through)) {
                 way = select(through, way_through(scene, memory, through, next, arrival.from, recorded), way);
@@ -317,6 +320,8 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
         light = select(partly & stays, light * rest, light);
         light = select(passes, incoming * color * (shader.scale * through), light);
     }
+    if (scene.all_flags & kHasAbsorption)
+        light = light * kept_inside(scene, x, closure, length_of(x.position - arrival.from) - load(v.near));
     out.light = select(hit, light + out.light, out.light);
     return out;
 }

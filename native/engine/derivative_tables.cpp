@@ -154,7 +154,7 @@ bool Requested::values_alone(const SceneView& scene) const {
     const bool known = std::all_of(spans_.begin(), spans_.end(), [](const auto& span) {
         return span.first == "closure_params" || span.first == "light_params" || span.first == "environment";
     });
-    if (!known || geometry()) return false;
+    if (!known || geometry() || (scene.all_flags & kHasAbsorption)) return false;
     const Span rows = span("closure_params");
     if (!any("closure_params")) return true;
     if ((rows.columns & ~(color | emission)) != 0) return false;

@@ -18,9 +18,28 @@ EG_INLINE Int limit(const BounceLimits& limits, Int kind) {
                          splat(limits.transmission)));
 }
 
+// Whether a path with these bounces has reached the limit `ambient`.
+EG_INLINE Mask finds_ambient(const BounceLimits& limits, Int bounces) {
+    if (limits.ambient >= 255) return splat(0);
+    const Int diffuse = bounces & 255, glossy = (bounces >> 8) & 255;
+    return diffuse + glossy - ((glossy > 0) & 1) >= limits.ambient;
+}
+
+// Whether the bounce limits may end paths before the depth limit does.
+EG_INLINE bool limits_matter(const BounceLimits& limits, int max_depth) {
+    const int most = max_depth - 2;
+    return limits.diffuse < most || limits.glossy < most || limits.transmission < most ||
+           limits.ambient < 255;
+}
+
 // Whether a ray that leaves by a bounce of `kind` is the last ray of its path.
 EG_INLINE Mask next_is_final(const ImageTask& task, const PathPacket& p, Int kind) {
-    return (p.segment + 1 >= task.max_depth) | (bounce_count(p.bounces, kind) + 1 > limit(task.limits, kind));
+    const Mask last =
+        (p.segment + 1 >= task.max_depth) | (bounce_count(p.bounces, kind) + 1 > limit(task.limits, kind));
+    if (task.limits.ambient >= 255) return last;
+    const Mask scatters = p.active & (kind >= splat(static_cast<int>(kDiffuseRay))) &
+                          (kind <= splat(static_cast<int>(kTransmissionRay)));
+    return last | (scatters & finds_ambient(task.limits, add_bounce(p.bounces, scatters, kind)));
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -61,12 +61,12 @@ EG_INLINE SharpLobes sharp_lobes(const ShadedSurface& surface, Mask active) {
 
 // Samples the light in the direction (choice, u, v) of the lobes. The density is set by weigh_lobe_samples.
 EG_INLINE LightSample sample_along_lobes(const SceneView& scene, Mask active, const SurfacePoint& x,
-                                         const SharpLobes& lobes, Float choice, Float u, Float v,
+                                         const SharpLobes& lobes, Int bounces, Float choice, Float u, Float v,
                                          Float which) {
     const BsdfSample d = sample(lobes.bsdf, active, choice, u, v);
     Float count;
     LightSample s =
-        sample_met_light(scene, active & d.active & ~d.specular, x, d.wi, d.ray_kind, which, count);
+        sample_met_light(scene, active & d.active & ~d.specular, x, d.wi, d.ray_kind, bounces, which, count);
     if (any(s.active)) {
         const LightRow l = gather_light(scene.lights, select(s.active, s.row, splat(0)));
         s.share = light_factor(l, s.w, s.r);
@@ -99,7 +99,7 @@ EG_INLINE LightSample merged(Mask m, const LightSample& b, const LightSample& a)
 
 // Sets the density and the geometric factor of samples by either strategy.
 EG_INLINE void weigh_lobe_samples(const SceneView& scene, const SurfacePoint& x, Mask both_sides,
-                                  const Vec3* shading, const SharpLobes& lobes, Mask along_lobes,
+                                  const Vec3* shading, const SharpLobes& lobes, Int bounces, Mask along_lobes,
                                   LightSample& s) {
     // Lights without size and faces are found by the first strategy alone
     const Float first = 1.0f - lobes.share;
@@ -114,7 +114,7 @@ EG_INLINE void weigh_lobe_samples(const SceneView& scene, const SurfacePoint& x,
     Float count = splat(0.0f), emitter = select(along_lobes, splat(0.0f), s.pdf);
     Mask met = splat(0);
     for_each_met_light(scene, shared, x.position, x.mesh, s.w, splat(0.0f), splat(__builtin_inff()), kind,
-                       [&](int row, Mask seen, const LightRow&, Float, Float pdf) EG_INLINE_LAMBDA {
+                       bounces, [&](int row, Mask seen, const LightRow&, Float, Float pdf) EG_INLINE_LAMBDA {
                            count = count + select(seen, splat(1.0f), 0.0f);
                            const Mask own = seen & (s.row == row);
                            met |= own;
@@ -142,7 +142,7 @@ EG_INLINE LightSample sample_light_and_lobes(const SceneView& scene, const PathP
     const SharpLobes lobes = sharp_lobes(surface, p.active);
     const Mask along = lobes.active & (u < lobes.share);
     const Float rest = (u - lobes.share) / max(1.0f - lobes.share, 1e-6f);
-    LightSample s = sample_light(scene, p.active & ~along, x, p.both_sides,
+    LightSample s = sample_light(scene, p.active & ~along, x, p.both_sides, bounces_before(p),
                                  select(along, splat(0.0f), select(lobes.active, rest, u)), v, shading);
     if (!any(lobes.active)) return s;
     if (any(along)) {
@@ -150,9 +150,10 @@ EG_INLINE LightSample sample_light_and_lobes(const SceneView& scene, const PathP
         Float choice, which;
         sobol_pair(index.stream, number, vertex_pair(p.vertex, kVertexEnvironment), choice, which);
         const Float place = min(u / max(lobes.share, kLeastLobeSamples), splat(0.99999994f));
-        s = merged(along, sample_along_lobes(scene, along, x, lobes, choice, place, v, which), s);
+        s = merged(along,
+                   sample_along_lobes(scene, along, x, lobes, bounces_before(p), choice, place, v, which), s);
     }
-    weigh_lobe_samples(scene, x, p.both_sides, shading, lobes, along, s);
+    weigh_lobe_samples(scene, x, p.both_sides, shading, lobes, bounces_before(p), along, s);
     return s;
 }
 

@@ -69,6 +69,10 @@ EG_INLINE Int add_bounce(Int bounces, Mask m, Int kind) {
     return bounces;
 }
 
+// Bounces before the surface at the end of the path's segment, and before the surface where it starts.
+EG_INLINE Int bounces_before(const PathPacket& p) { return p.segment - 1; }
+EG_INLINE Int bounces_before_last(const PathPacket& p) { return p.segment - 2; }
+
 // Distance from the last scattering event to the ray's origin, which may lie behind transparent surfaces.
 EG_INLINE Float way_so_far(const PathPacket& p) {
     const Vec3 way = p.origin - p.from;

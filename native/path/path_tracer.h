@@ -16,6 +16,7 @@
 #include "path/scatter.h"
 #include "path/shaded_surface.h"
 #include "path/value_recorder.h"
+#include "shading/absorption.h"
 #include "shading/bsdf/favoured_lobes.h"
 #include "shading/emission.h"
 #include "tasks/image_task.h"
@@ -137,12 +138,12 @@ EG_INLINE void add_sized_lights(const SceneView& scene, Workspace& work, const P
     const Receiver from = last_receiver(scene, p);
     if (work.values)
         return for_each_light_along(scene, meets & p.touched, from, p.from_mesh, p.direction, near,
-                                    near + distance, p.pdf, p.kind,
+                                    near + distance, p.pdf, p.kind, bounces_before_last(p),
                                     [&](int row, Mask seen, Vec3 radiance, Float gain) {
                                         record_met_light(*work.values, p, seen, row, radiance, gain);
                                     });
-    const Vec3 light =
-        lights_along(scene, meets, from, p.from_mesh, p.direction, near, near + distance, p.pdf, p.kind);
+    const Vec3 light = lights_along(scene, meets, from, p.from_mesh, p.direction, near, near + distance,
+                                    p.pdf, p.kind, bounces_before_last(p));
     const Mask found = p.active & (largest_component(light) > 0.0f);
     if (any(found)) add_radiance(work, p, found, p.throughput * light);
 }
@@ -268,7 +269,7 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
         if (work.vertices && !any(hit) && !misses_count(scene, *work.vertices, p)) continue;
         if (work.vertices) {
             vertex = &work.vertices->append<W>();
-            record_arrival(*vertex, p, hit, load_hits(work.hits, at, hit));
+            record_arrival(scene, *vertex, p, hit, load_hits(work.hits, at, hit));
         }
         // Add lights that rays meet before their surfaces. Recorded paths find such lights by emitter samples
         // alone.
@@ -302,6 +303,9 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
             sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexChoice), choice_u, choice_v);
         const TexturePoint point = texture_point(scene, x, -p.direction, p.kind);
         Shader shader = surface_shader(scene, x, point, choice_u);
+        if (scene.all_flags & kHasAbsorption)
+            p.throughput =
+                p.throughput * kept_inside(scene, x, shader.closure, length_of(x.position - p.origin));
         // Record the surfaces, and drop vertices without a requested surface
         if (requested) p.touched |= hit & is_requested(*requested, shader.closure);
         if (vertex) {

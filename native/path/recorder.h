@@ -43,7 +43,8 @@ EG_INLINE void set3(Vertex::Floats (&field)[3], Mask m, Vec3 a) {
 }
 
 // Records the rays of a packet and their hits.
-EG_INLINE void record_arrival(Vertex& v, const PathPacket& p, Mask hit, const Closest& closest) {
+EG_INLINE void record_arrival(const SceneView& scene, Vertex& v, const PathPacket& p, Mask hit,
+                              const Closest& closest) {
     store(v.active, p.active);
     store(v.path, p.path);
     store(v.number, p.vertex);
@@ -51,6 +52,7 @@ EG_INLINE void record_arrival(Vertex& v, const PathPacket& p, Mask hit, const Cl
     store(v.screen_form, p.active & (p.pdf == 0.0f));
     store(v.arrives_followed, p.active & p.followed);
     store(v.kind, p.kind);
+    if (scene.lights.any_bounded) store(v.bounces_before_last, bounces_before_last(p));
     set3(v.from, p.active, p.from);
     set3(v.direction, p.active, p.direction);
     set3(v.throughput, p.active, p.throughput);

@@ -74,8 +74,8 @@ EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Wor
     // Sample the lights of the table along the rim
     if (scene.lights.sized_count + scene.lights.sized_distant > 0) {
         Float count;
-        const LightSample s =
-            sample_met_light(scene, p.active, x, w, splat(static_cast<int>(kTransmissionRay)), r.u, count);
+        const LightSample s = sample_met_light(
+            scene, p.active, x, w, splat(static_cast<int>(kTransmissionRay)), bounces_before(p), r.u, count);
         if (any(s.active)) {
             Vec3 light = gray(select(s.active, scale * count, 0.0f));
             const Vec3 start = leave_surface(x, w) + terminator_lift(scene, x, surface.normal, w);

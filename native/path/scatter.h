@@ -82,7 +82,7 @@ EG_INLINE LightSample sample_light_at(const SceneView& scene, const PathPacket& 
     } else {
         sobol_pair(index.stream, number, vertex_pair(p.vertex, kVertexLight), u, v);
     }
-    return sample_light(scene, p.active, x, p.both_sides, u, v, shading);
+    return sample_light(scene, p.active, x, p.both_sides, bounces_before(p), u, v, shading);
 }
 
 // Emitter samples from below the triangle's plane (receiving_normal). BSDF samples cannot find their light,

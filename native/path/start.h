@@ -5,6 +5,7 @@
 #include "path/path_queue.h"
 #include "path/run.h"
 #include "scene/rays/rays.h"
+#include "shading/absorption.h"
 #include "tasks/boundary_task.h"
 #include "tasks/image_task.h"
 #include "tasks/workspace_view.h"
@@ -58,6 +59,17 @@ EG_INLINE int append_start(Workspace& work, int n, Mask active, Int path, Vec3 o
     p.vertex = passed;
     p.bounces = passed << 24;  // the fourth count (path/path_queue.h)
     return append_met(work, n, p, hit, aside, other);
+}
+
+// The share of light from `hit` along w that arrives after a `distance` beyond the origin of a path that
+// starts on the way.
+EG_INLINE Vec3 kept_before_start(const SceneView& scene, Mask active, const Closest& hit, Vec3 w,
+                                 Float distance) {
+    const Vec3 all = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    if (!(scene.all_flags & kHasAbsorption)) return all;
+    const SurfacePoint y = surface_point(scene, active, select(active, hit.face, splat(0)), hit.b1, hit.b2, w,
+                                         select(active, hit.instance, splat(-1)));
+    return kept_inside(scene, y, gather(scene.material_first_closure, y.material), distance);
 }
 
 // Appends paths that estimate only the light scattered at `hit`. Their ray is segment number `segment`, of

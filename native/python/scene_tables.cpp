@@ -33,7 +33,8 @@ void check_indices(const std::vector<int32_t>& indices, size_t size, const char*
 
 void check_lights(const SceneTables::LightRows& lights) {
     const size_t rows = lights.kind.size();
-    for (const auto* values : {&lights.flags, &lights.visible_to, &lights.receivers, &lights.blockers})
+    for (const auto* values :
+         {&lights.flags, &lights.visible_to, &lights.receivers, &lights.blockers, &lights.max_bounces})
         if (values->size() != rows) throw std::invalid_argument("the light table's sizes disagree");
     if (lights.params.size() != kLightParams * rows)
         throw std::invalid_argument("the light table's sizes disagree");
@@ -132,6 +133,7 @@ void read_values(nb::handle t, ValueTables& s) {
     s.lights.visible_to = column<int32_t>(lights, "visible_to");
     s.lights.receivers = column<int32_t>(lights, "receivers");
     s.lights.blockers = column<int32_t>(lights, "blockers");
+    s.lights.max_bounces = column<int32_t>(lights, "max_bounces");
     fill(s.environment_rotation, t, "environment_rotation");
     s.environment_mask = nb::cast<int32_t>(t.attr("environment_mask"));
     s.filter_kind = nb::cast<int32_t>(t.attr("filter_kind"));

@@ -20,6 +20,9 @@ enum ShaderKind : int32_t {
     kVelvet
 };
 
+// Values of the shader; the rest of the row belongs to the material.
+constexpr int kShaderParams = 36;
+
 enum MaterialParam : int32_t {
     kBaseColor = 0,
     kEmission = 3,
@@ -43,8 +46,9 @@ enum MaterialParam : int32_t {
     kSubsurfaceWeight = 29,
     kNormalMap = 30,
     kNormalStrength = 33,
-    kWeight = 34,  // of the closure in its mixture
-    kMaterialParams = 36
+    kWeight = 34,      // of the closure in its mixture
+    kAbsorption = 36,  // 1/m, in the mesh behind the surface (shading/absorption.h)
+    kMaterialParams = 40
 };
 
 // Features that may occur in a closure (`closure_flags`), so that code for others is skipped.
@@ -58,9 +62,10 @@ enum ClosureFlag : int32_t {
     kHasRefraction = 1 << 7,
     kLambertian = 1 << 8,  // nothing but a constant or textured diffuse colour and emission
     kAnisotropic = 1 << 9,
-    kBeckmann = 1 << 10,      // distribution of microfacets, in place of GGX
-    kPhong = 1 << 11,         // the reflection of Ashikhmin and Shirley
-    kNormalInWorld = 1 << 12  // the program returns the shading normal instead of the colour of a normal map
+    kBeckmann = 1 << 10,       // distribution of microfacets, in place of GGX
+    kPhong = 1 << 11,          // the reflection of Ashikhmin and Shirley
+    kNormalInWorld = 1 << 12,  // the program returns the shading normal instead of the colour of a normal map
+    kHasAbsorption = 1 << 13
 };
 
 // The gloss over a diffuse base is weak: following it pays only where its alpha is below this part of the

@@ -51,7 +51,7 @@ struct ValueTables {
     std::vector<float> closure_params;
     struct LightRows {  // core/tables/lights.py
         std::vector<float> params;
-        std::vector<int32_t> kind, flags, visible_to, receivers, blockers;
+        std::vector<int32_t> kind, flags, visible_to, receivers, blockers, max_bounces;
     } lights;
     float environment_rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     int32_t environment_mask = 0;

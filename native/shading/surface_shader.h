@@ -100,7 +100,7 @@ EG_OUTLINE Shader closure_shader(const SceneView& scene, const SurfacePoint& x, 
         if (scene.all_flags & kHasTransparency) load_row<1>(scene, s, kAlpha);
         if (scene.all_flags & kHasNormalMap) load_row<4>(scene, s, kNormalMap);
     } else {
-        load_row<kMaterialParams>(scene, s, 0);
+        load_row<kShaderParams>(scene, s, 0);
     }
     if (scene.textures.closure_program) {
         run_program(scene, x.active, gather(scene.textures.closure_program, s.closure), point, s.row);

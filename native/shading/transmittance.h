@@ -2,6 +2,7 @@
 #pragma once
 
 #include "scene/rays/rays.h"
+#include "shading/absorption.h"
 #include "shading/surface_transmittance.h"
 #include "shading/transparent_recorder.h"
 
@@ -24,6 +25,7 @@ struct ShadowContext {
     int32_t left[W];  // transparent surfaces that the ray may still pass
     float through[3][W];
     float direction[3][W];
+    float absorbed[3][W];           // the exponent of Beer's law, in scenes with absorption
     TransparentRecorder* recorder;  // null: nothing is recorded
 };
 
@@ -38,6 +40,7 @@ static void filter_transparent(const embree::FilterArguments* args) {
     Int face = splat(0), instance = splat(-1);
     Float b1 = splat(0.0f), b2 = b1;
     Vec3 direction = {splat(0.0f), splat(0.0f), splat(1.0f)};
+    Float way = splat(0.0f);  // to the hit, in lengths of the direction
     uint32_t slot[W] = {};
     // Gather the hits by lane, so that a lane's values do not depend on the part of the packet that Embree
     // traverses.
@@ -58,6 +61,10 @@ static void filter_transparent(const embree::FilterArguments* args) {
         direction.x[lane] = context->direction[0][lane];
         direction.y[lane] = context->direction[1][lane];
         direction.z[lane] = context->direction[2][lane];
+        uint32_t far = ray[8 * n + i];
+        float distance;
+        __builtin_memcpy(&distance, &far, 4);
+        way[lane] = distance;
     }
     // Evaluate the surfaces' transmittances
     const SurfacePoint x = surface_point(scene, active, face, b1, b2, direction, instance);
@@ -65,6 +72,12 @@ static void filter_transparent(const embree::FilterArguments* args) {
     const TexturePoint point = texture_point(scene, x, direction * (-1.0f / max(length, 1e-30f)),
                                              splat(static_cast<int>(context->kind)));
     const Vec3 through = surface_transmittance(scene, x, point);
+    Mask absorbs = splat(0);
+    Vec3 absorbed = zero3();
+    if (scene.all_flags & kHasAbsorption) {
+        absorbed = absorption_of(scene, active, gather(scene.material_first_closure, x.material), absorbs);
+        absorbed = absorbed * (way * length * select(x.side < 0.0f, splat(1.0f), -1.0f));
+    }
     // Multiply or record the transmittances, and let the rays continue
     for (int lane = 0; lane < W; ++lane) {
         if (!active[lane]) continue;
@@ -79,6 +92,11 @@ static void filter_transparent(const embree::FilterArguments* args) {
             recorder->add(lane, face[lane], instance[lane], b1[lane], b2[lane]);
         else
             for (int c = 0; c < 3; ++c) context->through[c][lane] *= t[c];
+        if (absorbs[lane]) {
+            context->absorbed[0][lane] += absorbed.x[lane];
+            context->absorbed[1][lane] += absorbed.y[lane];
+            context->absorbed[2][lane] += absorbed.z[lane];
+        }
         args->valid[slot[lane]] = 0;
     }
 }
@@ -112,12 +130,17 @@ EG_OUTLINE Vec3 transmittance(const SceneView& scene, Mask active, Vec3 origin, 
         set_ray(ray, origin, direction, splat(0.0f), far, rays.mask);
         store(context.left, splat(rays.most_transparent));
         for (auto& channel : context.through) store(channel, splat(1.0f));
+        for (auto& channel : context.absorbed) store(channel, splat(0.0f));
         if (context.recorder) recorder.start();
         query_occluded(scene, valid, ray, args);
     } while (context.recorder && recorder.needs_room());
     const Mask open = active & ~(load(ray.tfar) < 0.0f);
     if (context.recorder) recorder.keep(open);
-    const Vec3 through = {load(context.through[0]), load(context.through[1]), load(context.through[2])};
+    Vec3 through = {load(context.through[0]), load(context.through[1]), load(context.through[2])};
+    if (scene.all_flags & kHasAbsorption) {
+        const auto kept = [&](int c) { return exp(min(-load(context.absorbed[c]), splat(0.0f))); };
+        through = through * Vec3{kept(0), kept(1), kept(2)};
+    }
     return select(open, through, zero3());
 }
 

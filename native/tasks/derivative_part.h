@@ -55,6 +55,7 @@ enum class Part : int32_t {
     kFaceFlips,          // faces of smooth meshes that lights without size begin or cease to reach
     kLitFromBelow,       // shadows where lights below the planes of faces light smooth meshes
     kSteppedShadows,     // shadows of borders that an image draws in a surface's transmittance
+    kClearAbsorption,    // absorption in meshes whose surface is transparent
     kRimLines,           // rims on rough glass, for lights without size
     kClearFields,        // shadows of transparent distance fields
     kFieldBorders,       // lines where distance fields end at their boxes
@@ -117,6 +118,7 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kFaceFlips, "face flips", kShadowTerm},
     {Part::kLitFromBelow, "lit from below", kShadowTerm},
     {Part::kSteppedShadows, "stepped shadows", kShadowTerm},
+    {Part::kClearAbsorption, "clear absorption", kInteriorTerm},
     {Part::kRimLines, "rim lines", kInteriorTerm},
     {Part::kClearFields, "clear fields", kShadowTerm},
     {Part::kFieldBorders, "field borders", kPrimaryTerm},

@@ -9,6 +9,9 @@ namespace edgegrad {
 // scattered again.
 struct BounceLimits {
     int32_t diffuse = 255, glossy = 255, transmission = 255, transparent = 255;
+    // Of all events but transmission and the first glossy one, from this number on; 255: no limit (Cycles'
+    // Fast GI Approximation).
+    int32_t ambient = 255;
 };
 
 // A run of pixels with some of their samples: pixel_count * samples <= kBlockPaths.

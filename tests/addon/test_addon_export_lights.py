@@ -47,11 +47,13 @@ def test_spot_light() -> None:
     assert light.direction == pytest.approx([0.0, np.sin(0.5), -np.cos(0.5)])
 
 
-def test_scaled_spot_light_is_reported() -> None:
-    bs.light("SPOT", spot_size=0.8, spot_blend=0.0, scale=(2, 2, 1))
-    assert exported().angle == pytest.approx(2.0 * np.arctan(2.0 * np.tan(0.4)))
-    bpy.data.objects["Light"].scale = (2, 1, 1)
-    assert any("ellipse" in line for line in bs.export().report.lines)
+def test_scaled_spot_light() -> None:
+    ob = bs.light("SPOT", spot_size=0.8, spot_blend=0.0, scale=(2, 2, 1))
+    assert exported().angle == pytest.approx(2.0 * np.arctan(2.0 * np.tan(0.4))) and exported().stretch is None
+    ob.scale, ob.rotation_euler.z = (3, 1, 2), 0.5
+    light = exported()
+    assert light.stretch == pytest.approx([1.5, 0.5]) and light.angle == pytest.approx(0.8)
+    assert light.across == pytest.approx([np.cos(0.5), np.sin(0.5), 0.0]) and bs.export().report.lines == []
 
 
 def test_sun_and_area_lights() -> None:
@@ -204,3 +206,10 @@ def test_suns_of_skies_become_lights(tmp_path: Any) -> None:
         pictures.append(bs.cycles(tmp_path).mean(axis=(0, 1)))
     ours = edgegrad.render(edgegrad.Scene(made.scene.camera, made.scene.meshes, made.scene.materials, {"sun": sun}), 64)
     assert ours.mean(axis=(0, 1)) == pytest.approx(pictures[1] - pictures[0], rel=0.01)
+
+
+def test_negative_lights_and_limits_of_bounces() -> None:
+    ob = bs.light("POINT", energy=-20.0)
+    assert exported().power == -20.0 and exported().max_bounces is None
+    ob.data.cycles.max_bounces = 2
+    assert exported().max_bounces == 2 and bs.export().report.lines == []

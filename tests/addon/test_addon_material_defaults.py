@@ -79,13 +79,13 @@ def test_faces_without_material_have_the_default_surface_of_cycles() -> None:
 
 def test_a_material_with_only_a_volume_is_transparent_and_says_how_much_it_leaves_out() -> None:
     tree = Tree()
-    fog = tree.node("VolumeAbsorption", {"Color": (0.5, 0.5, 0.5, 1.0), "Density": 1.0})
+    fog = tree.node("VolumeScatter", {"Color": (0.5, 0.5, 0.5, 1.0), "Density": 1.0})
     tree.tree.links.new(fog.outputs[0], tree.output.inputs["Volume"])
     assert tree.export().kind == "TRANSPARENT"
     assert f"lets {np.exp(-0.5 * 2.0):.0%} of it pass straight through the 2 m of object 'Cube'" in tree.lines
     tree.surface(tree.node("BsdfDiffuse").outputs[0])
     assert tree.export().kind == "DIFFUSE"
-    assert "Volume Absorption" in tree.lines
+    assert "Volume Scatter" in tree.lines
 
 
 def test_a_color_or_a_number_that_is_linked_to_the_surface_emits() -> None:
@@ -280,3 +280,11 @@ class TestSubsurface:
             tree.surface(tree.node("SubsurfaceScattering", {"Scale": scale}).outputs[0])
             assert "base_color" in tree.export().textures
             assert ("spreads over" in tree.lines) is named
+
+
+def test_homogeneous_absorption_is_read() -> None:
+    tree = Tree()
+    ink = tree.node("VolumeAbsorption", {"Color": (0.9, 0.5, 0.0, 1.0), "Density": 2.0})
+    tree.tree.links.new(ink.outputs[0], tree.output.inputs["Volume"])
+    made = tree.export()
+    assert made.kind == "TRANSPARENT" and made.absorption == pytest.approx([0.2, 1.0, 2.0]) and tree.lines == ""

@@ -317,8 +317,8 @@ def test_warnings_tell_how_much_of_the_picture_they_concern() -> None:
 def test_warnings_about_lights_tell_their_share_of_the_light() -> None:
     ground()
     for name, energy in (("Bright", 3.0), ("Dim", 1.0)):
-        bs.light("SUN", name, energy=energy).data.cycles.max_bounces = 0
-    bpy.context.scene.cycles.max_bounces = 1
+        bs.light("SUN", name, energy=energy).data.cycles.is_caustics_light = True
+    bpy.data.objects["Ground"].cycles.is_caustics_caster = True
     lines = bs.export().report.lines
     assert any(line.startswith("light 'Bright'") and line.endswith("(75 % of the picture's light)") for line in lines)
     assert any(line.startswith("light 'Dim'") and line.endswith("(25 % of the picture's light)") for line in lines)
@@ -326,6 +326,6 @@ def test_warnings_about_lights_tell_their_share_of_the_light() -> None:
 
 def test_what_is_not_exported_has_no_share() -> None:
     ground()
-    bs.light("POINT", energy=-20.0)
+    bs.light("AREA", energy=20.0, scale=(0.0, 1.0, 1.0))
     (line,) = bs.export().report.lines
-    assert line == "light 'Light': negative light can't be rendered; it is left out"
+    assert line == "light 'Light': has no size; it is left out"

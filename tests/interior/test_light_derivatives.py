@@ -34,6 +34,8 @@ LIGHTS: dict[str, tuple[Callable[[], Light], str]] = {
     "sphere of constant decay": (lambda: PointLight(AT, 30.0, 0.5, True, decay="CONSTANT"), "position radius"),
     "disk that is dim close by": (lambda: PointLight(AT, 300.0, 0.5, smooth=9.0), "position radius smooth"),
     "spot of linear decay": (lambda: SpotLight(AT, ALONG, 90.0, 0.5, 0.6, decay="LINEAR"), "position direction angle"),
+    "stretched spot": (lambda: SpotLight(AT, ALONG, 300.0, 0.4, 0.6, stretch=np.array([1.6, 0.7])),
+                       "position direction power angle blend stretch across"),
     "rectangle of constant decay": (lambda: AreaLight(POSE, SIZE, "RECTANGLE", 10.0, decay="CONSTANT"),
                                     "to_world size power"),
 }

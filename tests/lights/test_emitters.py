@@ -168,6 +168,22 @@ def test_decay_is_a_factor_of_the_distance(decay: str, smooth: float, power: int
         assert irradiance(lit({"light": point})) == pytest.approx(expected, rel=1e-5)
 
 
+@pytest.mark.parametrize("along", ["x", "y"])
+def test_a_stretched_cone_is_wider_along_its_axes(along: str) -> None:
+    """At the angle t along an axis stretched by f, the share is that of u in the round cone, tan u = tan t / f."""
+    angle, blend, stretch = 0.8, 0.5, np.array([2.0, 0.5])
+    factor = stretch["xy".index(along)]
+    for inner in (0.1, 0.3, 0.35, 0.39, 0.41):
+        t = math.atan(math.tan(inner) * factor)
+        side = np.array([1.0, 0.0, 0.0]) if along == "x" else np.array([0.0, 1.0, 0.0])
+        place = 2.0 * (np.array([0.0, 0.0, math.cos(t)]) - math.sin(t) * side)
+        spot = edgegrad.SpotLight(place, np.array([0.0, 0.0, -1.0]), 10.0, angle, blend, stretch=stretch)
+        edge = (math.cos(inner) - math.cos(angle / 2)) / ((1.0 - math.cos(angle / 2)) * blend)
+        share = min(max(edge, 0.0), 1.0)
+        expected = 10.0 / (16.0 * math.pi) * math.cos(t) * share**2 * (3.0 - 2.0 * share)
+        assert irradiance(lit({"light": spot})) == pytest.approx(expected, rel=1e-4, abs=1e-9)
+
+
 @pytest.mark.parametrize("name", list(TRIANGLES))
 def test_irradiance_of_triangles(name: str) -> None:
     expected = 3.0 * polygon_irradiance(np.asarray(TRIANGLES[name].vertices), UP)

@@ -41,7 +41,7 @@ def test_flags_of_materials() -> None:
              "kHasEmission": "EMISSION", "kHasNormalMap": "NORMAL_MAP", "kMultiscatter": "MULTISCATTER",
              "kEmissionTwoSided": "TWO_SIDED", "kHasRefraction": "REFRACTION", "kLambertian": "LAMBERTIAN",
              "kAnisotropic": "ANISOTROPIC", "kBeckmann": "BECKMANN", "kPhong": "PHONG",
-             "kNormalInWorld": "NORMAL_IN_WORLD"}  # fmt: skip
+             "kNormalInWorld": "NORMAL_IN_WORLD", "kHasAbsorption": "ABSORPTION"}  # fmt: skip
     found = constants("material_params.h", "ClosureFlag")
     assert {name: getattr(materials, word) for name, word in names.items() if name in found} == found
 
@@ -58,7 +58,7 @@ def test_lights() -> None:
     assert [getattr(lights, kind) for kind in python] == list(kinds.values())[1:]
     flags = constants("lights/light_params.h", "LightFlag")
     assert list(flags.values()) == [lights.SMOOTH_CONE, lights.LINEAR_CONE, lights.SPREAD, lights.CASTS_SHADOW,
-                                    lights.DECAYS, lights.BY_WAY, lights.BY_WAY2]
+                                    lights.DECAYS, lights.BY_WAY, lights.BY_WAY2, lights.STRETCHED]
 
 
 def test_camera() -> None:

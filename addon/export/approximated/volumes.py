@@ -1,4 +1,5 @@
-"""Warnings about materials with a volume. Volumes are left out; the surfaces around them are rendered."""
+"""Volumes of materials: homogeneous absorption is read. Others are left out, with a warning, and the surfaces
+around them are rendered."""
 
 from __future__ import annotations
 
@@ -30,6 +31,24 @@ def describe_volume(found: Feed, material: Any) -> str:
         return text
     kept = float(np.exp(-extinction * size).mean())
     return f"{text}; Cycles lets {kept:.0%} of it pass straight through the {size:.3g} m of object '{name}'"
+
+
+def read_absorption(found: Feed) -> NDArray[np.float64] | None:
+    """Return the (3,) absorption per metre of a homogeneous volume that scatters and emits no light; None for others.
+
+    Parameters
+    ----------
+    found
+        What is linked to the volume of the output.
+    """
+    node, groups = found.output.node, found.groups
+    extinction = _extinction(node, groups)
+    if node.type == "VOLUME_ABSORPTION":
+        return extinction
+    if node.type != "VOLUME_COEFFICIENTS":
+        return None
+    rest = [constant(by_identifier(node.inputs, f"{name} Coefficients"), groups) for name in ("Scatter", "Emission")]
+    return extinction if all(one is not None and not np.any(one > 0.0) for one in rest) else None
 
 
 def _extinction(node: Any, groups: Any) -> NDArray[np.float64] | None:

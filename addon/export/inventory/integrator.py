@@ -25,10 +25,9 @@ _CULLED = "objects far from the camera's view are rendered, although culling is 
 
 INTEGRATOR = Table(
     read="max_bounces diffuse_bounces glossy_bounces transmission_bounces transparent_max_bounces pixel_filter_type "
-         "filter_width film_exposure caustics_reflective caustics_refractive",
+         "filter_width film_exposure caustics_reflective caustics_refractive use_fast_gi fast_gi_method "
+         "ao_bounces_render",
     named={
-        "use_fast_gi": Named("indirect light is computed; fast global illumination, which approximates "
-                             "it, is not used"),
         "film_transparent_glass": Named("the world is seen through glass, although 'Transparent Glass' is on",
                                         acts=_transparent),
         "use_camera_cull": Named(_CULLED, acts=_culls("use_camera_cull")),
@@ -48,11 +47,10 @@ INTEGRATOR = Table(
                "*adaptive_* direct_light_sampling_type use_light_tree min_light_bounces min_transparent_bounces "
                "*guiding* seed use_animated_seed debug_* use_auto_tile tile_size *denois* "
                "sample_all_lights_* sampling_pattern use_progressive_refine tile_order",
-        DISPLAY: "preview_* texture_limit",
+        DISPLAY: "preview_* texture_limit ao_bounces",
         VOLUMES: "volume_*",
         EVALUATED: "dicing_* max_subdivisions offscreen_dicing_scale",
         MOTION: "rolling_shutter_* motion_blur_position",
-        "only fast global illumination uses it": "fast_gi_method ao_bounces ao_bounces_render",
         "only 'Transparent Glass' uses it": "film_transparent_roughness",
         "culling is named by its switch": "camera_cull_margin distance_cull_margin",
         BAKING: "bake_type",

@@ -74,8 +74,8 @@ STRUCTS: dict[str, Table] = {
     "SunLight": Table(read="energy angle", without={EEVEE: "shadow_soft_size"}),
     "AreaLight": Table(read="energy shape size size_y spread", without={EEVEE: "shadow_soft_size"}),
     "CyclesLightSettings": Table(
-        read="is_portal cast_shadow",
-        named={"max_bounces": _LIT_BOUNCES, "is_caustics_light": _SHADOW_CAUSTICS},
+        read="is_portal cast_shadow max_bounces",
+        named={"is_caustics_light": _SHADOW_CAUSTICS},
         without={NOISE: "use_multiple_importance_sampling", DATA: "name"},
     ),
     "Camera": Table(

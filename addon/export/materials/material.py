@@ -8,6 +8,7 @@ from typing import Any
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad import expression as e
@@ -15,7 +16,7 @@ from edgegrad.expression import Expression, images_of, nodes_of
 from edgegrad.scene.material import SMOOTH_NORMAL
 
 from ...problem import Report
-from ..approximated.volumes import describe_volume
+from ..approximated.volumes import describe_volume, read_absorption
 from ..geometry import attributes
 from ..nodes import links as nodes
 from ..nodes.camera_view import CameraView
@@ -123,6 +124,12 @@ class MaterialReading:
         """Return the closures of the material."""
         return [self.value] if isinstance(self.value, edgegrad.Material) else list(self.parts.values())
 
+    def absorb(self, absorption: NDArray[np.float64] | None) -> None:
+        """Give all closures the absorption of the material's volume, if it has one."""
+        if absorption is not None and np.any(absorption > 0.0):
+            for one in self.shaders():
+                one.absorption = absorption.copy()
+
     def expressions(self) -> Iterator[Expression]:
         """Yield all expressions of the material."""
         for one in (self.value, *self.parts.values()):
@@ -169,14 +176,19 @@ def read_material(material: Any, images: Images, report: Report, view: CameraVie
         report.tell(where, "has no output that Cycles uses; it is black, as in Cycles")
         return reading
     volume = nodes.feed(output.inputs["Volume"])
+    absorption = None
     if volume.output is not None:
-        report.warn(where, describe_volume(volume, material))
+        absorption = read_absorption(volume)
+        if absorption is None:
+            report.warn(where, describe_volume(volume, material))
         if nodes.source(output.inputs["Surface"]) is None:
             reading.value = edgegrad.Material(np.ones(3), kind="TRANSPARENT")
+            reading.absorb(absorption)
             return reading
     reader = _Reading(material, images, view, reading)
     reader.displace(output)
     reader.read(output, report)
+    reading.absorb(absorption)
     return reading
 
 

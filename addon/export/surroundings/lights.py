@@ -14,12 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
+from edgegrad.tables.lights import LEAST_BLEND
 
 from ...problem import Report
 from .lamp_nodes import read_emission
 
 Light: TypeAlias = edgegrad.PointLight | edgegrad.SpotLight | edgegrad.SunLight | edgegrad.AreaLight
 F64 = NDArray[np.float64]
+# Blender's largest limit of a light's bounces, its default.
+_ANY_BOUNCES = 1024
 
 
 def power_factor(light: Any) -> float:
@@ -50,8 +53,10 @@ def export_light(light_object: Any, matrix: F64, visible: frozenset[str], report
     emission = read_emission(light)
     color = color * emission.factor
     power = float(light.energy) * power_factor(light)
-    if power < 0.0 or color.min() < 0.0:
-        report.warn(where, "negative light can't be rendered; it is left out")
+    if color.max() <= 0.0:
+        power, color = -power, -color
+    if color.min() < 0.0:
+        report.warn(where, "its colour is negative in some channels and positive in others; it is left out")
         return None
     out: Light | None
     if light.type == "AREA":
@@ -59,7 +64,7 @@ def export_light(light_object: Any, matrix: F64, visible: frozenset[str], report
     elif light.type == "SUN":
         out = _sun(light, matrix, power)
     else:
-        out = _point_or_spot(light, matrix, where, power, report)
+        out = _point_or_spot(light, matrix, power)
     if out is None:
         return None
     out.color = color
@@ -68,6 +73,8 @@ def export_light(light_object: Any, matrix: F64, visible: frozenset[str], report
     # The camera never sees sun lights in Cycles.
     out.visible_to = (visible | {"shadow"}) - ({"camera"} if light.type == "SUN" else set())
     cycles = getattr(light, "cycles", None)
+    limit = getattr(cycles, "max_bounces", _ANY_BOUNCES)
+    out.max_bounces = None if limit >= _ANY_BOUNCES else int(limit)
     out.casts_shadow = bool(getattr(cycles, "cast_shadow", light.use_shadow))  # a property of Cycles before Blender 4.3
     return out
 
@@ -79,21 +86,22 @@ def _sun(light: Any, matrix: F64, power: float) -> edgegrad.SunLight:
     return edgegrad.SunLight(-matrix[:3, 2] / np.linalg.norm(matrix[:3, 2]), power, min(angle, np.pi))
 
 
-def _point_or_spot(light: Any, matrix: F64, where: str, power: float, report: Report) -> Light:
+def _point_or_spot(light: Any, matrix: F64, power: float) -> Light:
     radius = float(light.shadow_soft_size)
     if not getattr(light, "normalize", True):
         power *= 4.0 * np.pi * radius**2 if radius > 0.0 else 4.0
     position, sphere = matrix[:3, 3].copy(), not getattr(light, "use_soft_falloff", True)
     if light.type == "POINT":
         return edgegrad.PointLight(position, power, radius, sphere)
-    scale = np.linalg.norm(matrix[:3, :3], axis=0)
-    wide = 0.5 * (scale[0] + scale[1]) / max(scale[2], 1e-20)  # Blender scales the cone with the object
-    half = float(np.arctan(wide * np.tan(0.5 * min(light.spot_size, np.pi - 1e-4))))
-    if not np.isclose(scale[0], scale[1], rtol=1e-3):
-        report.warn(where, "its cone is scaled to an ellipse; a circular cone of the mean width is used")
-    elif not np.isclose(wide, 1.0, rtol=1e-3) and light.spot_blend > 0.0:
-        report.warn(where, "its cone is scaled; the soft edge of an unscaled cone of the same width is used")
-    return edgegrad.SpotLight(position, -matrix[:3, 2] / scale[2], power, 2.0 * half, light.spot_blend, radius, sphere)
+    scale = np.maximum(np.linalg.norm(matrix[:3, :3], axis=0), 1e-20)
+    angle = min(float(light.spot_size), np.pi - 1e-4)
+    spot = edgegrad.SpotLight(position, -matrix[:3, 2] / scale[2], power, angle, light.spot_blend, radius, sphere)
+    wide = np.maximum(scale[:2] / scale[2], 1e-6)  # Blender scales the cone with the object
+    if light.spot_blend < LEAST_BLEND and np.isclose(wide[0], wide[1], rtol=1e-3):  # a hard edge of a round cone
+        spot.angle = 2.0 * float(np.arctan(wide[0] * np.tan(0.5 * angle)))
+    elif not np.allclose(wide, 1.0, rtol=1e-3):
+        spot.stretch, spot.across = wide, matrix[:3, 0] / scale[0]
+    return spot
 
 
 def _area_light(light: Any, matrix: F64, where: str, power: float, report: Report) -> edgegrad.AreaLight | None:

@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad import expression as e
+from edgegrad.scene.placement import placed_meshes
 
 from ...preferences import threads
+from ...problem import Report
 
 # Cycles counts scattering events between surfaces. A path has two more segments: to the camera and to the light.
 SEGMENTS_AROUND_BOUNCES = 2
@@ -68,11 +70,40 @@ def read_settings(scene: Any) -> RenderSettings:
             glossy=limit("glossy_bounces", 4),
             transmission=limit("transmission_bounces", 12),
             transparent=limit("transparent_max_bounces", 8),
+            ambient=_ambient_limit(cycles),
         ),
         exposure=max(float(getattr(cycles, "film_exposure", 1.0)), 0.0),
         reflective_caustics=bool(getattr(cycles, "caustics_reflective", True)),
         refractive_caustics=bool(getattr(cycles, "caustics_refractive", True)),
     )
+
+
+def _ambient_limit(cycles: Any) -> int:
+    """Number of bounces after which Fast GI Approximation replaces indirect light by that of the world."""
+    if not getattr(cycles, "use_fast_gi", False) or cycles.fast_gi_method != "REPLACE":
+        return edgegrad.Bounces().ambient
+    return int(cycles.ao_bounces_render) or edgegrad.Bounces().ambient
+
+
+def name_fast_gi(blender: Any, scene: edgegrad.Scene, report: Report) -> None:
+    """Warn of what is not read of Fast GI Approximation: Blender's scene, and the exported one."""
+    cycles, world = getattr(blender, "cycles", None), blender.world
+    if cycles is None or not getattr(cycles, "use_fast_gi", False):
+        return
+    where = f"scene '{blender.name}'"
+    if cycles.fast_gi_method != "REPLACE":
+        report.warn(where, "indirect light is computed; fast global illumination with the method Add, which "
+                           "approximates it, is not used")  # fmt: skip
+    elif world is not None and cycles.ao_bounces_render:
+        corners = [placed.vertices for placed in placed_meshes(scene) if len(placed.vertices)]
+        size = np.linalg.norm(np.ptp(np.concatenate(corners), axis=0)) if corners else 0.0
+        settings = world.light_settings
+        if settings.ao_factor != 1.0:
+            report.warn(where, "fast global illumination takes all light of the world, not its part "
+                               f"{settings.ao_factor:g}")  # fmt: skip
+        if settings.distance < size:
+            report.warn(where, "fast global illumination finds surfaces at any distance; Cycles finds none beyond "
+                               f"{settings.distance:g} m")  # fmt: skip
 
 
 def expose(scene: edgegrad.Scene, exposure: float) -> None:

@@ -99,6 +99,14 @@ EG_INLINE ScatteringPoint scattering_point(const SceneView& scene, const ImageTa
     return s;
 }
 
+// Absorbs light of paths that arrive at x within a mesh.
+EG_INLINE void absorb(const SceneView& scene, PathPacket& p, Vec3* followed, Mask active,
+                      const ScatteringPoint& s) {
+    const Vec3 kept = kept_inside(scene, s.x, s.shader.closure, length_of(s.x.position - p.origin));
+    p.throughput = select(active, p.throughput * kept, p.throughput);
+    if (followed) *followed = select(active, *followed * kept, *followed);
+}
+
 // Continues paths from their first hits to the surfaces at which their segments number `target` end. Paths
 // that end earlier, or cannot scatter there, become inactive. Transparent surfaces are passed at random. If
 // `camera_sampled_alpha` > 0, paths leave the first surface only by camera-sampled lobes
@@ -123,6 +131,7 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
         // Pass transparent surfaces at random
         const PathIndex index = path_index(task, p.path);
         walking &= s.x.active;
+        if (scene.all_flags & kHasAbsorption) absorb(scene, p, followed, walking, s);
         Mask pass = splat(0);
         Float unused;
         if (clear) {

@@ -14,6 +14,7 @@
 #include "boundary/segment/camera_connection.h"
 #include "boundary/segment/receiver.h"
 #include "boundary/segment/segment.h"
+#include "path/bounces.h"
 #include "path/path_queue.h"
 #include "tasks/boundary_task.h"
 #include "tasks/image_task.h"
@@ -54,7 +55,7 @@ EG_INLINE Int bounce_kind(const SurfacePoint& x, Vec3 w, Vec3 all, Vec3 diffuse,
 // Whether a path with these bounces may scatter once more.
 EG_INLINE Mask within_limits(const BounceLimits& limits, Int bounces) {
     return ((bounces & 255) <= limits.diffuse) & (((bounces >> 8) & 255) <= limits.glossy) &
-           (((bounces >> 16) & 255) <= limits.transmission);
+           (((bounces >> 16) & 255) <= limits.transmission) & ~finds_ambient(limits, bounces);
 }
 
 // The stride of vertex numbers, for random numbers, from one surface of a chain to the next. The numbers
@@ -127,6 +128,9 @@ EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const Pat
     const ReceiverHit next =
         find_receiver(scene, active, leave_surface(seen), -wo, ignore_nothing(), rays, random);
     const Closest& hit = next.hit;
+    Vec3 through = next.through;
+    if (scene.all_flags & kHasAbsorption)
+        through = through * kept_inside(scene, seen, shader.closure, hit.distance);
     c.at.hit = select(walking, next.found, c.at.hit);
     c.at.face = select(walking, hit.face, c.at.face);
     c.at.mesh = select(walking, hit.mesh, c.at.mesh);
@@ -135,8 +139,8 @@ EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const Pat
     c.at.b2 = select(walking, hit.b2, c.at.b2);
     c.at.distance = select(walking, hit.distance, c.at.distance);
     c.w = select(walking, wo, c.w);
-    c.weight = select(walking, weight * next.through, c.weight);
-    c.followed = select(walking, followed * next.through, c.followed);
+    c.weight = select(walking, weight * through, c.weight);
+    c.followed = select(walking, followed * through, c.followed);
 }
 
 // The probability of one more surface in a chain, if the picture's depth allows it.
@@ -162,19 +166,13 @@ EG_INLINE Int chain_length(const SegmentSample& p, int most, Float& probability)
     return length;
 }
 
-// Whether the bounce limits may end paths before the depth limit does.
-EG_INLINE bool limits_matter(const BoundaryTask& task) {
-    const int most = task.max_depth - 2;
-    return task.limits.diffuse < most || task.limits.glossy < most || task.limits.transmission < most;
-}
-
 // Whether paths may continue after lobes of `kinds` scatter them at x towards w; counts the bounce. `vertex`
 // selects the random numbers of x, and evaluate(kinds) returns the value of lobes.
 template <typename Value>
 EG_INLINE Mask scatters_within_limits(const BoundaryTask& task, Mask active, const SurfacePoint& x, Vec3 w,
                                       Int kinds, const PathIndex& random, Int vertex, const Value& evaluate,
                                       Int& bounces) {
-    if (!limits_matter(task) || !any(active)) return active;
+    if (!limits_matter(task.limits, task.max_depth) || !any(active)) return active;
     Float choice, unused;
     sobol_pair(random.stream, random.sample, vertex_pair(vertex, kVertexSurvival), choice, unused);
     const Vec3 all = evaluate(kinds), diffuse = evaluate(kinds & (1 << kDiffuseRay));
@@ -199,7 +197,7 @@ struct SeenLight {
 EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
                                Mask active, const Closest& x, Vec3 w, Int length, Int light_kinds,
                                bool x_goes_on, Mask of_table) {
-    const bool limited = limits_matter(task);
+    const bool limited = limits_matter(task.limits, task.max_depth);
     const Vec3 one = {splat(1.0f), splat(1.0f), splat(1.0f)};
     Chain chain{x, w, one, one, splat(0)};
     chain.at.hit = active;

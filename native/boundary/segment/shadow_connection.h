@@ -41,7 +41,7 @@ EG_OUTLINE void connect_shadow(const SceneView& scene, const BoundaryTask& task,
                         select(s.active, receiver.hit.face, splat(0)), t, receiver.hit.b1, receiver.hit.b2,
                         s.view.direction, select(s.active, receiver.hit.instance, splat(-1)));
     s.x.mesh = receiver.hit.mesh;
-    s.active = s.x.active & shines_on(scene, s.y.row, s.x.mesh);
+    s.active = s.x.active & shines_on(scene, s.y.row, s.x.mesh, length);
     s.screen_form = s.active & ~chained;
     // Divide the segment, and skip samples that do not move
     light.meet(scene, s);

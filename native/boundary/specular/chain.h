@@ -197,9 +197,10 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, Mask a
                     chain_random(stream, kMostChain, 0), chain_random(stream, kMostChain, 1),
                     chain_random(stream, kMostChain, 2), chain_random(stream, kMostChain, 3)};
                 ChainLight light;
-                const Mask found = choose_chain_light(scene, scattering_point(scene, looks, s),
-                                                      looks & by_lights, looks & by_surfaces, stream, random,
-                                                      chain_random(stream, kMostChain + 1, 0), light);
+                const Mask found =
+                    choose_chain_light(scene, scattering_point(scene, looks, s), looks & by_lights,
+                                       looks & by_surfaces, bounces_before(counted.p), stream, random,
+                                       chain_random(stream, kMostChain + 1, 0), light);
                 choices.lit = select(found, splat(level), choices.lit);
                 take(choices.light, found, light);
                 event = select(looks & ~found, splat(kEventEnds), event);

@@ -118,13 +118,14 @@ EG_INLINE ChainLightRay see_chain_light(const SceneView& scene, Mask active, con
     return seen;
 }
 
-// The radiance towards x on `mesh`. It is 1 for surfaces that scatter; their radiance is estimated by paths.
+// The radiance towards x on `mesh`. The choice of the light has respected its limit of bounces. It is 1 for
+// surfaces that scatter; their radiance is estimated by paths.
 EG_INLINE Vec3 radiance_of(const SceneView& scene, Mask active, const ChainLight& light,
                            const ChainLightRay& seen, Int mesh) {
     Vec3 radiance = select(active & light.scatters, gray(splat(1.0f)), zero3());
     const Mask environment = active & light.environment();
     if (any(environment)) radiance = select(environment, environment_radiance(scene, seen.w), radiance);
-    const Mask on_row = active & (light.row >= 0) & shines_on(scene, light.row, mesh);
+    const Mask on_row = active & (light.row >= 0) & shines_on(scene, light.row, mesh, splat(0));
     if (any(on_row)) {
         const LightRow l = gather_light(scene.lights, select(on_row, light.row, splat(0)));
         const Mask flat = light.is(kRectangleLight) | light.is(kEllipseLight);
@@ -222,8 +223,8 @@ constexpr float kLightShare = 2.0f, kEnvironmentShare = 2.0f, kSurfaceShare = 1.
 
 // Samples a light for x with the picture's samplers. Returns the lanes that found one.
 EG_OUTLINE Mask choose_chain_light(const SceneView& scene, const ScatteringPoint& x, Mask by_lights,
-                                   Mask by_surfaces, UInt stream, const Float (&random)[4], Float pick,
-                                   ChainLight& light) {
+                                   Mask by_surfaces, Int bounces, UInt stream, const Float (&random)[4],
+                                   Float pick, ChainLight& light) {
     light = no_chain_light();
     const bool lights = scene.lights.count > 0, environment = scene.has_environment;
     // Choose the kind of light
@@ -236,7 +237,7 @@ EG_OUTLINE Mask choose_chain_light(const SceneView& scene, const ScatteringPoint
     Mask found = splat(0);
     // Sample a light and express the point in the light's frame
     if (any(by_light)) {
-        const LightSample s = sample_light(scene, by_light, x.x, x.both_sides, random[0], random[1]);
+        const LightSample s = sample_light(scene, by_light, x.x, x.both_sides, bounces, random[0], random[1]);
         const Mask at = by_light & s.active & s.casts_shadow;
         light.row = s.row, light.kind = s.kind, light.face = s.face;
         light.b1 = s.b1, light.b2 = s.b2;

@@ -77,6 +77,9 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         const ChainSurface s = chain_surface(scene, x, point, column(c.closure, 0));
         const Mask passes = here & (event == kEventPasses), lit = here & (event == kEventLit);
         const Mask scatters = here & ~passes & ~lit;
+        if (scene.all_flags & kHasAbsorption)
+            throughput =
+                throughput * kept_inside(scene, x, s.shader.closure, length_of(x.position - ray.origin));
 
         // Record the ray's arrival
         PathPacket arrived{};
@@ -90,7 +93,7 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         touching = select(behind, ray, touching);
         arrived.active = recorded;
         Vertex& v = vertices.append<W>();
-        record_arrival(v, arrived, recorded, hit);
+        record_arrival(scene, v, arrived, recorded, hit);
         put(v.closure, here, s.shader.closure);
         put(v.passes, passes, splat(-1));
 
@@ -200,8 +203,8 @@ EG_OUTLINE Mask append_surfaces(const SceneView& scene, const BoundaryTask& task
     y.mesh = mesh_of(scene, select(active, light.face, splat(0)));
     y.distance = way.distance - s.view.distance;
     queued = append_scattering(work, queued, active, lane_index() + at, s.point, way.w, y, zero3(),
-                               gray(splat(1.0f)), splat(0), p.segment + 1, bounces,
-                               splat(static_cast<int>(kDiffuseRay)));
+                               kept_before_start(scene, active, y, way.w, s.view.distance), splat(0),
+                               p.segment + 1, bounces, splat(static_cast<int>(kDiffuseRay)));
     return active;
 }
 

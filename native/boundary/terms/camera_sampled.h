@@ -353,7 +353,8 @@ EG_OUTLINE int sample_from_camera(const SceneView& scene, const BoundaryTask& ta
     if (any(clear & s.active))
         s.color = select(
             clear, s.color * transparent_jump(scene, p, s.active & clear, s.u, across, s.towards), s.color);
-    return append_scattering(work, queued, s.active, path.path, s.point, s.towards, y.hit, y.aside, y.through,
+    return append_scattering(work, queued, s.active, path.path, s.point, s.towards, y.hit, y.aside,
+                             y.through * kept_before_start(scene, s.active, y.hit, s.towards, s.reach),
                              y.passed, begun.length + 2, bounces, splat(static_cast<int>(kDiffuseRay)));
 }
 

@@ -91,7 +91,7 @@ EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryT
     s.x = surface_point(scene, s.active, receiver.hit.face, receiver.hit.b1, receiver.hit.b2, o,
                         select(s.active, receiver.hit.instance, splat(-1)));
     s.x.mesh = receiver.hit.mesh;
-    s.active = s.x.active & shines_on(scene, row, s.x.mesh);
+    s.active = s.x.active & shines_on(scene, row, s.x.mesh, length);
     const Mask disk = s.active & sized & ~sphere;
     if (any(disk)) {
         // A disk faces x: move y to where the segment meets it.

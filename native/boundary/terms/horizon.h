@@ -46,7 +46,7 @@ EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, cons
     Float u, unused;
     sobol_pair(random.stream, random.sample, kPairLight, u, unused);
     LightSample light = sample_light_arc(scene, p.active, s.x.position, s.x.normal, s.x.face, u);
-    light.active &= shines_on(scene, light.row, s.x.mesh) & ~receives_below(scene, s);
+    light.active &= shines_on(scene, light.row, s.x.mesh, bounces_before(p)) & ~receives_below(scene, s);
     cut.active = light.active;
     cut.towards = light.w;
     cut.distance = light.r;
@@ -144,9 +144,7 @@ EG_OUTLINE int cut_beyond(const SceneView& scene, const HorizonTask& task, const
     if (!any(met)) return queued;
     // Choose the kind of the bounce at x by the BSDF, and test the bounce limits.
     Int kind = splat(static_cast<int>(kDiffuseRay)), bounces = p.bounces & 0xffffff;
-    const int most = task.image.max_depth - 2;
-    const BounceLimits& limits = task.image.limits;
-    if (limits.diffuse < most || limits.glossy < most || limits.transmission < most) {
+    if (limits_matter(task.image.limits, task.image.max_depth)) {
         Float chance;
         sobol_pair(random.stream, random.sample, kPairStrategy, unused, chance);
         const Vec3 soft = scattered_at_horizon(scene, s, met, side, w, splat(1 << kDiffuseRay));

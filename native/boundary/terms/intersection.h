@@ -219,7 +219,7 @@ EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& t
     s.x = surface_point(scene, s.active, receiver.hit.face, receiver.hit.b1, receiver.hit.b2, w,
                         select(s.active, receiver.hit.instance, splat(-1)));
     s.x.mesh = receiver.hit.mesh;
-    s.active = s.x.active & shines_on(scene, s.y.row, s.x.mesh);
+    s.active = s.x.active & shines_on(scene, s.y.row, s.x.mesh, length);
     if (!scatters)
         s.lambda = select(holds_direction(scene, s.active, pair.face, s.x.material), splat(1.0f), 0.0f);
     blend_near_contact(scene, length, s);
@@ -241,8 +241,8 @@ EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& t
     y.mesh = mesh_of(scene, select(s.active, pair.face, splat(0)));
     y.b1 = s.y.b1, y.b2 = s.y.b2, y.distance = splat(0.0f);
     const Vec3 aside = leave_contact(scene, s.active, p.t, hidden, y);
-    const Vec3 white = {splat(1.0f), splat(1.0f), splat(1.0f)};
-    return append_scattering(work, queued, s.active, lane_index() + at, s.point, s.towards, y, aside, white,
+    const Vec3 kept = kept_before_start(scene, s.active, y, s.towards, s.reach);
+    return append_scattering(work, queued, s.active, lane_index() + at, s.point, s.towards, y, aside, kept,
                              splat(0), length + 2, seen.bounces, splat(static_cast<int>(kDiffuseRay)));
 }
 

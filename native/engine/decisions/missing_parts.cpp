@@ -76,6 +76,14 @@ class Search {
         lights_by_parallel_rays();
     }
 
+    // Absorption along rays that pass transparent surfaces: the ways between them are constants in sweeps.
+    void absorbing_surfaces() {
+        constexpr int32_t both = kHasAbsorption | kHasTransparency;
+        materials(Part::kClearAbsorption, used_materials(tables_, [&](size_t k) {
+                      return (tables_.closure_flags[k] & both) == both;
+                  }));
+    }
+
     void lit_surfaces() {
         const bool lit = any_moves_ && f_.options.max_depth >= 2 && !all_black(f_.scene, tables_);
         if (!lit) return;
@@ -345,6 +353,7 @@ void note_missing(const BoundaryFacts& facts, const Requested& requested, const 
     Search search(facts, requested, closed, threads, kept, decided);
     search.seen_by_the_camera();
     search.lit_surfaces();
+    search.absorbing_surfaces();
     search.fields();
     search.mirrored();
 }

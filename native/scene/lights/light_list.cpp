@@ -10,6 +10,8 @@ namespace edgegrad {
 namespace {
 
 float mean(const float* c) { return (c[0] + c[1] + c[2]) / 3.0f; }
+// Of the absolute values: lights of the table may be negative.
+float mean_size(const float* c) { return (std::abs(c[0]) + std::abs(c[1]) + std::abs(c[2])) / 3.0f; }
 
 // Mean radiance of each material's emission, by which its faces are chosen.
 std::vector<float> material_emission(const SceneTables& t) {
@@ -175,7 +177,7 @@ void LightList::add_rows(const SceneTables& t, bool dark_too, const std::vector<
     std::vector<int32_t> distant_sized;
     for (size_t k = 0; k < lights.kind.size(); ++k) {
         if (which && !(*which)[k]) continue;
-        const float radiance = mean(&lights.params[kLightParams * k + kLightRadiance]);
+        const float radiance = mean_size(&lights.params[kLightParams * k + kLightRadiance]);
         const bool dark = dark_too && !(radiance > 0.0f);
         Light light{lights.kind[k], static_cast<int32_t>(k), row_node(lights, k, dark ? 1.0f : radiance), 0.0,
                     -1};
@@ -185,6 +187,7 @@ void LightList::add_rows(const SceneTables& t, bool dark_too, const std::vector<
         (distant ? distant_ : near_).push_back(light);
         if (!(kPointlikeLights >> light.kind & 1)) (distant ? distant_sized : sized_).push_back(light.index);
         view_.any_hidden |= (lights.visible_to[k] & kScatteredRays) != kScatteredRays;
+        view_.any_bounded |= lights.max_bounces[k] < kAnyBounces;
         view_.any_linked |=
             lights.receivers[k] >= 0 || lights.blockers[k] >= 0 || !(lights.flags[k] & kLightCastsShadow);
     }
@@ -196,6 +199,7 @@ void LightList::add_rows(const SceneTables& t, bool dark_too, const std::vector<
     view_.visible_to = rows_of(lights.visible_to);
     view_.receivers = rows_of(lights.receivers);
     view_.blockers = rows_of(lights.blockers);
+    view_.max_bounces = rows_of(lights.max_bounces);
     view_.sized = rows_of(sized_);
 }
 

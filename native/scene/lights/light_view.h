@@ -43,7 +43,9 @@ struct LightView {
     const int32_t* visible_to;
     const int32_t* receivers;
     const int32_t* blockers;
+    const int32_t* max_bounces;   // of a path before a surface that the light still illuminates
     bool any_linked;              // some light has its own receivers or blockers, or casts no shadow
+    bool any_bounded;             // some light has a limit of bounces
     bool any_hidden;              // some light is not visible to every kind of scattered ray
     const int32_t* light_of_row;  // (L) index of a row's light, or -1
     // Rows that rays can meet, which have a size. Distant ones come last.

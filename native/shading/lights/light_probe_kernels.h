@@ -33,7 +33,7 @@ static void light_samples_kernel(const SceneView& scene, const LightProbes& prob
         x.normal = gather3(probes.normal, row);
         x.mesh = splat(0);
         x.face = splat(-1);
-        const LightSample s = sample_light(scene, active, x, splat(probes.both_sides ? -1 : 0),
+        const LightSample s = sample_light(scene, active, x, splat(probes.both_sides ? -1 : 0), splat(0),
                                            gather(probes.u, row), gather(probes.v, row));
         scatter3(probes.w, at, active, s.w);
         scatter3(probes.radiance, at, active, select(s.active, s.radiance, zero3()));
@@ -55,7 +55,7 @@ static void light_directions_kernel(const SceneView& scene, const DirectionProbe
         const Int face = gather(probes.face, row);
         const Float pdf = light_pdf(scene, active & (face >= 0), from, face, w, r);
         const Vec3 radiance = lights_along(scene, active, from, splat(0), w, splat(0.0f), r,
-                                           gather(probes.bsdf_pdf, row), splat(probes.kind));
+                                           gather(probes.bsdf_pdf, row), splat(probes.kind), splat(0));
         scatter(probes.pdf, at, active, pdf);
         scatter3(probes.radiance, at, active, radiance);
     }

@@ -39,7 +39,14 @@ EG_INLINE Float light_factor(const LightRow& l, Vec3 w) {
     const Vec3 chord = w + l.direction;
     const Float chord2 = dot(chord, chord);  // 2 (1 - cos)
     if (any(cone)) {
-        const Float t = min(max((l.edge - 0.5f * chord2) * l.edge_scale, 0.0f), splat(1.0f));
+        Float rise = 0.5f * chord2;
+        const Mask stretched = has(kLightStretched);
+        if (any(stretched)) {
+            const Float x = dot(w, l.axis_x), y = dot(w, l.axis_y), z = -dot(w, l.direction);
+            const Float across2 = x * x + y * y, inverse2 = 1.0f / max(across2 + z * z, 1e-30f);
+            rise = select(stretched, rise_from_axis(across2 * inverse2, z * sqrt(inverse2)), rise);
+        }
+        const Float t = min(max((l.edge - rise) * l.edge_scale, 0.0f), splat(1.0f));
         factor = select(cone, t * t * (3.0f - 2.0f * t), factor);
     }
     if (any(linear)) {
@@ -142,12 +149,13 @@ EG_INLINE Float meet_light(const LightRow& l, int kind, Vec3 from, Vec3 w, Float
 }
 
 // Visits the sized lights of the table that rays of `kind` along w meet between the distances near and far
-// from the point `from`, if they shine on such rays and on the mesh that scattered them. Lights do not block
+// from the point `from`, if they shine on such rays and on the mesh that scattered them, which the path has
+// met after `bounces`. Lights do not block
 // rays. Calls visit(row's number, mask, row, distance, density of emitter samples there without the choice of
 // the light).
 template <typename Visit>
 EG_INLINE void for_each_met_light(const SceneView& scene, Mask active, Vec3 from, Int from_mesh, Vec3 w,
-                                  Float near, Float far, Int kind, const Visit& visit) {
+                                  Float near, Float far, Int kind, Int bounces, const Visit& visit) {
     const LightView& lights = scene.lights;
     const Mask missed = active & (far == __builtin_inff());
     const int count = lights.sized_count + (lights.sized_distant && any(missed) ? lights.sized_distant : 0);
@@ -156,6 +164,7 @@ EG_INLINE void for_each_met_light(const SceneView& scene, Mask active, Vec3 from
         Mask seen = active;
         const int visible_to = lights.visible_to[row], receivers = lights.receivers[row];
         for (int i = 0; i < W; ++i) seen[i] &= visible_to >> kind[i] & 1 ? -1 : 0;
+        if (lights.max_bounces[row] < kAnyBounces) seen &= bounces <= lights.max_bounces[row];
         if (receivers >= 0)
             for (int i = 0; i < W; ++i)
                 if (kind[i] != kCameraRay && !(scene.mesh_receivers[from_mesh[i]] >> receivers & 1))

@@ -59,9 +59,13 @@ struct TransparentEdge {
     EG_INLINE Mask faces(Vec3) const { return splat(-1); }
 };
 
-// Returns whether a row of the light table (-1: a face) shines on a mesh.
-EG_INLINE Mask shines_on(const SceneView& scene, Int row, Int mesh) {
+// Returns whether a row of the light table (-1: a face) shines on a mesh that a camera path meets after so
+// many bounces.
+EG_INLINE Mask shines_on(const SceneView& scene, Int row, Int mesh, Int bounces) {
     Mask shines = splat(-1);
+    if (scene.lights.any_bounded)
+        for (int i = 0; i < W; ++i)
+            if (row[i] >= 0 && bounces[i] > scene.lights.max_bounces[row[i]]) shines[i] = 0;
     if (!scene.lights.any_linked) return shines;
     for (int i = 0; i < W; ++i) {
         const int receivers = row[i] >= 0 ? scene.lights.receivers[row[i]] : -1;

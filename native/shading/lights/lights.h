@@ -8,12 +8,14 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 // Samples one light and a direction to it, for the point x. Lights that cannot contribute are inactive: those
-// behind x, except in lanes of `both_sides`. `shading`: as in Receiver.
+// behind x, except in lanes of `both_sides`, and those whose limit is exceeded by the path's `bounces` before
+// x. `shading`: as in Receiver.
 EG_OUTLINE LightSample sample_light(const SceneView& scene, Mask active, const SurfacePoint& x,
-                                    Mask both_sides, Float u, Float v, const Vec3* shading = nullptr) {
+                                    Mask both_sides, Int bounces, Float u, Float v,
+                                    const Vec3* shading = nullptr) {
     const SurfaceReceiver point{{x.position, x.normal, both_sides, shading}, x.face};
     LightSample s = sample_light_for(scene, active, point, u, v);
-    s.active &= shines_on(scene, s.row, x.mesh);
+    s.active &= shines_on(scene, s.row, x.mesh, bounces);
     return s;
 }
 
@@ -38,10 +40,11 @@ EG_OUTLINE Float light_pdf(const SceneView& scene, Mask active, const Receiver& 
 // Visits all sized lights of the table that a ray of `kind` along w meets between the distances near and far
 // from the surface point `from` that scattered it. Lights do not block the ray. Calls visit(row's number,
 // mask, radiance, factor of the light's strength); the latter two contain the power heuristic's weight
-// against `sample_light`. `bsdf_pdf` 0: the ray has no density, so its weight is 1.
+// against `sample_light`. `bsdf_pdf` 0: the ray has no density, so its weight is 1. `bounces` is the number
+// before the surface that scattered the ray.
 template <typename Visit>
 EG_INLINE void for_each_light_along(const SceneView& scene, Mask active, const Receiver& from, Int from_mesh,
-                                    Vec3 w, Float near, Float far, Float bsdf_pdf, Int kind,
+                                    Vec3 w, Float near, Float far, Float bsdf_pdf, Int kind, Int bounces,
                                     const Visit& visit) {
     const LightView& lights = scene.lights;
     const auto add = [&](int row, Mask seen, const LightRow& l, Float distance, Float pdf) EG_INLINE_LAMBDA {
@@ -55,14 +58,14 @@ EG_INLINE void for_each_light_along(const SceneView& scene, Mask active, const R
         }
         visit(row, seen, l.radiance, weight);
     };
-    for_each_met_light(scene, active, from.position, from_mesh, w, near, far, kind, add);
+    for_each_met_light(scene, active, from.position, from_mesh, w, near, far, kind, bounces, add);
 }
 
 // Sum of the radiance of these lights.
 EG_OUTLINE Vec3 lights_along(const SceneView& scene, Mask active, const Receiver& from, Int from_mesh, Vec3 w,
-                             Float near, Float far, Float bsdf_pdf, Int kind) {
+                             Float near, Float far, Float bsdf_pdf, Int kind, Int bounces) {
     Vec3 sum = zero3();
-    for_each_light_along(scene, active, from, from_mesh, w, near, far, bsdf_pdf, kind,
+    for_each_light_along(scene, active, from, from_mesh, w, near, far, bsdf_pdf, kind, bounces,
                          [&](int, Mask seen, Vec3 radiance, Float weight)
                              EG_INLINE_LAMBDA { sum = sum + select(seen, radiance * weight, zero3()); });
     return sum;

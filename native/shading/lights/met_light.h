@@ -6,9 +6,10 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 // Samples one of the sized lights of the table along w, all with equal probability (reservoir sampling).
-// `kind` is the kind of the rays that find them, `count` the inverse of that probability.
+// `kind` is the kind of the rays that find them, `bounces` the number before x, `count` the inverse of that
+// probability.
 EG_OUTLINE LightSample sample_met_light(const SceneView& scene, Mask active, const SurfacePoint& x, Vec3 w,
-                                        Int kind, Float u, Float& count) {
+                                        Int kind, Int bounces, Float u, Float& count) {
     const LightView& lights = scene.lights;
     LightSample s = no_light_sample(splat(0), splat(0), splat(-1), splat(0));
     s.w = w;
@@ -26,7 +27,7 @@ EG_OUTLINE LightSample sample_met_light(const SceneView& scene, Mask active, con
         s.distant = select(taken, splat(light_kind >= kDirectionLight ? -1 : 0), s.distant);
     };
     for_each_met_light(scene, active, x.position, x.mesh, w, splat(0.0f), splat(__builtin_inff()), kind,
-                       meet);
+                       bounces, meet);
     s.active = s.row >= 0;
     if (any(s.active)) {
         const Int row = select(s.active, s.row, splat(0));

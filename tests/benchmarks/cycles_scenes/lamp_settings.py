@@ -85,15 +85,14 @@ def scaled_lamps() -> None:
         stage.lamp("POINT", "Small", 600.0, (0.8, -1.4, 1.4), shadow_soft_size=0.1, normalize=False)
 
 
-@case("A lamp that lights only what the camera sees directly (Max Bounces 0)", differs=[
-    "a lamp lights paths of any number of bounces, which the export says"])  # fmt: skip
+@case("A lamp that lights only what the camera sees directly (Max Bounces 0)")
 def lamp_without_bounces() -> None:
     """Indirect light of the spot is missing in Cycles."""
     _things()
     _spot().data.cycles.max_bounces = 0
 
 
-@case("A lamp of negative power", differs=["negative light is left out, which the export says"])
+@case("A lamp of negative power")
 def negative_lamp() -> None:
     """It darkens the floor."""
     _things()

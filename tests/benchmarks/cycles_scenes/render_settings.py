@@ -108,8 +108,7 @@ def without_reflected_caustics() -> None:
         bpy.data.objects[name].data.materials[0] = one
 
 
-@case("Fast global illumination", bounces=5, use_fast_gi=True, differs=[
-    "indirect light is computed instead of ambient occlusion, which the export says"])  # fmt: skip
+@case("Fast global illumination", bounces=5, use_fast_gi=True)
 def fast_global_illumination() -> None:
     """Ambient occlusion after one bounce."""
     _room()

@@ -138,8 +138,7 @@ def gltf_alpha() -> None:
     stage.row(made, radius=0.5, gap=1.15)
 
 
-@case("glTF: transmission with an absorbing volume, specular and sheen extensions", bounces=8, samples=96,
-      differs=("Absorption within glass is left out, which the export names.",))  # fmt: skip
+@case("glTF: transmission with an absorbing volume, specular and sheen extensions", bounces=8, samples=96)
 def gltf_extensions() -> None:
     """KHR_materials_transmission and _volume, _specular, _sheen, _ior."""
     stage.studio(width=5.0)

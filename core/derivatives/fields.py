@@ -15,5 +15,6 @@ def pieces(scene: Scene, tables: Tables, name: str, field: str) -> list[Piece]:
         place = jacobian(lambda held: held.grid_to_world().reshape(12), scene.fields[name], field)
         return by_matrix("field_to_world", 12 * number, place)
     first = sum(table.values.size for table in tables.fields[:number])
-    values = tables.fields[number].values
-    return [same("field_values", first, first + values.size, (values.size,), values.shape)]
+    values, scale = tables.fields[number].values, tables.fields[number].scale
+    whole = same("field_values", first, first + values.size, (values.size,), values.shape)
+    return [whole if scale == 1.0 else whole.after(lambda v: scale * v, lambda g: scale * g)]

@@ -83,6 +83,8 @@ def _place(tables: Tables, pixel: int, vertices: Sequence[int], faces: Sequence[
     if vertices[0] < 0:
         return f"where {surface} intersects a light" if faces[0] >= 0 else "at the border of a light"
     mesh = _mesh_of(tables, faces[0])
+    if mesh >= len(tables.mesh_names):
+        return f"at the border of {_of_mesh(tables, faces[0])}"
     a, b = (k - int(tables.mesh_first_vertex[mesh]) for k in vertices)
     return f"at the edge between the vertices {a} and {b} of mesh '{tables.mesh_names[mesh]}'"
 
@@ -95,4 +97,7 @@ def _of_mesh(tables: Tables, face: int) -> str:
     if face < 0:
         return "the world"
     mesh = _mesh_of(tables, face)
+    fields = (*tables.mesh_names, *tables.field_names)[mesh:]
+    if mesh >= len(tables.mesh_names):
+        return f"field '{fields[0]}'" if fields else "an area light"
     return f"face {face - int(tables.mesh_first_face[mesh])} of mesh '{tables.mesh_names[mesh]}'"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -70,3 +71,18 @@ def test_derivatives_are_finite_and_both_modes_agree(shape: str, size: tuple[int
     forward, size_of = adjoint.astype(float) * picture, sum(float(np.abs(p).sum()) for p in products)
     size_of += float(np.abs(forward).sum())
     assert abs(sum(float(p.sum()) for p in products) - float(forward.sum())) <= 1e-4 * size_of + 1e-30
+
+
+@pytest.mark.parametrize("factor", [2.0**-100, 2.0**100])
+def test_factors_of_all_values_divide_the_gradient_and_change_nothing_else(factor: float) -> None:
+    need("native")
+    scene = scene_of("ball", (9, 9, 9), 0.0, 1.0, 1.0, True, 1)
+    other = scene_of("ball", (9, 9, 9), 0.0, 1.0, 1.0, True, 1)
+    other.fields["thing"].values = scene.fields["thing"].values * np.float32(factor)
+    adjoint = np.random.default_rng(0).normal(size=(PIXELS, PIXELS, 3)).astype(np.float32)
+    one, two = (Renderer(s, threads=1) for s in (scene, other))
+    np.testing.assert_allclose(two.render(spp=2), one.render(spp=2), rtol=1e-4, atol=1e-5)
+    a, b = (r.render_backward(adjoint, PATHS, spp=2, max_depth=3, seed=1) for r in (one, two))
+    for path in PATHS:
+        scaled = b[path] * (factor if path.endswith("values") else 1.0)
+        np.testing.assert_allclose(scaled, a[path], rtol=1e-3, atol=1e-3 * np.abs(a[path]).max())

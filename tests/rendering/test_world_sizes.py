@@ -35,7 +35,7 @@ def check(scene: Scene, factor: float) -> None:
     """Compare the picture, and every term of derivatives by places, in both sizes."""
     rng = np.random.default_rng(0)
     tangent = {PATHS[0]: rng.normal(size=(8, 3)), PATHS[1]: rng.normal(size=(4, 4)), PATHS[2]: rng.normal(size=3)}
-    other = {path: resized_tangent(path, value, factor) for path, value in tangent.items()}
+    other = {path: resized_tangent(scene, path, value, factor) for path, value in tangent.items()}
     small, large = Renderer(scene), Renderer(resized(scene, factor))
     same(large.render(**OPTIONS), small.render(**OPTIONS))
     for term in TERMS:

@@ -15,6 +15,7 @@ from edgegrad import Renderer, Scene
 from edgegrad import expression as e
 from edgegrad.rendering.non_finite import warn_of_gradients, warn_of_picture, warn_of_samples
 from tests.stability.soups import paths_of
+from tests.support.fields.splines import exact_sphere
 from tests.support.picture_differences import need_every_table
 from tests.support.rich_scene import everything
 from tests.support.small_scenes import FLOOR, box, camera, floating_box, matte, rectangle
@@ -137,6 +138,26 @@ def test_words_of_reports() -> None:
         "since the value is not finite",
         "derivative: the shadow term leaves out 5 samples, of which the first is at the edge between the vertices 0 "
         "and 2 of mesh 'glowing box', since the value is not finite",
+    ]  # fmt: skip
+
+
+def test_words_of_reports_name_fields_and_area_lights() -> None:
+    scene = lamps()
+    scene.fields = {"drop": exact_sphere(0.5)}
+    scene.lights = {**scene.lights, "window": edgegrad.AreaLight(np.eye(4))}
+    tables = Renderer(scene)._tables
+    first = tables.mesh_first_face
+    of_field, of_light = int(first[len(tables.mesh_names)]), int(first[len(tables.mesh_names) + 1])
+    assert sentences(lambda: warn_of_samples(tables, [
+        ("interior", 1, 33, (-1, -1), (of_field, -1)), ("primary", 1, -1, (-1, -1), (0, of_light)),
+        ("shadow", 1, -1, (4, 6), (of_field, -1)),
+    ])) == [
+        "derivative: the interior term leaves out one sample in row 1, column 1, at field 'drop', since the value is "
+        "not finite",
+        "derivative: the primary term leaves out one sample where face 0 of mesh 'floor' and an area light intersect, "
+        "since the value is not finite",
+        "derivative: the shadow term leaves out one sample at the border of field 'drop', since the value is not "
+        "finite",
     ]  # fmt: skip
 
 

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edgegrad import Renderer, SunLight, plan
-from edgegrad.expression import Coordinates, nodes_of
+from edgegrad.expression import Bump, Coordinates, nodes_of
 from edgegrad.planning.term import NOT_COMPUTED
 from edgegrad.scene import parameters
-from tests.support.scenes.world_sizes import resized, resized_tangent
+from tests.support.scenes.world_sizes import ORDERS, resized, resized_tangent
 from tests.torture.scenes import Case
 
 F64 = NDArray[np.float64]
@@ -120,6 +120,9 @@ def _sizes(case: Case, path: str) -> F64:
     size = np.full(value.shape, np.abs(value).max(initial=0.0) or 1.0)
     if path.endswith((".vertices", ".position")):
         return np.full(value.shape, case.scale)
+    if path.startswith("fields.") and path.endswith((".lower", ".upper")):
+        one = case.scene.fields[parameters.split(path)[1]]
+        return np.asarray(one.upper - one.lower)
     if path.endswith(".size"):  # of area lights, whose sides may differ by orders
         return value
     if ".textures." in path:  # numbers of different nodes
@@ -170,7 +173,7 @@ def _brightness(case: Case) -> float:
         found[0] *= float(np.max(scene.images[scene.world.image].pixels))
     found += [float(leaf.emission.max()) for name in scene.materials for leaf in scene.closures(name)]
     for lamp in scene.lights.values():
-        found.append(lamp.strength if isinstance(lamp, SunLight) else lamp.power / case.scale**2)
+        found.append(lamp.strength if isinstance(lamp, SunLight) else lamp.power / case.scale ** ORDERS[lamp.decay])
     return max(found)
 
 
@@ -183,11 +186,14 @@ def _check_size(case: Case, first: dict[str, Any], tangent: dict[str, F64], foun
     pass that sees nothing else sends the second one elsewhere.
     """
     textures = [value for material in case.scene.materials.values() for value in material.textures.values()]
-    in_metres = any(isinstance(node, Coordinates) for value in textures for node in nodes_of(value))
-    if case.scale != 1.0 or in_metres or not case.scene.meshes:
+    in_metres = any(isinstance(node, (Bump, Coordinates)) for value in textures for node in nodes_of(value))
+    # Lights are chosen by their power over the square of the distance, also those that fall otherwise: that changes
+    # which samples are drawn.
+    in_metres |= any(getattr(lamp, "decay", "QUADRATIC") != "QUADRATIC" for lamp in case.scene.lights.values())
+    if case.scale != 1.0 or in_metres or not (case.scene.meshes or case.scene.fields):
         return
     renderer = Renderer(resized(case.scene, LARGER), threads=2)
-    larger = {path: resized_tangent(path, value, LARGER) for path, value in tangent.items()}
+    larger = {path: resized_tangent(case.scene, path, value, LARGER) for path, value in tangent.items()}
     others = {"picture": renderer.render(**case.options), "forward": renderer.render_forward(larger, **case.options)}
     picture = float(np.abs(first["picture"].astype(np.float64)).sum())
     for name, other in others.items():

@@ -10,8 +10,11 @@ import numpy as np
 from edgegrad import AreaLight, Bounces, PointLight, Scene, SpotLight
 from edgegrad.scene import parameters
 from tests.support.table_values import WITHOUT
-from tests.torture.drawing import cameras, lights, materials, meshes, textures
+from tests.torture.drawing import additions, cameras, lights, materials, meshes, textures
 from tests.torture.drawing.draw import Draw
+
+# Share of the scenes that have distance fields.
+FIELDS = 0.35
 
 
 @dataclass
@@ -51,13 +54,24 @@ def case(seed: int) -> Case:
     has_image = draw.chance(0.35)
     pictures = textures.images(draw) | ({"sky": textures.sky(draw)} if has_image else {})
     scene = Scene(cameras.camera(draw, scale), bodies, shaders, lamps, cameras.world(draw, has_image), pictures)
-    if draw.chance(0.1):
-        _shift(scene, scale * draw.one((1e2, 1e4)) * draw.rng.normal(size=3))
+    shift = scale * draw.one((1e2, 1e4)) * draw.rng.normal(size=3) if draw.chance(0.1) else np.zeros(3)
+    _shift(scene, shift)
     _light_up(scene)
     options: dict[str, Any] = {"spp": draw.whole(1, 4), "max_depth": draw.whole(1, 8), "seed": draw.whole(0, 2**32 - 1)}
     if draw.chance(0.2):
         options["bounces"] = Bounces(*(draw.one((0, 1, 2, 255)) for _ in range(4)))
-    return Case(scene, _asked(draw, scene), options, scale, kinds_of(scene, scale))
+    asked = _asked(draw, scene)
+    # What follows is drawn from numbers of its own: a seed keeps its scene but for what is added.
+    before, more = paths_of(scene), Draw((seed, 1))
+    additions.add_values(more, scene, scale)
+    if more.chance(FIELDS):
+        additions.add_fields(more, scene, scale, shift)
+    new = [path for path in paths_of(scene) if path not in before]
+    if len(asked) == len(before):
+        asked = tuple(paths_of(scene))
+    elif new and more.chance(0.7):
+        asked = tuple(dict.fromkeys([*asked, *(more.one(new) for _ in range(more.whole(1, 3)))]))
+    return Case(scene, asked, options, scale, kinds_of(scene, scale))
 
 
 def paths_of(scene: Scene) -> list[str]:
@@ -78,6 +92,10 @@ def kinds_of(scene: Scene, scale: float) -> tuple[str, ...]:
         "instances": any(mesh.instances is not None for mesh in scene.meshes.values()),
         "smooth": any(mesh.smoothing is not None for mesh in scene.meshes.values()),
         "no meshes": not scene.meshes,
+        "fields": bool(scene.fields),
+        "light falloff": any(getattr(lamp, "decay", "QUADRATIC") != "QUADRATIC" for lamp in scene.lights.values()),
+        "values of instances": any(mesh.instance_attributes for mesh in scene.meshes.values()),
+        "normals in world space": any(leaf.normal_space == "WORLD" for leaf in leaves),
         "linking": any(lamp.receivers is not None or lamp.blockers is not None for lamp in scene.lights.values()),
         "depth of field": scene.camera.aperture_radius > 0.0,
     }  # fmt: skip

@@ -12,11 +12,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from edgegrad import AreaLight, Camera, Image, Material, Mesh, Mixture, PointLight, Scene, SpotLight, SunLight, World
+from edgegrad import (
+    AreaLight,
+    Camera,
+    Field,
+    Image,
+    Material,
+    Mesh,
+    Mixture,
+    PointLight,
+    Scene,
+    SpotLight,
+    SunLight,
+    World,
+)
 from edgegrad import expression as e
 from edgegrad.scene import parameters
 from edgegrad.scene.light import Light
 from tests.support import shapes as solids
+from tests.support.fields.splines import exact_sphere, points, sampled, torus
 from tests.support.rich_scene import pose, turn
 from tests.torture.drawing.draw import Draw
 
@@ -49,11 +63,16 @@ SHADERS: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
 }  # fmt: skip
 PARAMETERS = ("color", "own", "texel", "uv", "vertices", "transform", "floor", "light strength", "light place",
               "light size", "light direction", "camera pose", "camera lens", "sky color", "sky rotation",
-              "sky texel")  # fmt: skip
+              "sky texel", "field values", "field transform", "field box")  # fmt: skip
 # Shaders have several parameters of their own, so that these come more often.
 CYCLE = (*PARAMETERS, "own", "own", "own")
 # Fields of materials by how far they may move to each side.
 STEPS = {"ior": 0.03, "coat_ior": 0.05}
+
+
+# Parts of a derivative that plans name as left out of scenes with fields, and that the fields here do not have: they
+# are clear of their boxes and of all meshes.
+ABSENT = ("lines where meshes pass through the distance fields",)
 
 
 @dataclass
@@ -91,6 +110,8 @@ def comparison(seed: int) -> Comparison:
         _camera(draw, parameter), _meshes(draw, shader), _materials(draw, shader, parameter), {"lamp": light},
         _world(draw, parameter), _images(draw),
     )  # fmt: skip
+    if parameter.startswith("field"):
+        _put_field(draw, scene, shader)
     path = _path(draw, scene, shader, parameter)
     curve, step = _curve(draw, scene, path)
     return Comparison(scene, path, curve, step, draw.one((2, 2, 3, 4)), shader, _words(path, parameter))
@@ -118,6 +139,23 @@ def _meshes(draw: Draw, shader: str) -> dict[str, Mesh]:
         "body": Mesh(vertices, faces, ("body",), smoothing=faces.copy() if smooth else None, attributes=layers),
         "floor": Mesh(floor - [0.0, 0.0, 0.7], floor_faces, ("floor",)),
     }
+
+
+def _put_field(draw: Draw, scene: Scene, shader: str) -> None:
+    """Put a field in the place of the body; beside the body if its shader is not for fields."""
+    # Its box is clear of all meshes.
+    place = pose(0.55 * turn(*draw.rng.normal(scale=0.5, size=3)), 0.1, 0.0, 0.5)
+    field: Field = draw.one((lambda: sampled(torus, 16), lambda: exact_sphere(0.75, 12)))()
+    field.transform = place
+    if shader == "emissive":
+        field.material, field.transform[:3, 3] = "floor", [-1.8, 1.8, 0.6]
+    else:
+        field.material = "body"
+        scene.meshes = {"floor": scene.meshes["floor"]}
+        for one in scene.materials.values():
+            if isinstance(one, Material):
+                one.anisotropy = 0.0
+    scene.fields = {"solid": field}
 
 
 def _materials(draw: Draw, shader: str, parameter: str) -> dict[str, Material | Mixture]:
@@ -197,6 +235,8 @@ def _path(draw: Draw, scene: Scene, shader: str, parameter: str) -> str:
         "light size": ("lights.lamp.size" if isinstance(lamp, AreaLight) else "lights.lamp.radius",),
         "light direction": ("lights.lamp.direction",), "camera pose": ("camera.to_world",),
         "camera lens": ("camera.aperture_radius", "camera.focus_distance"), "sky color": ("world.color",),
+        "field values": ("fields.solid.values",), "field transform": ("fields.solid.transform",),
+        "field box": ("fields.solid.lower", "fields.solid.upper"),
         "sky rotation": ("world.rotation",), "sky texel": ("images.sky.pixels",),
     }  # fmt: skip
     return draw.one(choices[parameter])
@@ -212,6 +252,9 @@ def _curve(draw: Draw, scene: Scene, path: str) -> tuple[Curve, float]:
         rate = shift / np.linalg.norm(shift) + (value - value.mean(axis=0)) @ bend.T
         return _straight(value, rate), 0.04
     array = np.asarray(value)
+    if path.startswith("fields.") and field == "values":  # distances, which change evenly or by a tilt
+        nx, ny, nz = array.shape
+        return _straight(value, points((nx, ny, nz)) @ draw.rng.normal(size=3) + draw.rng.normal()), 0.04
     size = STEPS.get(field, 0.1 * float(np.abs(array).max()) or 0.1)
     rate = draw.rng.uniform(-1.0, 1.0, array.shape) if array.ndim else np.ones(())
     return _straight(value, rate), size

@@ -8,11 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from edgegrad import AreaLight, Scene, SunLight
+from edgegrad import AreaLight, Field, Scene, SunLight
+from edgegrad.scene import parameters
 from edgegrad.scene.light import Light
 from edgegrad.scene.mesh import Mesh
 
 F64 = NDArray[np.float64]
+# Powers of lengths in the power of a light, by how it falls with the distance.
+ORDERS = {"QUADRATIC": 2, "LINEAR": 1, "CONSTANT": 0}
 
 
 def resized(scene: Scene, factor: float) -> Scene:
@@ -22,20 +25,24 @@ def resized(scene: Scene, factor: float) -> Scene:
     return replace(
         scene, meshes={name: _mesh(mesh, factor) for name, mesh in scene.meshes.items()},
         lights={name: _light(light, factor) for name, light in scene.lights.items()},
+        fields={name: _field(one, factor) for name, one in scene.fields.items()},
         camera=replace(camera, to_world=_moved(camera.to_world, factor),
                        **{name: factor * getattr(camera, name) for name in lengths}),
     )  # fmt: skip
 
 
-def resized_tangent(path: str, value: Any, factor: float) -> F64:
+def resized_tangent(scene: Scene, path: str, value: Any, factor: float) -> F64:
     """A tangent of a parameter in the resized scene, along which the picture changes as much."""
     out, field = np.array(value, np.float64), path.rpartition(".")[2]
     if field in ("to_world", "transform", "instances"):
         out[..., :3, 3] *= factor
-    elif field in ("vertices", "position", "radius", "size", "ortho_width", "aperture_radius", "focus_distance"):
+    elif field in ("vertices", "position", "radius", "size", "ortho_width", "aperture_radius", "focus_distance",
+                   "lower", "upper"):  # fmt: skip
         out = out * factor
-    elif field == "power":
+    elif field == "smooth":
         out = out * factor**2
+    elif field == "power":
+        out = out * factor ** ORDERS[parameters.owner(scene, path)[0].decay]
     return out
 
 
@@ -46,13 +53,19 @@ def _mesh(mesh: Mesh, factor: float) -> Mesh:
     )  # fmt: skip
 
 
+def _field(field: Field, factor: float) -> Field:
+    return replace(field, lower=factor * field.lower, upper=factor * field.upper,
+                   transform=_moved(field.transform, factor))  # fmt: skip
+
+
 def _light(light: Light, factor: float) -> Light:
     if isinstance(light, SunLight):
         return light
+    power, smooth = factor ** ORDERS[light.decay] * light.power, factor**2 * light.smooth
     if isinstance(light, AreaLight):
-        return replace(light, power=factor**2 * light.power, to_world=_moved(light.to_world, factor),
+        return replace(light, power=power, smooth=smooth, to_world=_moved(light.to_world, factor),
                        size=factor * light.size)  # fmt: skip
-    return replace(light, power=factor**2 * light.power, position=factor * light.position, radius=factor * light.radius)
+    return replace(light, power=power, smooth=smooth, position=factor * light.position, radius=factor * light.radius)
 
 
 def _moved(matrix: F64, factor: float) -> F64:

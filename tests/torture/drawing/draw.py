@@ -27,7 +27,7 @@ class Draw:
         The size of the scene that is drawn, metres.
     """
 
-    def __init__(self, seed: int) -> None:
+    def __init__(self, seed: int | tuple[int, ...]) -> None:
         self.rng = np.random.default_rng(seed)
         self.scale = 1.0
 

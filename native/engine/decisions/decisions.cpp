@@ -160,6 +160,10 @@ void decide_shadows(const BoundaryFacts& f, Reason black, Decisions& decided) {
                          unless(lights || scene.has_environment, Reason::kNoLight)}),
                meshes || m.camera || m.lights || m.rotation))
         decided[Part::kFieldShadows].meshes = std::move(fields);
+    // Fields do not emit light, but hide that of emissive meshes that they pass through.
+    decide(Part::kCrossedLights,
+           unless(f.tables.fields.empty() ? false : scene.lights.face_light != nullptr, Reason::kNone),
+           scene.mesh_contact || meshes);
     for (Part part : {Part::kLightShadows, Part::kEnvironmentShadows})
         decided[part].edges.of = static_cast<int64_t>(f.tables.edge_vertices.size() / 2);
     if (decide(Part::kEmitterOutlines, unless(scene.face_fixed_direction != nullptr, Reason::kNone),
@@ -214,6 +218,8 @@ void decide_indirect(const BoundaryFacts& f, Reason black, const std::vector<int
     else
         decided[Part::kFieldsBetween].meshes = std::move(fields);
     decide(Part::kSurfaceIntersections, m.any_mesh_moves() || contact);
+    decide(Part::kCrossedSurfaces, m.any_mesh_moves() || m.any_field_moves() || contact);
+    if (f.tables.fields.empty()) decided.none(Part::kCrossedSurfaces, Reason::kNone);
 }
 
 // Decides on edges that the camera sees by mirrors, smooth glass and followed lobes.

@@ -14,8 +14,6 @@ _ABOUT_MESHES = {
                            "for diffuse rays in an environment of one colour",
     "lit from below": "the edges of shadows on {}, where a light lies below the plane of a face that its smooth "
                       "normals let it reach (terminator_offset): they are not sampled",
-    "field outlines": "the outlines of the distance fields {}, as the camera sees them through a lens with depth of "
-                      "field",
     "clear fields": "the shadows of the transparent distance fields {}, and where they hide surfaces from each other",
     "field borders": "the borders where the distance fields {} end at their boxes: they are no edges",
     "field mirrors": "edges, shadows and outlines of lights that mirrors and smooth glass show by way of the distance "

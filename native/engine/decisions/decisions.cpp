@@ -4,7 +4,6 @@
 #include <chrono>
 #include <set>
 
-#include "boundary/fields/field_viewer.h"
 #include "engine/decisions/interior_rules.h"
 #include "scene/camera_row.h"
 #include "scene/lights/light_params.h"
@@ -111,7 +110,7 @@ void decide_primary(const BoundaryFacts& f, Decisions& decided) {
                        : unless(m.camera || m.lights || m.any_mesh_moves(), Reason::kStill));
 }
 
-// Outlines of fields that the camera sees. A lens sees a different outline from each of its points.
+// Outlines of fields that the camera sees, and curves along which they pass through other surfaces.
 void decide_field_outlines(const BoundaryFacts& f, Decisions& decided) {
     std::vector<int32_t> seen;
     bool moves = f.motion.camera;
@@ -122,8 +121,7 @@ void decide_field_outlines(const BoundaryFacts& f, Decisions& decided) {
         moves |= f.motion.fields[k] != 0;
     }
     decided.decide(Part::kFieldOutlines,
-                   first_of({unless(!seen.empty(), Reason::kNone), unless(moves, Reason::kStill),
-                             unless(sees_one_outline(f.scene.camera), Reason::kNotEstimated)}));
+                   first_of({unless(!seen.empty(), Reason::kNone), unless(moves, Reason::kStill)}));
     decided.decide(Part::kFieldCrossings,
                    first_of({unless(!seen.empty(), Reason::kNone),
                              unless(moves || f.motion.any_mesh_moves(), Reason::kStill)}));

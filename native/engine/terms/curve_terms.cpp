@@ -124,11 +124,11 @@ void add_intersection_outlines(const SceneView& scene, const EdgeList& edges, co
 }
 
 // Outlines of the fields that the part lists, as the camera sees them.
-void add_field_outlines(const SceneView& scene, const EdgeList& edges, Decisions& decided,
-                        std::vector<CurveTerm>& out) {
+void add_field_outlines(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
+                        Decisions& decided, std::vector<CurveTerm>& out) {
     if (!decided.computes(Part::kFieldOutlines) || decided.alone()) return;
     auto lines = std::make_shared<EdgesAndIntersections>(
-        edges.tables, seen_outlines(scene, edges, decided[Part::kFieldOutlines].meshes));
+        edges.tables, seen_outlines(scene, edges, decided[Part::kFieldOutlines].meshes, options.seed));
     Candidates candidates;
     lines->add_candidates(scene.camera, candidates);
     if (candidates.size() == 0) return decided.none(Part::kFieldOutlines, Reason::kOutOfView);
@@ -219,7 +219,7 @@ std::vector<CurveTerm> curve_terms(const SceneView& scene, const EdgeList& edges
     std::vector<CurveTerm> out;
     add_outlines(scene, edges, decided, out);
     add_intersection_outlines(scene, edges, motion, decided, out);
-    add_field_outlines(scene, edges, decided, out);
+    add_field_outlines(scene, edges, options, decided, out);
     add_field_crossings(scene, edges, motion, decided, out);
     add_fields_between(scene, edges, options, decided, out);
     add_crossed_surfaces(scene, edges, options, motion, decided, out);

@@ -209,7 +209,8 @@ def test_fields_in_emissive_meshes(change: Change) -> None:
 @pytest.mark.parametrize("kind", ["sheet", "field"])
 def test_light_of_surfaces_that_fields_pass_through(kind: str, change: Change) -> None:
     """A lamp below a field and what passes through it: their light reaches the screen."""
-    sheet = rectangle((0.0, 0.0, 0.1), (1.1, 0.1, 0.2), (0.0, 1.0, 0.1), "lamp")
+    # A cap of the field is below the sheet, so that the lamp lights the sheet up to the curve
+    sheet = rectangle((0.0, 0.0, -0.4), (1.1, 0.1, 0.2), (0.0, 1.0, 0.1), "lamp")
     ball = exact_sphere(0.6, 20, material="lamp", transform=at(0.45, 0.1, 0.0))
     scene = before_a_screen({"body": exact_sphere(0.6, 20), **({"other": ball} if kind == "field" else {})},
                             {"other": sheet} if kind == "sheet" else {}, 0.0)

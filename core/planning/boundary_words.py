@@ -138,6 +138,8 @@ def _shadow_curves(words: SceneWords) -> list[str]:
     for part in ("light intersections", "disk intersections"):
         out += words.pierced(part, "besides edges: what {meshes} hide of the light '{light}' where they pass through "
                              "it")
+    out += words.pairs("crossed lights", "besides edges: what {} hide of each other's light where they pass through "
+                       "each other")
     fields = words.computed("field shadows")
     if fields is not None:
         out.append(f"besides edges: the shadows of the distance fields {words.mesh_names(fields)}")
@@ -172,6 +174,7 @@ def indirect(words: SceneWords, max_depth: int) -> Term:
     edges = words.by_part["edges between surfaces"]
     mirrors = _mirrors(words, "mirrored light")
     curves = words.pairs("surface intersections", "besides edges: the lines where {} pass through each other")
+    curves += words.pairs("crossed surfaces", "besides edges: the curves where {} pass through each other")
     horizons = words.computed("indirect horizons")
     if horizons is not None:
         curves.append(f"besides edges: the horizons of the faces of {words.mesh_names(horizons)}, where they cut off "

@@ -14,12 +14,8 @@ _ABOUT_MESHES = {
                            "for diffuse rays in an environment of one colour",
     "lit from below": "the edges of shadows on {}, where a light lies below the plane of a face that its smooth "
                       "normals let it reach (terminator_offset): they are not sampled",
-    "field outlines": "the outlines of the distance fields {}, as the camera sees them through a lens with depth of "
-                      "field",
     "clear fields": "the shadows of the transparent distance fields {}, and where they hide surfaces from each other",
     "field borders": "the borders where the distance fields {} end at their boxes: they are no edges",
-    "field lines": "what surfaces that pass through the distance fields {}, and these fields, hide of each other's "
-                   "light",
     "field mirrors": "edges, shadows and outlines of lights that mirrors and smooth glass show by way of the distance "
                      "fields {}",
     "edges between surfaces": "indirect boundary: edges between two surfaces that light each other are left out, since "
@@ -39,6 +35,8 @@ _ABOUT_MATERIALS = {
     "total reflection": "borders of total reflection of Refraction shaders ({})",
 }
 _PIERCED = {
+    "field lines": "the curves where the light '{light}' may pass through the distance fields {meshes}: its box meets "
+                   "theirs",
     "parallel disks": "the outline of the light '{light}' where {meshes} pass through it: a disk that faces "
                       "parallel rays",
     "light jumps": "how the light of '{light}' jumps on {meshes} just where they pass through it: its estimate has "

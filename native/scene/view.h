@@ -166,6 +166,10 @@ struct SceneView {
     const float* intersection_ends;
     // (N, 2) instances of those faces, -1: none; null: no face is instanced.
     const int32_t* intersection_instances;
+    // (N, 2) the points of the lens from which lines are seen, and how many such points there are; null:
+    // lines are seen from all points.
+    const float* line_lens;
+    int32_t lens_points;
     // (N) patches of fields' surfaces, by line; null: the lines are no patches.
     const FieldPatch* field_patches;
 

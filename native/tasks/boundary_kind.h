@@ -29,6 +29,8 @@ enum BoundaryKind : int32_t {
     kFieldCrossing,          // boundary/terms/field_crossing.h
     kFieldBand,              // boundary/terms/relaxed_outline.h
     kWarpedPicture,          // boundary/terms/warped_picture.h, with kernels of its own
+    kCrossedLight,           // boundary/terms/intersection.h: fields that pass through emissive meshes
+    kCrossedSurface,         // the same: through surfaces that scatter light
     kBoundaryKinds
 };
 
@@ -80,7 +82,16 @@ constexpr BoundaryKindRow kBoundaryTable[kBoundaryKinds] = {
     {kFieldCrossing, Part::kFieldCrossings, kPictureLines, 0.1, 0.18, 1, kFieldCrossing},
     {kFieldBand, Part::kFieldBands, kWholePicture, 0.25, 0.18, 1, kFieldBand},
     {kWarpedPicture, Part::kFieldBands, kWholePicture, 0.25, 0.18, 1, kWarpedPicture},
+    {kCrossedLight, Part::kCrossedLights, kLineDirections, 0.5, 0.0625, 2, kLightIntersection},
+    {kCrossedSurface, Part::kCrossedSurfaces, kLineDirections, 0.5, 0.0625, 3, kLightIntersection},
 };
+// Of intersections: whether the occluded surface scatters light, else it emits light; and whether the lines
+// are curves on fields.
+constexpr bool scatters_at_lines(int32_t kind) {
+    return kind == kSurfaceIntersection || kind == kCrossedSurface;
+}
+constexpr bool crosses_fields(int32_t kind) { return kind == kCrossedLight || kind == kCrossedSurface; }
+
 constexpr bool kinds_are_in_order() {
     for (int32_t kind = 0; kind < kBoundaryKinds; ++kind)
         if (kBoundaryTable[kind].kind != kind) return false;

@@ -36,11 +36,13 @@ enum class Part : int32_t {
     kConeBorders,            // borders of spots without blend
     kHorizons,               // horizons of faces with shading normals of their own
     kFieldShadows,           // distance fields between a surface and a light or the environment
+    kCrossedLights,          // distance fields that pass through emissive meshes
     kMirroredShadows,        // shadows that the camera sees by mirrors and glass
     kIndirectEdges,          // edges between two surfaces
     kCameraSampledIndirect,  // the same in sharp lobes, by samples that start at the camera
     kSurfaceIntersections,   // surfaces that pass through each other, as other surfaces see them
     kFieldsBetween,          // distance fields between two surfaces
+    kCrossedSurfaces,        // distance fields that pass through surfaces, as other surfaces see them
     kIndirectHorizons,       // horizons of faces that cut off light of other surfaces
     kMirroredLight,          // edges between a surface seen by mirrors and glass and others that light it
     // Parts that are not computed (engine/decisions/missing_parts.h):
@@ -59,7 +61,7 @@ enum class Part : int32_t {
     kRimLines,           // rims on rough glass, for lights without size
     kClearFields,        // shadows of transparent distance fields
     kFieldBorders,       // lines where distance fields end at their boxes
-    kFieldLines,         // lines where surfaces pass through distance fields, as other surfaces see them
+    kFieldLines,         // lights that pass through distance fields
     kFieldMirrors,       // edges seen by mirrors and glass by way of distance fields
     kMirroredOutlines,   // outlines of lights, in mirrors and behind glass
     kTotalReflection,    // borders of total reflection of Refraction closures
@@ -100,11 +102,13 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kConeBorders, "cone borders", kShadowTerm},
     {Part::kHorizons, "horizons", kShadowTerm},
     {Part::kFieldShadows, "field shadows", kShadowTerm},
+    {Part::kCrossedLights, "crossed lights", kShadowTerm},
     {Part::kMirroredShadows, "mirrored shadows", kShadowTerm},
     {Part::kIndirectEdges, "edges between surfaces", kIndirectTerm},
     {Part::kCameraSampledIndirect, "camera-sampled edges", kIndirectTerm},
     {Part::kSurfaceIntersections, "surface intersections", kIndirectTerm},
     {Part::kFieldsBetween, "fields between surfaces", kIndirectTerm},
+    {Part::kCrossedSurfaces, "crossed surfaces", kIndirectTerm},
     {Part::kIndirectHorizons, "indirect horizons", kIndirectTerm},
     {Part::kMirroredLight, "mirrored light", kIndirectTerm},
     {Part::kSelfIntersections, "self intersections", kPrimaryTerm},

@@ -172,3 +172,55 @@ def test_borders_of_boxes_are_named() -> None:
         scene = scene_of({"body": exact_sphere(radius, 20)}, {})
         said = plan(scene, ["fields.body.values"], max_depth=1).missing
         assert any("end at their boxes" in sentence for sentence in said) == ends
+
+
+WHITE = matte(0.8, 0.7, 0.6)
+
+
+def before_a_screen(fields: Mapping[str, Field], meshes: Mapping[str, Any], glow: float) -> Scene:
+    """The camera sees a screen alone, which light from a field and what passes through it reaches."""
+    unseen = frozenset(["diffuse", "glossy", "transmission", "shadow"])
+    screen = rectangle((0.0, 0.0, -1.6), (1.6, 0.0, 0.0), (0.0, 1.6, 0.0), "screen")
+    lamp = Material(np.full(3, 0.6), np.full(3, glow))
+    return Scene(
+        camera=replace(camera((0.0, 0.0, 2.0), size=16), kind="ORTHOGRAPHIC", ortho_width=2.4),
+        meshes={"screen": screen, **{name: replace(mesh, visible_to=unseen) for name, mesh in meshes.items()}},
+        fields={name: replace(field, visible_to=unseen) for name, field in fields.items()},
+        materials={"screen": WHITE, "clay": matte(0.1, 0.5, 0.9), "lamp": lamp}, world=World(np.zeros(3)),
+        lights={} if glow else {"lamp": PointLight(np.array([0.9, 0.7, -0.9]), power=60.0)})
+
+
+@pytest.mark.parametrize("change", [values, transform, other])
+def test_fields_in_emissive_meshes(change: Change) -> None:
+    """A field hides a part of a sheet that lights a screen."""
+    sheet = rectangle((0.0, 0.0, 0.1), (1.1, 0.1, 0.2), (0.0, 1.0, 0.1), "lamp")
+    scene = before_a_screen({"body": exact_sphere(0.6, 20)}, {"other": sheet}, 3.0)
+    said = str(plan(scene, ["fields.body.values"], max_depth=2))
+    assert "hide of each other's light" in said
+
+    def moved(theta: float) -> tuple[Scene, Mapping[str, Floats]]:
+        shown, tangent = change(replace(scene, meshes={"other": scene.meshes["other"]}), theta)
+        return replace(shown, meshes={**scene.meshes, **shown.meshes}), tangent
+
+    check_agreement(moved, max_depth=2, eps=0.02, seeds=8)
+
+
+@pytest.mark.parametrize("change", [values, other])
+@pytest.mark.parametrize("kind", ["sheet", "field"])
+def test_light_of_surfaces_that_fields_pass_through(kind: str, change: Change) -> None:
+    """A lamp below a field and what passes through it: their light reaches the screen."""
+    # A cap of the field is below the sheet, so that the lamp lights the sheet up to the curve
+    sheet = rectangle((0.0, 0.0, -0.4), (1.1, 0.1, 0.2), (0.0, 1.0, 0.1), "lamp")
+    ball = exact_sphere(0.6, 20, material="lamp", transform=at(0.45, 0.1, 0.0))
+    scene = before_a_screen({"body": exact_sphere(0.6, 20), **({"other": ball} if kind == "field" else {})},
+                            {"other": sheet} if kind == "sheet" else {}, 0.0)
+    if kind == "sheet":
+        scene.materials["clay"] = matte(0.0, 0.0, 0.0)  # so that the light of the sheet alone changes
+    assert "the curves where" in str(plan(scene, ["fields.body.values"], max_depth=3))
+
+    def moved(theta: float) -> tuple[Scene, Mapping[str, Floats]]:
+        meshes = {name: mesh for name, mesh in scene.meshes.items() if name == "other"}
+        shown, tangent = change(replace(scene, meshes=meshes), theta)
+        return replace(shown, meshes={**scene.meshes, **shown.meshes}), tangent
+
+    check_agreement(moved, max_depth=3, eps=0.02, seeds=8)

@@ -155,6 +155,8 @@ SceneView EdgesAndIntersections::view(SceneView scene) const {
     scene.edge_faces = faces_.data();
     scene.intersection_ends = intersections_.ends.data();
     scene.intersection_instances = placed_ ? intersections_.instances.data() : nullptr;
+    scene.line_lens = intersections_.lens.empty() ? nullptr : intersections_.lens.data();
+    scene.lens_points = intersections_.lens_points;
     scene.field_patches = intersections_.patches.empty() ? nullptr : intersections_.patches.data();
     return scene;
 }

@@ -22,6 +22,9 @@ struct Intersections {
     // By line, or empty (boundary/fields/field_curves.h): the patches of fields that take the place of lines,
     // and weights, which are else the lines' lengths.
     std::vector<FieldPatch> patches;
+    // By line, or empty: the point of the lens (x, y) from which it is seen, and how many there are.
+    std::vector<float> lens;
+    int32_t lens_points = 0;
     std::vector<double> weights;
 
     int64_t size() const { return static_cast<int64_t>(faces.size() / 2); }

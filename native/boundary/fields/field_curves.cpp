@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "boundary/curves/edge_cache.h"
 #include "boundary/fields/field_viewer.h"
+#include "tasks/seed_tags.h"
 #include "util/double_vector.h"
 #include "util/parallel.h"
 
@@ -12,6 +14,8 @@ namespace edgegrad {
 namespace {
 
 constexpr int64_t kBlock = 512;
+// Points of the lens from which outlines are searched for. More points blur them more evenly.
+constexpr int kLensPoints = 64;
 
 // A field with its carrier, and the face that stands for it.
 struct CarriedField {
@@ -182,6 +186,20 @@ double lit(const PatchMiddle& m, const std::vector<LightBound>& lights) {
     return sum;
 }
 
+// Points that cover the aperture evenly, shifted as a whole at random.
+std::vector<LensPlace> lens_places(const CameraView& camera, uint32_t seed) {
+    std::mt19937 random(seed ^ kLensSeed);
+    const double shift_u = random() / 4294967296.0, shift_v = random() / 4294967296.0;
+    std::vector<LensPlace> out;
+    for (int k = 0; k < kLensPoints; ++k) {
+        double inverse = 0.0, digit = 0.5;
+        for (int rest = k; rest > 0; rest /= 2, digit *= 0.5) inverse += (rest % 2) * digit;
+        const double u = (k + 0.5) / kLensPoints + shift_u, v = inverse + shift_v;
+        out.push_back(aperture_place(camera, u - std::floor(u), v - std::floor(v)));
+    }
+    return out;
+}
+
 }  // namespace
 
 std::shared_ptr<const std::vector<FieldCarrier>> field_carriers(const EdgeList& edges) {
@@ -193,14 +211,24 @@ std::shared_ptr<const std::vector<FieldCarrier>> field_carriers(const EdgeList& 
     });
 }
 
-Intersections seen_outlines(const SceneView& scene, const EdgeList& edges,
-                            const std::vector<int32_t>& meshes) {
+Intersections seen_outlines(const SceneView& scene, const EdgeList& edges, const std::vector<int32_t>& meshes,
+                            uint32_t seed) {
+    const CameraView& camera = scene.camera;
+    const bool blurs = camera.aperture_radius > 0.0f && camera.kind != kEquirectangular;
+    std::vector<LensPlace> lens = {{0.0f, 0.0f}};
+    if (blurs) lens = lens_places(camera, seed);
     Intersections out;
     for_each_field(edges, meshes, [&](const CarriedField& field) {
-        // A segment counts the field as both of its surfaces
-        add_outline(field, camera_viewer(field.view, scene.camera), LineSurface(field.face), edges.threads,
-                    out);
+        for (const LensPlace& from : lens) {
+            may_cancel();
+            // A segment counts the field as both of its surfaces
+            add_outline(field, camera_viewer(field.view, camera, from), LineSurface(field.face),
+                        edges.threads, out);
+            while (blurs && out.lens.size() < 2 * static_cast<size_t>(out.size()))
+                out.lens.insert(out.lens.end(), {from.x, from.y});
+        }
     });
+    out.lens_points = static_cast<int32_t>(lens.size());
     return out;
 }
 

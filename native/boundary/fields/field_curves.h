@@ -14,9 +14,10 @@ namespace edgegrad {
 // The carriers of all fields, which are kept.
 std::shared_ptr<const std::vector<FieldCarrier>> field_carriers(const EdgeList& edges);
 
-// The outlines of the fields of some meshes, as the camera sees them.
-Intersections seen_outlines(const SceneView& scene, const EdgeList& edges,
-                            const std::vector<int32_t>& meshes);
+// The outlines of the fields of some meshes, as the camera sees them: with depth of field from some points of
+// the lens, which `seed` chooses.
+Intersections seen_outlines(const SceneView& scene, const EdgeList& edges, const std::vector<int32_t>& meshes,
+                            uint32_t seed);
 
 // The same as all lights without size see them. The second surface of a line is its light.
 Intersections lit_outlines(const SceneView& scene, const EdgeList& edges, const std::vector<int32_t>& meshes);

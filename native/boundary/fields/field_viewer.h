@@ -6,10 +6,15 @@
 
 namespace edgegrad {
 
-// Whether all points of the lens see the same outlines.
-inline bool sees_one_outline(const CameraView& camera) { return !(camera.aperture_radius > 0.0f); }
+// A point of the aperture, whose half width is 1, as a viewer of its own: the point (0, 0) is the camera
+// without a lens.
+struct LensPlace {
+    float x, y;
+};
+// The camera's aperture at the fractions (u, v), uniformly, as camera rays sample it (path/camera_rays.h).
+LensPlace aperture_place(const CameraView& camera, double u, double v);
 
-FieldViewer camera_viewer(const FieldView& field, const CameraView& camera);
+FieldViewer camera_viewer(const FieldView& field, const CameraView& camera, LensPlace lens);
 // `row`: a light without size, in the light table.
 FieldViewer light_viewer(const FieldView& field, const LightView& lights, int32_t row);
 

@@ -137,13 +137,4 @@ EG_INLINE Vec3 step_beside(const CrossedSide& side, Vec3 tangent, Vec3 towards, 
     return select(dot(across, towards) < 0.0f, -across, across) * length;
 }
 
-// Adds g . dq for the point q of a curve, times the color, with g perpendicular to the curve.
-template <typename Mode>
-EG_INLINE void crossed_side_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
-                                   Mask active, const CrossedSide& side, Vec3 at, Vec3 g, Vec3 color) {
-    const Mask field = active & side.field;
-    if (motion.fields.any() && any(field)) mode.field(field, side.face, at, g, color);
-    plane_point_blocks(mode, scene, motion, active & ~side.field, side.face, side.instance, at, g, color);
-}
-
 }  // namespace edgegrad::EDGEGRAD_ISA

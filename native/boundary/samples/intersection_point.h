@@ -46,12 +46,18 @@ EG_INLINE Vec3 stopped_by(const SceneView& scene, Mask active, Int face, Int ins
     return {1.0f - through.x, 1.0f - through.y, 1.0f - through.z};
 }
 
-// Adds g . m(at), times the color, for a material point of a face.
+// Adds g . m(at), times the color, for a material point of a face, or for a point of a field's surface, which
+// moves along its normal.
 template <typename Mode>
 EG_INLINE void plane_point_blocks(Mode& mode, const SceneView& scene, const DerivativeView& requested,
                                   Mask active, Int face, Int instance, Vec3 at, Vec3 g, Vec3 color) {
-    const Mask moves = face_point_moves(scene, requested, active, face, instance);
+    Mask moves = face_point_moves(scene, requested, active, face, instance);
     if (!any(moves)) return;
+    const Mask field = on_field(scene, moves, face);
+    if (any(field)) {
+        mode.field(field, face, at, g, color);
+        moves &= ~field;
+    }
     const PlacedTriangle t =
         placed_triangle(scene, select(moves, face, splat(0)), select(moves, instance, splat(-1)));
     Float b1, b2;

@@ -25,7 +25,8 @@ struct EdgeSample {
     Int mask;  // mask of the rays towards the point
 };
 
-// Samples [task.first + at, ...) of the segments, each seen through its own point of the lens. bend(s) may
+// Samples [task.first + at, ...) of the segments, each seen through its own point of the lens, or that of its
+// line. bend(s) may
 // move s.point from the segment to a curve near it, whose derivative by u is then s.tangent.
 template <typename Bend>
 EG_INLINE EdgeSample sample_curve(const SceneView& scene, const BoundaryTask& task, int64_t at,
@@ -63,12 +64,21 @@ EG_INLINE EdgeSample sample_curve(const SceneView& scene, const BoundaryTask& ta
     s.end = place.a;
     s.point = place.a + place.t * s.u;
     bend(s);
-    const LensPoint lens = lens_of(c, place.random);
+    LensPoint lens = lens_of(c, place.random);
+    float share = 1.0f;
+    if (scene.line_lens) {
+        share = 1.0f / static_cast<float>(scene.lens_points);
+        for (int i = 0; i < W; ++i) {
+            if (!s.active[i]) continue;
+            const float* at = scene.line_lens + 2 * scene.intersection(s.edge[i]);
+            lens.x[i] = at[0], lens.y[i] = at[1];
+        }
+    }
     s.view = project(c, s.point, lens);
     s.active &= s.view.active & in_reach(c, s.view.sx, s.view.sy) & (s.view.distance > s.view.near) &
                 (s.view.distance < s.view.far);
     s.normal = cross(s.view.across_of, s.tangent);
-    s.weight = du * s.view.area * task.scale / place.density;
+    s.weight = du * s.view.area * (task.scale * share) / place.density;
     return s;
 }
 EG_INLINE EdgeSample sample_edge(const SceneView& scene, const BoundaryTask& task, int64_t at,

@@ -57,7 +57,8 @@ EG_INLINE Segment* trace_segments(const SceneView& scene, const BoundaryTask& ta
     int queued = 0;
     for (int at = 0; at < count; at += W)
         queued = sample(scene, task, requested, at, cursor, work, queued, segments[at / W]);
-    if (task.kind == kLightIntersection) return segments;  // the radiance of lights is known
+    // The radiance of lights is known
+    if (task.kind == kLightIntersection || task.kind == kCrossedLight) return segments;
     run_appended(scene, light_paths(task), work, queued, count);
     for (int at = 0; at < count; at += W) {
         BoundarySegment& s = segments[at / W];

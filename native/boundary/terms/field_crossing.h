@@ -124,8 +124,8 @@ struct CrossingCurves {
         Float mu[2];
         part_normals(s.normal * s.weight, curve.side[0].normal, curve.side[1].normal, mu[0], mu[1]);
         for (int k = 0; k < 2; ++k)
-            crossed_side_blocks(mode, scene, motion, s.active, curve.side[k], s.point,
-                                curve.side[k].normal * mu[k], color);
+            plane_point_blocks(mode, scene, motion, s.active, curve.side[k].face, curve.side[k].instance,
+                               s.point, curve.side[k].normal * mu[k], color);
     }
 };
 

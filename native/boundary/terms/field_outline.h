@@ -31,7 +31,14 @@ EG_OUTLINE void bend_to_outline(const SceneView& scene, EdgeSample& s, OutlineSa
     out.hit.instance = splat(-1);
     out.hit.b1 = out.hit.b2 = out.hit.distance = out.contact = splat(0.0f);
     out.normal = {splat(0.0f), splat(0.0f), splat(1.0f)};
-    const auto camera = [&](int, const FieldView& field) { return camera_viewer(field, scene.camera); };
+    const auto camera = [&](int i, const FieldView& field) {
+        LensPlace lens = {0.0f, 0.0f};
+        if (scene.line_lens) {
+            const float* at = scene.line_lens + 2 * scene.intersection(s.edge[i]);
+            lens = {at[0], at[1]};
+        }
+        return camera_viewer(field, scene.camera, lens);
+    };
     for_each_outline_point(scene, s.active, s.edge, s.u, camera,
                            [&](int i, const FieldView& field, const OutlinePoint& p) {
                                set_lane3(s.point, i, p.position);

@@ -17,9 +17,13 @@
 // normal at q. Its y is fixed in the cone in which x sees the sphere, so dx contributes. Disks face x, and
 // their lines depend on x: see boundary/terms/disk_intersection.h.
 //
+// Where a field is one of the surfaces, the line is a curve (boundary/samples/crossing_samples.h), and a
+// field moves along its normal.
+//
 // u is uniform on the sampled segment, and w uniform in the sample's cell of the sphere of directions.
 #pragma once
 
+#include "boundary/samples/crossing_samples.h"
 #include "boundary/samples/light_cut.h"
 #include "boundary/segment/far_radiance.h"
 #include "boundary/segment/occluder.h"
@@ -40,6 +44,7 @@ struct IntersectingPair {
     Int row;                       // of the light table; -1: a face
     Vec3 hider_normal, normal;
     Float weight;  // 1 over the probability of the choice
+    Mask second;   // the occluded surface is the line's second one
 };
 
 struct IntersectionSegment : BoundarySegment {
@@ -53,6 +58,7 @@ EG_INLINE IntersectingPair pick_intersection(const SceneView& scene, const Bound
     Float choice, unused;
     sobol_pair(p.random.stream, p.random.sample, kPairLight, choice, unused);
     pair.row = splat(-1);
+    pair.second = splat(0);
     for (int i = 0; i < W; ++i) {
         const LineSurface surfaces[2] = {scene.surface_of_line(p.edge[i], 0),
                                          scene.surface_of_line(p.edge[i], 1)};
@@ -60,9 +66,10 @@ EG_INLINE IntersectingPair pick_intersection(const SceneView& scene, const Bound
         bool counts[2] = {false, true};
         for (int k = 0; k < 2; ++k)
             if (!surfaces[0].is_light() && !surfaces[1].is_light())
-                counts[k] = task.kind == kSurfaceIntersection ||
+                counts[k] = scatters_at_lines(task.kind) ||
                             (scene.lights.face_light && scene.lights.face_light[surfaces[k].face()] >= 0);
         const int k = counts[0] && (!counts[1] || choice[i] < 0.5f) ? 0 : 1;
+        pair.second[i] = k == 1 ? -1 : 0;
         pair.weight[i] = counts[0] && counts[1] ? 2.0f : 1.0f;
         const bool light = surfaces[k].is_light();
         pair.hider[i] = surfaces[1 - k].face();
@@ -145,6 +152,37 @@ EG_INLINE Vec3 hide_beside(Vec3 t, Vec3 w, IntersectionSegment& s) {
     return hidden;
 }
 
+// For lines on fields: moves the point onto the curve, and sets the normals there and, in `p`, the tangent.
+EG_INLINE void bend_to_fields(const SceneView& scene, IntersectionSegment& s, SegmentSample& p,
+                              CrossingSample& curve) {
+    place_on_crossings(scene, s.active, s.edge, s.u, curve);
+    s.point = select(s.active, curve.position, s.point);
+    p.t = select(s.active, curve.tangent, p.t);
+    const CrossedSide &one = curve.side[0], &other = curve.side[1];
+    IntersectingPair& pair = s.pair;
+    pair.normal = select(pair.second, other.normal, one.normal);
+    pair.hider_normal = select(pair.second, one.normal, other.normal);
+    s.y.b1 = select(pair.second, other.b1, one.b1);
+    s.y.b2 = select(pair.second, other.b2, one.b2);
+}
+
+// Drops samples whose segment meets another part of its fields shortly before y. Returns the length over
+// which that is known, behind which rays start. Where the curve runs back, samples count negatively.
+EG_INLINE Float leave_fields(const SceneView& scene, IntersectionSegment& s, const CrossingSample& curve) {
+    Float contact[2];
+    s.active = reached_first(scene, s.active, curve, s.towards, contact);
+    s.sweep = select(curve.reversed, -s.sweep, s.sweep);
+    return max(contact[0], contact[1]);
+}
+
+// The step from the curve to the part of y's surface that the hider does not occlude.
+EG_INLINE Vec3 step_from_hider(const SceneView& scene, const IntersectionSegment& s,
+                               const CrossingSample& curve, Vec3 t, Vec3 hidden) {
+    CrossedSide side = curve.side[0];
+    side.normal = s.pair.normal;
+    return step_beside(side, t, -hidden, step_length(scene, s.active, curve));
+}
+
 // Samples a segment, without the light that y scatters. Appends the path that estimates it to the queue, and
 // returns the new length.
 EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& task,
@@ -152,7 +190,7 @@ EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& t
                                    Workspace& work, int queued, IntersectionSegment& s) {
     // Sample a point of the line and choose the occluded surface
     SegmentSample p = sample_edge_segment(scene, task, at, cursor);
-    const bool scatters = task.kind == kSurfaceIntersection;
+    const bool scatters = scatters_at_lines(task.kind), bent = crosses_fields(task.kind);
     s.color = zero3();
     s.view.sx = s.view.sy = splat(kNowhere);
     s.active = p.active;
@@ -166,6 +204,8 @@ EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& t
     s.y.face = pair.face, s.y.instance = pair.instance, s.y.row = pair.row;
     s.y.kind = kind_of_rows(scene.lights, pair.row);
     cut_light_row(scene, s, p);
+    CrossingSample curve;
+    if (bent) bend_to_fields(scene, s, p, curve);
     // Skip samples that do not move
     Mask moves = face_point_moves(scene, motion, s.active, pair.hider, pair.hider_instance) |
                  face_point_moves(scene, motion, s.active & (pair.face >= 0), pair.face, pair.instance);
@@ -181,9 +221,14 @@ EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& t
     const Vec3 w = direction_about(task, p, density);
     s.towards = -w;
     const Vec3 hidden = hide_beside(p.t, w, s);
-    const Triangle hidden_face =
-        placed_triangle(scene, select(pair.face >= 0, pair.face, splat(0)), pair.instance).triangle;
-    place_in_face(hidden_face, s.point, s.y.b1, s.y.b2);
+    Float gap = splat(0.0f);
+    if (bent) {
+        gap = leave_fields(scene, s, curve);
+    } else {
+        const Triangle hidden_face =
+            placed_triangle(scene, select(pair.face >= 0, pair.face, splat(0)), pair.instance).triangle;
+        place_in_face(hidden_face, s.point, s.y.b1, s.y.b2);
+    }
     Vec3 light = {pair.weight, pair.weight, pair.weight};
     LightSample links =
         no_light_sample(pair.face >= 0, pair.row >= 0, select(pair.row >= 0, pair.row, pair.face), s.y.kind);
@@ -200,8 +245,12 @@ EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& t
     const Int hider_mask = gather(scene.mesh_mask, mesh_of(scene, pair.hider));
     s.active &= ((hider_mask & links.blockers) != 0) & (largest_component(light) > 0.0f);
     if (!any(s.active)) return queued;
-    light = light * stopped_by(scene, s.active, pair.hider, pair.hider_instance, s.point, w,
-                               scatters ? kDiffuseRay : kShadowRay);
+    // Fields of these lines are opaque
+    const Mask clear = s.active & ~on_field(scene, s.active, pair.hider);
+    light = select(clear,
+                   light * stopped_by(scene, clear, select(clear, pair.hider, splat(0)), pair.hider_instance,
+                                      s.point, w, scatters ? kDiffuseRay : kShadowRay),
+                   light);
 
     // Find the receiver
     Float probability;
@@ -211,10 +260,10 @@ EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& t
                                select(s.screen_form, splat(1 << kCameraRay), splat(kScatteredRays)),
                                scatters ? kDiffuseRay : kShadowRay, splat(0)};
     const ReceiverHit receiver =
-        find_receiver(scene, s.active, s.point, s.towards, {s.edge, s.instance}, rays, p.random);
+        find_receiver(scene, s.active, s.point + w * gap, s.towards, {s.edge, s.instance}, rays, p.random);
     s.active &= receiver.found & (receiver.hit.distance > 1e-5f * largest_component(s.point));
     if (!any(s.active)) return queued;
-    s.reach = select(s.active, receiver.hit.distance, 1.0f);
+    s.reach = select(s.active, receiver.hit.distance + gap, 1.0f);
     s.active &= ~sees_other_side(scene, s, w);
     s.x = surface_point(scene, s.active, receiver.hit.face, receiver.hit.b1, receiver.hit.b2, w,
                         select(s.active, receiver.hit.instance, splat(-1)));
@@ -240,7 +289,8 @@ EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& t
     y.face = pair.face, y.instance = pair.instance,
     y.mesh = mesh_of(scene, select(s.active, pair.face, splat(0)));
     y.b1 = s.y.b1, y.b2 = s.y.b2, y.distance = splat(0.0f);
-    const Vec3 aside = leave_contact(scene, s.active, p.t, hidden, y);
+    const Vec3 aside =
+        bent ? step_from_hider(scene, s, curve, p.t, hidden) : leave_contact(scene, s.active, p.t, hidden, y);
     const Vec3 kept = kept_before_start(scene, s.active, y, s.towards, s.reach);
     return append_scattering(work, queued, s.active, lane_index() + at, s.point, s.towards, y, aside, kept,
                              splat(0), length + 2, seen.bounces, splat(static_cast<int>(kDiffuseRay)));

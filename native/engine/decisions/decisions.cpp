@@ -4,7 +4,6 @@
 #include <chrono>
 #include <set>
 
-#include "boundary/fields/field_viewer.h"
 #include "engine/decisions/interior_rules.h"
 #include "scene/camera_row.h"
 #include "scene/lights/light_params.h"
@@ -112,7 +111,7 @@ void decide_primary(const BoundaryFacts& f, Decisions& decided) {
                        : unless(m.camera || m.lights || m.any_mesh_moves(), Reason::kStill));
 }
 
-// Outlines of fields that the camera sees. A lens sees a different outline from each of its points.
+// Outlines of fields that the camera sees, and curves along which they pass through other surfaces.
 void decide_field_outlines(const BoundaryFacts& f, Decisions& decided) {
     std::vector<int32_t> seen;
     bool fields_move = false;
@@ -133,8 +132,7 @@ void decide_field_outlines(const BoundaryFacts& f, Decisions& decided) {
         decided[Part::kFieldBands].meshes = seen;
     }
     decided.decide(Part::kFieldOutlines,
-                   first_of({unless(!seen.empty(), Reason::kNone), unless(moves, Reason::kStill),
-                             unless(sees_one_outline(f.scene.camera), Reason::kNotEstimated)}));
+                   first_of({unless(!seen.empty(), Reason::kNone), unless(moves, Reason::kStill)}));
     decided.decide(Part::kFieldCrossings,
                    first_of({unless(!seen.empty(), Reason::kNone),
                              unless(moves || f.motion.any_mesh_moves(), Reason::kStill)}));
@@ -171,6 +169,10 @@ void decide_shadows(const BoundaryFacts& f, Reason black, Decisions& decided) {
                          unless(lights || scene.has_environment, Reason::kNoLight)}),
                meshes || m.camera || m.lights || m.rotation))
         decided[Part::kFieldShadows].meshes = std::move(fields);
+    // Fields do not emit light, but hide that of emissive meshes that they pass through.
+    decide(Part::kCrossedLights,
+           unless(f.tables.fields.empty() ? false : scene.lights.face_light != nullptr, Reason::kNone),
+           scene.mesh_contact || meshes);
     for (Part part : {Part::kLightShadows, Part::kEnvironmentShadows})
         decided[part].edges.of = static_cast<int64_t>(f.tables.edge_vertices.size() / 2);
     if (decide(Part::kEmitterOutlines, unless(scene.face_fixed_direction != nullptr, Reason::kNone),
@@ -225,6 +227,8 @@ void decide_indirect(const BoundaryFacts& f, Reason black, const std::vector<int
     else
         decided[Part::kFieldsBetween].meshes = std::move(fields);
     decide(Part::kSurfaceIntersections, m.any_mesh_moves() || contact);
+    decide(Part::kCrossedSurfaces, m.any_mesh_moves() || m.any_field_moves() || contact);
+    if (f.tables.fields.empty()) decided.none(Part::kCrossedSurfaces, Reason::kNone);
 }
 
 // Decides on edges that the camera sees by mirrors, smooth glass and followed lobes.

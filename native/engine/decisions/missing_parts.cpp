@@ -1,7 +1,9 @@
 #include "engine/decisions/missing_parts.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <set>
 
 #include "boundary/curves/edge_cache.h"
 #include "boundary/curves/light_intersections.h"
@@ -111,10 +113,9 @@ class Search {
             if (is_clear_field(tables_, mesh)) clear.push_back(mesh);
         }
         meshes(Part::kClearFields, std::move(clear));
-        if (motion_.camera || motion_.any_mesh_moves() || bends) {
+        if (motion_.camera || motion_.any_mesh_moves() || bends)
             meshes(Part::kFieldBorders, std::move(ended));
-            if (lit) meshes(Part::kFieldLines, all);
-        }
+        if (any_moves_) lights_in_fields(all);
         const std::vector<int32_t> smooth = used_materials(
             tables_, [&](size_t k) { return may_be_specular(tables_, k, f_.scene.followed_alpha); });
         if ((f_.chains || bends) && f_.options.max_depth >= 2 && !smooth.empty())
@@ -312,6 +313,45 @@ class Search {
         if (found.empty()) return;
         lights(Part::kFaceFlips, std::move(found));
         decided_[Part::kFaceFlips].meshes = smooth;
+    }
+
+    // Lights with a size whose bounds overlap those of fields.
+    void lights_in_fields(const std::vector<int32_t>& fields) {
+        const auto reach = [&](size_t row, double& x, double& y, double& z) {
+            const float* l = &tables_.lights.params[kLightParams * row];
+            const int32_t kind = tables_.lights.kind[row];
+            x = l[kLightPosition], y = l[kLightPosition + 1], z = l[kLightPosition + 2];
+            if (kind == kSphereLight || kind == kDiskLight) return static_cast<double>(l[kLightRadius]);
+            return std::hypot(static_cast<double>(l[kLightExtentX]), static_cast<double>(l[kLightExtentY]));
+        };
+        std::set<std::array<int32_t, 2>> pairs;
+        for (const int32_t mesh : fields) {
+            const FieldView f = tables_.fields[static_cast<size_t>(mesh - tables_.first_field())].view();
+            Box box;
+            for (int corner = 0; corner < 8; ++corner) {
+                float p[3];
+                for (int c = 0; c < 3; ++c) {
+                    const auto& m = f.to_world[c];
+                    double sum = m[3];
+                    for (int a = 0; a < 3; ++a) sum += (corner >> a & 1) ? m[a] * f.cells(a) : 0.0;
+                    p[c] = static_cast<float>(sum);
+                }
+                box.add(p);
+            }
+            for (size_t row = 0; row < tables_.lights.kind.size(); ++row) {
+                const int32_t kind = tables_.lights.kind[row];
+                if (!is_sized(kind) || kind >= kDirectionLight) continue;
+                double at[3];
+                const double radius = reach(row, at[0], at[1], at[2]);
+                bool meets = true;
+                for (int c = 0; c < 3; ++c)
+                    meets &= at[c] + radius >= static_cast<double>(box.low[c]) &&
+                             at[c] - radius <= static_cast<double>(box.high[c]);
+                if (meets) pairs.insert({static_cast<int32_t>(row), mesh});
+            }
+        }
+        if (pairs.empty()) return;
+        miss(Part::kFieldLines).pierced.assign(pairs.begin(), pairs.end());
     }
 
     template <typename Wanted>

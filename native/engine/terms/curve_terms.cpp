@@ -125,15 +125,47 @@ void add_intersection_outlines(const SceneView& scene, const EdgeList& edges, co
 }
 
 // Outlines of the fields that the part lists, as the camera sees them.
-void add_field_outlines(const SceneView& scene, const EdgeList& edges, Decisions& decided,
-                        std::vector<CurveTerm>& out) {
+void add_field_outlines(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
+                        Decisions& decided, std::vector<CurveTerm>& out) {
     if (!decided.computes(Part::kFieldOutlines) || decided.alone()) return;
     auto lines = std::make_shared<EdgesAndIntersections>(
-        edges.tables, seen_outlines(scene, edges, decided[Part::kFieldOutlines].meshes));
+        edges.tables, seen_outlines(scene, edges, decided[Part::kFieldOutlines].meshes, options.seed));
     Candidates candidates;
     lines->add_candidates(scene.camera, candidates);
     if (candidates.size() == 0) return decided.none(Part::kFieldOutlines, Reason::kOutOfView);
     out.push_back({kFieldOutline, std::move(candidates), std::move(lines)});
+}
+
+// Curves where opaque fields pass through surfaces that scatter light or emit it.
+void add_crossed_surfaces(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
+                          const RequestedMotion& motion, Decisions& decided, std::vector<CurveTerm>& out) {
+    const bool lights = decided.computes(Part::kCrossedLights),
+               surfaces = decided.computes(Part::kCrossedSurfaces);
+    if (!lights && !surfaces) return;
+    // Light of a fixed direction near contact (scene/contact.h) moves over all curves
+    RequestedMotion moving = motion;
+    moving.camera =
+        scene.mesh_contact || decided.forces(Part::kCrossedLights) || decided.forces(Part::kCrossedSurfaces);
+    const Intersections all = field_crossings(edges, moving, kScatteredRays | 1 << kShadowRay);
+    const auto select = [&](const auto& counts) {
+        Intersections found;
+        for (int64_t k = 0; k < all.size(); ++k) {
+            const auto at = 2 * static_cast<size_t>(k);
+            const auto one = static_cast<int32_t>(all.faces[at]),
+                       other = static_cast<int32_t>(all.faces[at + 1]);
+            const auto clear = [&](int32_t face) {
+                const int32_t field = face - edges.tables.first_field_face();
+                return field >= 0 && is_clear_field(edges.tables, edges.tables.first_field() + field);
+            };
+            if (!clear(one) && !clear(other) && counts(other)) found.add(all, k);
+        }
+        return found;
+    };
+    if (lights)
+        add_lines(scene, edges, options, kCrossedLight,
+                  select([&](int32_t face) { return scene.lights.face_light[face] >= 0; }), decided, out);
+    if (surfaces)
+        add_lines(scene, edges, options, kCrossedSurface, select([](int32_t) { return true; }), decided, out);
 }
 
 // Lines where fields that the camera sees pass through other surfaces.
@@ -216,10 +248,11 @@ std::vector<CurveTerm> curve_terms(const SceneView& scene, const EdgeList& edges
     std::vector<CurveTerm> out;
     add_outlines(scene, edges, decided, out);
     add_intersection_outlines(scene, edges, motion, decided, out);
-    add_field_outlines(scene, edges, decided, out);
+    add_field_outlines(scene, edges, options, decided, out);
     add_field_crossings(scene, edges, motion, decided, out);
     add_field_bands(scene, edges, options, motion, decided, out);
     add_fields_between(scene, edges, options, decided, out);
+    add_crossed_surfaces(scene, edges, options, motion, decided, out);
     add_intersections(scene, edges, options, motion, seen, decided, out);
     add_disk_intersections(scene, edges, options, decided, out);
     add_cones(scene, edges, options, decided, out);

@@ -77,8 +77,9 @@ def test_shadows_of_the_warp(light: str) -> None:
     """Shadows of the field on itself and on the sheet behind: the warp carries rays over their borders."""
     dark, place = World(np.zeros(3)), np.eye(4)
     place[:3, 3] = 0.5, 1.2, 3.0
-    lit: dict[str, Any] = {"sky": {}, "point": {"world": dark, "lights": {"lamp": PointLight(np.array([0.9, 1.6, 3.0]), power=150.0)}},
-           "area": {"world": dark, "lights": {"lamp": AreaLight(place, power=100.0)}}}[light]
+    lamp = PointLight(np.array([0.9, 1.6, 3.0]), power=150.0)
+    lit: dict[str, Any] = {"sky": {}, "point": {"world": dark, "lights": {"lamp": lamp}},
+                           "area": {"world": dark, "lights": {"lamp": AreaLight(place, power=100.0)}}}[light]
     sheet = rectangle((0.0, 0.0, -0.6), (3.0, 0.0, 0.0), (0.0, 3.0, 0.0), "clay")
     scene = alone(FIELDS["torus"](), meshes={} if light == "sky" else {"behind": sheet}, **lit)
     check_agreement(lambda theta: bent(scene, theta, "values"), max_depth=2, eps=0.02, seeds=8, spp=128,

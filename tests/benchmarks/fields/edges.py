@@ -1,6 +1,6 @@
 """Estimators of outlines beside each other, and beside edges of a mesh.
 
-``python -m tests.benchmarks.fields.edges`` prints, for the derivative of the picture of a torus (48 x 48 pixels, 16
+``python -m tests.benchmarks.fields.edges`` prints, for the derivative of the picture of a torus (24 x 24 pixels, 16
 samples) by all that moves it along one axis, CPU seconds x (variance + squared bias) of samples of the outlines, of the
 warped picture and of relaxed bands; once with the outline alone (paths of one segment before a textured sheet) and once
 with shading and shadows.
@@ -30,7 +30,7 @@ from tests.support.fields.splines import sampled, torus
 from tests.support.small_scenes import camera, matte, rectangle
 
 F64 = NDArray[np.float64]
-SIZE, BLOCK, AXIS = 48, 4, np.array([0.6, 0.5, 0.62])
+SIZE, BLOCK, AXIS = 24, 4, np.array([0.6, 0.5, 0.62])
 
 
 class Case(NamedTuple):
@@ -101,7 +101,7 @@ def reference_of(case: Case, spp: int, seeds: int) -> tuple[F64, float]:
 def compare(depth: int, spp: int = 16, seeds: int = 24) -> None:
     """Print the three estimators beside each other."""
     case = field_case(depth)
-    reference, noise = reference_of(case, 512, 16)
+    reference, noise = reference_of(case, 256, 12)
     norm = float(np.sum(reference**2))
     for edges in FIELD_EDGES:
         found, seconds = pictures(case, spp, seeds, edges)
@@ -124,12 +124,12 @@ def talk(path: Path, depth: int = 2) -> None:
     made = {"edges of a mesh": (mesh_case(depth), FIELD_EDGES[0]),
             "warp about a field": (field_case(depth), "reparameterised"),
             "outlines of a field": (field_case(depth), FIELD_EDGES[0])}
-    references = {name: reference_of(case, 1024, 8) for name, (case, _) in made.items() if not name.startswith("warp")}
+    references = {name: reference_of(case, 512, 6) for name, (case, _) in made.items() if not name.startswith("warp")}
     references["warp about a field"] = references["outlines of a field"]
     for name, (case, edges) in made.items():
         reference, noise = references[name]
         rows = []
-        for spp, seeds in ((1, 64), (16, 16), (128, 6), (1024, 3)):
+        for spp, seeds in ((1, 32), (16, 16), (128, 6), (1024, 2)):
             found, seconds = pictures(case, spp, seeds, edges)
             rows.append((seconds, error(found, reference, noise)))
             print(f"{name:20} {spp:5} samples: {seconds:7.3f} s, error {rows[-1][1]:.4f}", flush=True)
@@ -143,11 +143,12 @@ def talk(path: Path, depth: int = 2) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--talk", type=Path, help="draw the comparison with a mesh to this file")
+    parser.add_argument("--depth", type=int, nargs="*", default=(1, 2), help="path segments of the scenes")
     given = parser.parse_args()
     if given.talk:
         talk(given.talk)
         return
-    for depth in (1, 2):
+    for depth in given.depth:
         compare(depth)
 
 

@@ -51,6 +51,24 @@ def test_the_warp_before_textures_and_edges(what: str) -> None:
     check_agreement(lambda theta: bent(scene, theta, what), max_depth=1, eps=0.02, seeds=8, spp=128, field_edges=WARP)
 
 
+@pytest.mark.parametrize("pixel_filter", ["BOX", "BLACKMAN_HARRIS"])
+def test_single_pixels_of_the_warp(pixel_filter: str) -> None:
+    """Weights that differ between pairs of pixels see what the warp moves across their borders."""
+    seen_by = replace(camera((0.4, -0.5, 3.0), size=16), filter=pixel_filter,
+                      filter_width=1.0 if pixel_filter == "BOX" else 1.5)
+    renderer = Renderer(over_a_sheet(FIELDS["torus"](), camera=seen_by))
+    weight = np.repeat(np.repeat(np.random.default_rng(2).normal(size=(8, 8, 3)), 2, axis=0), 2, axis=1)
+    _, tangent = bent(renderer.scene, 0.0, "values")
+    sums = {edges: np.array([np.sum(weight * renderer.render_forward(
+        tangent, spp=256, seed=seed, max_depth=1, field_edges=edges)) for seed in range(12)])
+        for edges in ("outlines", WARP)}
+    mean = {edges: float(values.mean()) for edges, values in sums.items()}
+    error = float(np.sqrt(sum(values.var(ddof=1) / len(values) for values in sums.values())))
+    print(mean, error)
+    assert error < 0.04 * abs(mean["outlines"])
+    assert abs(mean["outlines"] - mean[WARP]) < 5.0 * error
+
+
 def two_fields() -> Mapping[str, Field]:
     """A ball that hides a part of a torus."""
     return {"ball": replace(exact_sphere(0.5, 20), transform=np.array(

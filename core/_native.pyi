@@ -29,6 +29,10 @@ class HeldObjects:
 def crossing_face_pairs(
     vertices: NDArray[np.float64], faces: NDArray[np.int32], threads: int
 ) -> NDArray[np.int64]: ...
+def field_warps(
+    values: NDArray[np.float32], to_world: NDArray[np.float64], rays: NDArray[np.float64], depth: NDArray[np.float64],
+    across: NDArray[np.float64], pixels: float, least_curvature: float,
+) -> dict[str, NDArray[np.float32]]: ...  # fmt: skip
 def field_outline_points(
     values: F32, to_world: NDArray[np.float64], viewer: NDArray[np.float64], u: F32, threads: int
 ) -> dict[str, F32]: ...

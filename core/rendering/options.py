@@ -39,8 +39,8 @@ class RenderOptions:
     caustics_alone
         Of a picture: the part of it that is caustics.
     field_edges
-        What estimates how outlines of distance fields change the picture (docs/how_to/fields.md): "outlines" samples
-        them, "reparameterised" warps the picture, "relaxed" spreads them over a band, which is biased.
+        What estimates how outlines of distance fields change the picture (docs/how_to/distance_fields.md): "outlines"
+        samples them, "reparameterised" warps the picture, "relaxed" spreads them over a band, which is biased.
     two_passes
         Whether a first pass over edges says where a second one takes its samples. Rounding then moves samples: what
         another instruction set computes is equal in the mean only. The mean is the same without.

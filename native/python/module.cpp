@@ -303,6 +303,9 @@ NB_MODULE(_native, m) {
     edgegrad::bind_learned_sampling(m);
     m.def("crossing_face_pairs", &edgegrad::crossing_face_pairs, "vertices"_a, "faces"_a, "threads"_a,
           "Pairs of faces of one mesh that pass through each other (native/python/crossings.h).");
+    m.def("field_warps", &edgegrad::field_warps, "values"_a, "to_world"_a, "rays"_a, "depth"_a, "across"_a,
+          "pixels"_a, "least_curvature"_a,
+          "The warp of the picture (native/python/probes/field_outlines.h).");
     m.def("field_outline_points", &edgegrad::field_outline_points, "values"_a, "to_world"_a, "viewer"_a,
           "u"_a, "threads"_a, "The outline of a distance field (native/python/probes/field_outlines.h).");
     m.def("field_surface_points", &edgegrad::field_surface_points, "values"_a, "to_world"_a, "places"_a,

@@ -51,6 +51,24 @@ def test_the_warp_before_textures_and_edges(what: str) -> None:
     check_agreement(lambda theta: bent(scene, theta, what), max_depth=1, eps=0.02, seeds=8, spp=128, field_edges=WARP)
 
 
+@pytest.mark.parametrize("pixel_filter", ["BOX", "BLACKMAN_HARRIS"])
+def test_single_pixels_of_the_warp(pixel_filter: str) -> None:
+    """Weights that differ between pairs of pixels see what the warp moves across their borders."""
+    seen_by = replace(camera((0.4, -0.5, 3.0), size=16), filter=pixel_filter,
+                      filter_width=1.0 if pixel_filter == "BOX" else 1.5)
+    renderer = Renderer(over_a_sheet(FIELDS["torus"](), camera=seen_by))
+    weight = np.repeat(np.repeat(np.random.default_rng(2).normal(size=(8, 8, 3)), 2, axis=0), 2, axis=1)
+    _, tangent = bent(renderer.scene, 0.0, "values")
+    sums = {edges: np.array([np.sum(weight * renderer.render_forward(
+        tangent, spp=256, seed=seed, max_depth=1, field_edges=edges)) for seed in range(12)])
+        for edges in ("outlines", WARP)}
+    mean = {edges: float(values.mean()) for edges, values in sums.items()}
+    error = float(np.sqrt(sum(values.var(ddof=1) / len(values) for values in sums.values())))
+    print(mean, error)
+    assert error < 0.04 * abs(mean["outlines"])
+    assert abs(mean["outlines"] - mean[WARP]) < 5.0 * error
+
+
 def two_fields() -> Mapping[str, Field]:
     """A ball that hides a part of a torus."""
     return {"ball": replace(exact_sphere(0.5, 20), transform=np.array(
@@ -77,8 +95,9 @@ def test_shadows_of_the_warp(light: str) -> None:
     """Shadows of the field on itself and on the sheet behind: the warp carries rays over their borders."""
     dark, place = World(np.zeros(3)), np.eye(4)
     place[:3, 3] = 0.5, 1.2, 3.0
-    lit: dict[str, Any] = {"sky": {}, "point": {"world": dark, "lights": {"lamp": PointLight(np.array([0.9, 1.6, 3.0]), power=150.0)}},
-           "area": {"world": dark, "lights": {"lamp": AreaLight(place, power=100.0)}}}[light]
+    lamp = PointLight(np.array([0.9, 1.6, 3.0]), power=150.0)
+    lit: dict[str, Any] = {"sky": {}, "point": {"world": dark, "lights": {"lamp": lamp}},
+                           "area": {"world": dark, "lights": {"lamp": AreaLight(place, power=100.0)}}}[light]
     sheet = rectangle((0.0, 0.0, -0.6), (3.0, 0.0, 0.0), (0.0, 3.0, 0.0), "clay")
     scene = alone(FIELDS["torus"](), meshes={} if light == "sky" else {"behind": sheet}, **lit)
     check_agreement(lambda theta: bent(scene, theta, "values"), max_depth=2, eps=0.02, seeds=8, spp=128,

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "python/numpy_arrays.h"
+#include "reparameterisation/picture_warp.h"
 #include "sdf/outline.h"
 
 namespace nb = nanobind;
@@ -69,6 +70,59 @@ nb::dict field_surface_points(nb::handle values, nb::handle to_world, nb::handle
     out["position"] = to_numpy(position, {patches, each, 3});
     out["normal"] = to_numpy(normal, {patches, each, 3});
     out["area"] = to_numpy(area, {patches, each});
+    return out;
+}
+
+nb::dict field_warps(nb::handle values, nb::handle to_world, nb::handle rays, nb::handle depth,
+                     nb::handle across, float pixels, float least_curvature) {
+    const InputArray<float> coefficients(values, "values", {-1, -1, -1});
+    const InputArray<double> rows(to_world, "to_world", {3, 4}), lines(rays, "rays", {-1, 2, 3}),
+        depths(depth, "depth", {-1}), turns(across, "across", {2, 3});
+    int32_t size[3];
+    for (int a = 0; a < 3; ++a) size[a] = static_cast<int32_t>(coefficients.shape(a));
+    double map[12];
+    std::copy_n(rows.data(), 12, map);
+    const FieldView field = field_view(coefficients.data(), size, map);
+    const FieldBand band{pixels, 1.0f, least_curvature};
+    const size_t count = depths.size();
+    std::vector<float> apart, point, step, spread, along;
+    for (size_t k = 0; k < count; ++k) {
+        PictureRay ray{};
+        std::copy_n(lines.data() + 6 * k, 3, ray.origin);
+        std::copy_n(lines.data() + 6 * k + 3, 3, ray.direction);
+        for (size_t j = 0; j < 2; ++j) std::copy_n(turns.data() + 3 * j, 3, ray.across[j]);
+        NearMiss miss{};
+        miss.field = &field;
+        miss.depth = depths.data()[k];
+        for (int n = 0; n < 30; ++n) {
+            double x[3], slope = 0.0, bend = 0.0, d[3];
+            for (int c = 0; c < 3; ++c) x[c] = ray.origin[c] + miss.depth * ray.direction[c];
+            field.place_in_grid(x, miss.grid);
+            miss.jet = spline_jet(field, miss.grid);
+            const auto& [value, g, h] = miss.jet;
+            for (int a = 0; a < 3; ++a) {
+                d[a] = 0.0;
+                for (int c = 0; c < 3; ++c) d[a] += field.to_grid[a][c] * ray.direction[c];
+                slope += g[a] * d[a];
+            }
+            for (int a = 0; a < 3; ++a) bend += h[a] * d[a] * d[a];
+            bend += 2.0 * (h[3] * d[1] * d[2] + h[4] * d[0] * d[2] + h[5] * d[0] * d[1]);
+            miss.depth -= slope / bend;
+        }
+        const bool within = see_near_miss(ray, band, miss);
+        const WarpPart part = within ? warp_of(&miss, 1).part[0] : WarpPart{};
+        apart.push_back(static_cast<float>(miss.apart));
+        point.insert(point.end(), part.point, part.point + 3);
+        step.insert(step.end(), part.step, part.step + 2);
+        spread.push_back(part.spread);
+        along.insert(along.end(), part.along, part.along + 3);
+    }
+    nb::dict out;
+    out["apart"] = to_numpy(apart, {count});
+    out["point"] = to_numpy(point, {count, 3});
+    out["step"] = to_numpy(step, {count, 2});
+    out["spread"] = to_numpy(spread, {count});
+    out["along"] = to_numpy(along, {count, 3});
     return out;
 }
 

@@ -16,4 +16,12 @@ nanobind::dict field_outline_points(nanobind::handle values, nanobind::handle to
 nanobind::dict field_surface_points(nanobind::handle values, nanobind::handle to_world,
                                     nanobind::handle places, int threads);
 
+// The warp of the picture (reparameterisation/picture_warp.h) at perspective rays (n, 2, 3) of origins and
+// directions of unit depth, which turn with the place in the picture by `across` (2, 3). Each has one near
+// miss, near `depth` (n). As arrays: `apart` (n), `point` (n, 3), `step` (n, 2), `spread` (n), `along` (n,
+// 3).
+nanobind::dict field_warps(nanobind::handle values, nanobind::handle to_world, nanobind::handle rays,
+                           nanobind::handle depth, nanobind::handle across, float pixels,
+                           float least_curvature);
+
 }  // namespace edgegrad

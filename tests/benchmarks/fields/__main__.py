@@ -134,27 +134,24 @@ def grow(size: int) -> Grown:
 
 
 def draw(rows: list[Grown], path: Path) -> None:
-    """Draw seconds and memory over the size, beside a line that grows with the surface and one with the volume."""
+    """Draw seconds over the size, beside a line that grows with the surface and one with the volume."""
     import matplotlib
 
     matplotlib.use("Agg")
     from matplotlib import pyplot
 
-    figure, (left, right) = pyplot.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
+    figure, axes = pyplot.subplots(figsize=(5.5, 3.8), layout="constrained")
     sizes = np.array([row.size for row in rows], float)
     for name, label in (("picture", "picture"), ("gradient", "gradient by all coefficients"),
                         ("prepared", "preparation"), ("everything", "update of all coefficients")):
-        left.loglog(sizes, [getattr(row, name) for row in rows], "o-", label=label)
-    right.loglog(sizes, [row.memory for row in rows], "o-", label="memory beside the coefficients")
-    for axes, first in ((left, rows[0].prepared), (right, rows[0].memory)):
-        axes.loglog(sizes, first * (sizes / sizes[0]) ** 2, "--", color="0.6", label="as the surface")
-        axes.loglog(sizes, first * (sizes / sizes[0]) ** 3, ":", color="0.6", label="as the volume")
-        axes.set_xticks(sizes, [f"{size:.0f}³" for size in sizes], minor=False)
-        axes.set_xticks([], minor=True)
-        axes.set_xlabel("coefficients")
-        axes.legend(fontsize=7)
-    left.set_ylabel("CPU seconds")
-    right.set_ylabel("MB")
+        axes.loglog(sizes, [getattr(row, name) for row in rows], "o-", label=label)
+    for power, style, label in ((2, "--", "as the surface"), (3, ":", "as the volume")):
+        axes.loglog(sizes, rows[0].prepared * (sizes / sizes[0]) ** power, style, color="0.6", label=label)
+    axes.set_xticks(sizes, [f"{size:.0f}³" for size in sizes], minor=False)
+    axes.set_xticks([], minor=True)
+    axes.set_xlabel("coefficients")
+    axes.set_ylabel("CPU seconds")
+    axes.legend(fontsize=7)
     figure.savefig(path, dpi=110)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 import tempfile
@@ -170,6 +171,7 @@ class FitOutput:
             "values": values,
             "frames": None if film is None else list(film.times),
             "untouched": result.untouched,
+            "findings": [dataclasses.asdict(one) | {"sentence": str(one)} for one in result.findings],
             "warnings": session.export.report.lines,
             "notes": [*result.notes, *session.gain_notes],
             "pictures": {

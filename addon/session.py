@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 
 import edgegrad
+from edgegrad.fitting.findings import OPEN
 from edgegrad.scene import parameters as values
 
 from . import parameters
@@ -94,6 +95,8 @@ class Session:
         After `write`: a sentence on each value that could not be written.
     gain_notes
         After the fit: sentences on the exposure and white balance that it has found.
+    findings
+        After the fit: sentences on properties about which the pictures say nothing, and on limits that hold values.
     threads
         Number of threads of the fit; 0: one per core.
     field
@@ -111,6 +114,7 @@ class Session:
     relay: Relay | None = None
     unwritten: list[str] = field(default_factory=list)
     gain_notes: list[str] = field(default_factory=list)
+    findings: list[str] = field(default_factory=list)
     threads: int = 0
     field: Replacement | None = None
 
@@ -185,7 +189,7 @@ class Session:
     def late_notes(self) -> list[str]:
         """Notes on what could not be written, and those made while the fit ran: on properties and gains."""
         made = [] if self.driver is None else [note for note in self.driver.notes if note not in self.notes]
-        return [*self.unwritten, *made, *self.gain_notes]
+        return [*self.unwritten, *made, *self.gain_notes, *self.findings]
 
     def serve(self) -> None:
         """Evaluate Blender for a fit in another thread that waits for it; for the main thread."""
@@ -234,6 +238,8 @@ class Session:
         self.gain_notes = [gain_note(picture, gain)
                            for picture, gain in zip(self.request.pictures, result.gains, strict=True)
                            if isinstance(picture.gain, str)]  # fmt: skip
+        # The engine's own parameters without a gradient are in the result's notes, with the reason.
+        self.findings = [str(one) for one in result.findings if one.kind != OPEN or one.path not in self.wrt]
         return result
 
     def _callback(

@@ -257,12 +257,11 @@ class Session:
         return tell
 
     def scene_of(self, values: Mapping[str, Any], view: int) -> edgegrad.Scene:
-        """Return the scene, and its camera, as a target shows it with some values of the driven variables."""
+        """Return the exported scene; of a film, as a target shows it with some values of the driven variables."""
         if isinstance(self.driver, FilmDriver):
             own = {one.path: np.asarray(values[one.path]) for one in self.driver.variables}
             return self.driver.export_frame(own, view).scene
-        camera = self.targets[view].camera
-        return replace(self.export.scene, camera=camera or self.export.scene.camera)
+        return self.export.scene
 
     def write(self, result: edgegrad.FitResult) -> bool:
         """Write a result into Blender's data; return whether anything was written.

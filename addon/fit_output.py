@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 import tempfile
@@ -143,11 +144,18 @@ class FitOutput:
         """Render and write the pictures; yield a sentence for each failure."""
         if self.folder is None:
             return
-        limits = session.export.settings
+        limits, film = session.export.settings, session.request.film is not None
+        renderer: edgegrad.Renderer | None = None
         for name, view in shown_pictures(session).items():
             try:
-                renderer = edgegrad.Renderer(session.scene_of(values, view), threads=session.threads)
-                pixels = renderer.render(spp=SPP, max_depth=limits.max_depth, bounces=limits.bounces)
+                if renderer is None or film:  # each frame shows another scene
+                    renderer = edgegrad.Renderer(session.scene_of(values, view), threads=session.threads)
+            except NOT_RENDERED as error:
+                yield f"the pictures {prefix} the fit can't be rendered ({error})"
+                return
+            try:
+                pixels = renderer.render(spp=SPP, max_depth=limits.max_depth, bounces=limits.bounces,
+                                         camera=None if film else session.targets[view].camera)  # fmt: skip
             except NOT_RENDERED as error:
                 yield f"camera '{name}': its picture {prefix} the fit can't be rendered ({error})"
                 continue
@@ -170,6 +178,7 @@ class FitOutput:
             "values": values,
             "frames": None if film is None else list(film.times),
             "untouched": result.untouched,
+            "findings": [dataclasses.asdict(one) | {"sentence": str(one)} for one in result.findings],
             "warnings": session.export.report.lines,
             "notes": [*result.notes, *session.gain_notes],
             "pictures": {

@@ -11,6 +11,7 @@ from .look.derivative import DIRECTIONS
 from .problem import Problem
 from .rows import KINDS, names_of, switched_on
 from .session import Request
+from .targets.film import FrameRange
 from .targets.pictures import Picture
 from .vertex_options import AXES, VertexOptions
 from .view_transforms import VIEW_ITEMS
@@ -106,6 +107,9 @@ class ParameterItem(bpy.types.PropertyGroup):
         name="Data Path", description="Path of the property from its datablock")
     index: bpy.props.IntProperty(  # type: ignore[valid-type]
         name="Index", default=-1, min=-1, description="Which number of an array; -1: all")
+    keyed: bpy.props.BoolProperty(  # type: ignore[valid-type]
+        name="Keyed", default=False,
+        description="Give the property a keyframe at each frame of the film, even if it has none yet")
     enabled: bpy.props.BoolProperty(  # type: ignore[valid-type]
         name="Fit", default=True, description="Whether the fit changes this property")
     use_limits: bpy.props.BoolProperty(  # type: ignore[valid-type]
@@ -140,6 +144,17 @@ class Settings(bpy.types.PropertyGroup):
     samples: bpy.props.IntProperty(  # type: ignore[valid-type]
         name="Samples", default=16, min=1, soft_max=256,
         description="Samples per pixel of each iteration. More samples reduce the noise and take longer")
+    use_frames: bpy.props.BoolProperty(  # type: ignore[valid-type]
+        name="Film", default=False,
+        description="Fit the frames of movies and numbered files (film.####.png); keyed properties get a keyframe at "
+        "each frame")
+    first_frame: bpy.props.IntProperty(  # type: ignore[valid-type]
+        name="First Frame", default=1, min=0, description="First frame of the film that is fitted")
+    last_frame: bpy.props.IntProperty(  # type: ignore[valid-type]
+        name="Last Frame", default=48, min=0, description="Last frame of the film that is fitted")
+    frame_smoothness: bpy.props.FloatProperty(  # type: ignore[valid-type]
+        name="Smooth Motion", default=1e-3, min=0.0, soft_max=1.0, precision=4,
+        description="Weight of smooth changes of keyed values from frame to frame; 0: none")
     smoothness: bpy.props.FloatProperty(  # type: ignore[valid-type]
         name="Smoothness", default=0.0, min=0.0, soft_max=1000.0,
         description="How strongly neighbouring vertices move together; 0: chosen by the number of vertices")
@@ -196,6 +211,18 @@ def _vertex_options(row: Any) -> VertexOptions:
                          "" if row.symmetry == "NONE" else row.symmetry)  # fmt: skip
 
 
+def _film(settings: Any) -> FrameRange | None:
+    """Return the frames of the panel."""
+    if not settings.use_frames:
+        return None
+    out = FrameRange(settings.first_frame, settings.last_frame, smoothness=settings.frame_smoothness)
+    try:
+        out.check()
+    except ValueError as error:
+        raise Problem(f"the film: {error}") from None
+    return out
+
+
 def request(context: Any) -> Request:
     """Return the fit that is set in the panel."""
     settings = context.scene.edgegrad
@@ -213,4 +240,5 @@ def request(context: Any) -> Request:
         animated=tuple(stored_wanted(context.scene)),
         loss=settings.loss,
         vertex_options={row.owner.name: _vertex_options(row) for row in switched_on(context.scene, "VERTICES")},
+        film=_film(settings),
     )

@@ -12,6 +12,7 @@ import bpy
 import numpy as np
 
 import edgegrad
+from edgegrad.fitting.findings import OPEN
 from edgegrad.scene import parameters as values
 
 from . import parameters
@@ -99,6 +100,8 @@ class Session:
         After `write`: a sentence on each value that could not be written.
     gain_notes
         After the fit: sentences on the exposure and white balance that it has found.
+    findings
+        After the fit: sentences on properties about which the pictures say nothing, and on limits that hold values.
     threads
         Number of threads of the fit; 0: one per core.
     field
@@ -118,6 +121,7 @@ class Session:
     relay: Relay | None = None
     unwritten: list[str] = dataclass_field(default_factory=list)
     gain_notes: list[str] = dataclass_field(default_factory=list)
+    findings: list[str] = dataclass_field(default_factory=list)
     threads: int = 0
     field: Replacement | None = None
     rules: dict[str, edgegrad.VertexRules] = dataclass_field(default_factory=dict)
@@ -201,7 +205,7 @@ class Session:
     def late_notes(self) -> list[str]:
         """Notes on what could not be written, and those made while the fit ran: on properties and gains."""
         made = [] if self.driver is None else [note for note in self.driver.notes if note not in self.notes]
-        return [*self.unwritten, *made, *self.gain_notes]
+        return [*self.unwritten, *made, *self.gain_notes, *self.findings]
 
     def serve(self) -> None:
         """Evaluate Blender for a fit in another thread that waits for it; for the main thread."""
@@ -251,6 +255,8 @@ class Session:
         self.gain_notes = [gain_note(picture, gain)
                            for picture, gain in zip(self.request.pictures, result.gains, strict=True)
                            if isinstance(picture.gain, str)]  # fmt: skip
+        # The engine's own parameters without a gradient are in the result's notes, with the reason.
+        self.findings = [str(one) for one in result.findings if one.kind != OPEN or one.path not in self.wrt]
         return result
 
     def _callback(
@@ -268,12 +274,11 @@ class Session:
         return tell
 
     def scene_of(self, values: Mapping[str, Any], view: int) -> edgegrad.Scene:
-        """Return the scene, and its camera, as a target shows it with some values of the driven variables."""
+        """Return the exported scene; of a film, as a target shows it with some values of the driven variables."""
         if isinstance(self.driver, FilmDriver):
             own = {one.path: np.asarray(values[one.path]) for one in self.driver.variables}
             return self.driver.export_frame(own, view).scene
-        camera = self.targets[view].camera
-        return replace(self.export.scene, camera=camera or self.export.scene.camera)
+        return self.export.scene
 
     def write(self, result: edgegrad.FitResult) -> bool:
         """Write a result into Blender's data; return whether anything was written.

@@ -110,7 +110,8 @@ def track(folder: Path, frames: int, size: int, iterations: int, *more: str) -> 
     began = time.monotonic()
     code = edgegrad(["fit", str(folder / "start.blend"), "--frames", f"1:{frames}", "--target",
                      f"Camera={folder / 'film.%04d.exr'}", "--parameter", PLACE, "--parameter", TURN, "--iterations",
-                     str(iterations), "--samples", "4", "--save", str(folder / "found.blend"), *more])  # fmt: skip
+                     str(iterations), "--samples", "4", "--first-every", "4", "--save", str(folder / "found.blend"),
+                     *more])  # fmt: skip
     if code:
         raise SystemExit(code)
     seconds = round(time.monotonic() - began, 1)
@@ -123,7 +124,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--frames", type=int, default=48, help="number of frames (default: 48)")
     parser.add_argument("--size", type=int, default=96, help="pixels of each side (default: 96)")
-    parser.add_argument("--iterations", type=int, default=60, help="steps of the first frame (default: 60)")
+    parser.add_argument("--iterations", type=int, default=80, help="steps of the first frame (default: 80)")
     given = parser.parse_args()
     print(json.dumps(track(OUTPUT, given.frames, given.size, given.iterations, "--out", str(OUTPUT))))
     return 0

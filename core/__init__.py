@@ -8,6 +8,7 @@ from .fitting import losses, optimisers
 from .fitting.checkpoints import Checkpoint, read_checkpoint
 from .fitting.fields.variables import FieldSteps
 from .fitting.film.film import Film
+from .fitting.findings import Finding
 from .fitting.fit_step import FitStep
 from .fitting.scene_fit import FitResult, fit
 from .fitting.targets import Target
@@ -42,6 +43,7 @@ __all__ = [
     "Field",
     "FieldSteps",
     "Film",
+    "Finding",
     "FitResult",
     "FitStep",
     "Image",

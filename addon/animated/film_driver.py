@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from edgegrad.derivatives.table_derivatives import without_derivative
+from edgegrad.fitting.driven import Numbers
 from edgegrad.fitting.film.keyed import KeyedNumbers
 from edgegrad.scene.changes import StructureChange
 
@@ -24,6 +25,12 @@ from .arrays import CAMERA, F64, Key, moved, value_of
 from .driver import Driver, Placed
 from .parameter import Wanted
 from .quotients import Prober, Quotient
+
+# Changes of the properties since their difference quotients were found, in first steps, up to which these are kept.
+# A first step changes the arrays by about 2 %, so the gradient changes its direction by about as much.
+KEPT_WITHIN = 1.0
+# Bytes of kept quotients.
+MOST_KEPT = 1 << 28
 
 
 @dataclass(frozen=True)
@@ -71,6 +78,8 @@ class FilmDriver(Driver):
     def __init__(self, scene: Any, cameras: Sequence[Any], wanted: Sequence[Wanted], shots: Sequence[Shot]) -> None:
         self.shots, self.times = list(shots), sorted({shot.frame for shot in shots})
         self._own: set[Key] = set()  # arrays that are not those of the first frame
+        # Difference quotients by frame, with the values at which they were found; None: to be found there again
+        self._kept_quotients: dict[int, tuple[dict[str, F64], Mapping[str, Sequence[Quotient]] | None]] = {}
         with frames_kept(scene):
             scene.frame_set(self.times[0])
             super().__init__(scene, cameras, wanted)
@@ -91,10 +100,22 @@ class FilmDriver(Driver):
                     raise Problem(f"property '{one.path}': leaves its limits between frames {self.times[0]} and "
                                   f"{self.times[-1]}; move its keys between them")  # fmt: skip
             self.variables.append(found)
+        assert self._start is not None
+        numbers = sum(len(one.places) for one in self.parameters) * len(self.times)
+        size = sum(mesh.vertices.size for mesh in self._start.scene.meshes.values())
+        self._keeps = 8 * numbers * size <= MOST_KEPT
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Take over what `state` has returned."""
+        super().restore(state)
+        self._kept_quotients = {int(frame): (dict(values), None) for frame, values in state["kept"].items()}
 
     def place(self, values: Mapping[str, F64], views: Sequence[int] | None = None) -> Placed:
         """Evaluate Blender at the frames of some pictures, and return what follows."""
         self._begin_placement()
+        self._before["kept"] = {str(frame): values for frame, (values, _) in self._kept_quotients.items()}
+        if self._is_check:  # its steps may change
+            self._kept_quotients.clear()
         wanted = range(len(self.shots)) if views is None else views
         frames: dict[int, _Frame] = {}
         shared: dict[str, F64] = {}
@@ -142,10 +163,28 @@ class FilmDriver(Driver):
                     raise Problem(f"frame {frame}: {change} after frame {self.times[0]}; a film needs the same "
                                   "objects and faces in all frames, so choose fewer frames") from None  # fmt: skip
                 now = {one.path: one.read() for one in self._owned}
-                return _Frame(base, self._quotients(Prober(lambda: self._export(evaluation), base), check)), now
+                return _Frame(base, self._quotients_near(evaluation, frame, base, now, check)), now
 
         self.scene.frame_set(frame)
         return evaluate(self.scene, work, self.cameras[0])
+
+    def _quotients_near(self, evaluation: Evaluation, frame: int, base: Export, now: dict[str, F64],
+                        check: bool) -> Mapping[str, Sequence[Quotient]]:  # fmt: skip
+        """Return the difference quotients of a frame: those found before, if the values have hardly changed."""
+        known = self._kept_quotients.get(frame)
+        steps = {one.path: np.atleast_2d(one.steps)[0] for one in self.variables if isinstance(one, Numbers)}
+        near = known is not None and not check and all(
+            (np.abs(now[path] - known[0][path]) <= KEPT_WITHIN * steps[path]).all() for path in steps)
+        if known is not None and near and known[1] is not None:
+            return known[1]
+        at = known[0] if known is not None and near else now
+        if at is not now:  # found before a checkpoint
+            self._set(at)
+            base = self._export(evaluation)
+        found = self._quotients(Prober(lambda: self._export(evaluation), base), check)
+        if self._keeps:
+            self._kept_quotients[frame] = at, found
+        return found
 
     def _placement(self, values: dict[str, F64], frames: Mapping[int, _Frame]) -> Placed:
         self._own.update(key for frame in frames.values() for of in frame.quotients.values() for quotient in of

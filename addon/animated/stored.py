@@ -42,7 +42,8 @@ def wanted_of_rows(rows: Iterable[Any]) -> list[Wanted]:
         if name is None:
             raise Problem(f"parameter '{row.path}': its datablock was removed; remove it from the list")
         low, high = (row.low, row.high) if row.use_limits else (None, None)
-        out.append(Wanted(name, low, high, row.step or None))
+        film = row.id_data.edgegrad.use_frames
+        out.append(Wanted(name, low, high, row.step or None, row.keyed and film))
     return out
 
 
@@ -56,7 +57,7 @@ def add_row(scene: Any, owner: Any, path: str, index: int = -1) -> Any:
     """
     found = data_path.places(owner, path if index < 0 else f"{path}[{index}]")
     for place in found:
-        refusals.check(place)
+        refusals.check(place, scene.edgegrad.use_frames)
     first = found[0]
     index = first.index if len(found) == 1 else -1
     rows = scene.edgegrad.parameters

@@ -36,6 +36,11 @@ class FitPanel(Tab, bpy.types.Panel):
         column.enabled = job is None
         column.prop(settings, "quality")
         column.prop(settings, "iterations")
+        column.prop(settings, "use_frames")
+        if settings.use_frames:
+            column.prop(settings, "first_frame")
+            column.prop(settings, "last_frame")
+            column.prop(settings, "frame_smoothness")
         known = quality.time_to_go(settings, STATUS.cost)
         if job is None:
             _start(context, layout, f"Fit   ({known})" if known else "Fit")

@@ -94,6 +94,8 @@ class ParametersPanel(Tab, bpy.types.Panel):
             return
         column = layout.column()
         column.prop(item, "step", text="Rate")
+        if context.scene.edgegrad.use_frames:
+            column.prop(item, "keyed")
         column.prop(item, "use_limits")
         if item.use_limits:
             column.prop(item, "low")

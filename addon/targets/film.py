@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, replace
 
 from ..problem import Problem
+from .film_files import file_at, is_numbered
 from .frames import is_movie
 from .pictures import Picture, absolute
 
-# 'film.%04d.png' and 'film.####.png' stand for numbered files.
-_NUMBER = re.compile(r"%0?(\d*)d|(#+)")
 MOST_FRAMES = 10_000
 
 
@@ -87,16 +85,16 @@ class FrameRange:
 
             image = bpy.data.images.get(picture.datablock)
             return image is not None and image.source in ("MOVIE", "SEQUENCE") and picture.frame is None
-        return bool(_NUMBER.search(picture.image)) or (picture.frame is None and is_movie(absolute(picture.image)))
+        return is_numbered(picture.image) or (picture.frame is None and is_movie(absolute(picture.image)))
 
     @staticmethod
     def _frame(picture: Picture, frame: int) -> Picture:
         found = replace(picture, frame=frame, time=frame)
         for name in ("image", "mask"):
             path = getattr(picture, name)
-            if not _NUMBER.search(path):
+            if not is_numbered(path):
                 continue
-            path = _NUMBER.sub(lambda match: f"{frame:0{match[1] or len(match[2] or '')}d}", path)
+            path = file_at(path, frame)
             if not absolute(path).is_file():
                 raise Problem(f"{name} '{getattr(picture, name)}' of camera '{picture.camera}': there is no file "
                               f"'{path}' of frame {frame}; choose other frames")  # fmt: skip

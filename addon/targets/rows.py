@@ -10,6 +10,7 @@ from PIL import Image
 
 from edgegrad import images
 
+from .film_files import first_file
 from .frames import is_movie
 
 # Size by path, with the time and length of the file that it was read from.
@@ -29,7 +30,7 @@ def file_of(path: str) -> Path | None:
     """Return the file of a path of the list; None: it is empty or there is no such file."""
     if not path.strip():
         return None
-    file = Path(bpy.path.abspath(path))
+    file = first_file(Path(bpy.path.abspath(path)))
     return file if file.is_file() else None
 
 

@@ -21,7 +21,7 @@ from typing import Any, ClassVar, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._check import array, light_values, number, numeric, shown, whole
+from .._check import array, light_values, number, whole
 from .._fields import Check, Checked, by, optional
 
 F32 = NDArray[np.float32]
@@ -354,15 +354,3 @@ NAMED: dict[str, Loss] = {
     "charbonnier": Charbonnier(),
     "gradients": Gradients(),
 }
-
-
-def checked_loss(found: Any, image: NDArray[np.float32]) -> tuple[float, NDArray[Any]]:
-    """Return what a loss has returned, if it has the form (value, adjoint); the numbers may be non-finite."""
-    if not isinstance(found, tuple) or len(found) != 2:
-        raise ValueError(f"fit: loss must return (value, adjoint), not {shown(found)}")
-    value = numeric("fit", "the value that loss returns", found[0])
-    adjoint = numeric("fit", "the adjoint that loss returns", found[1])
-    if value.ndim or adjoint.shape != image.shape:
-        raise ValueError(f"fit: loss must return a number and an array of the shape {image.shape}, not arrays of the "
-                         f"shapes {value.shape} and {adjoint.shape}")
-    return float(value), adjoint

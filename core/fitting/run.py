@@ -30,10 +30,10 @@ from .fields.variables import Coefficients
 from .film.keyed import KeyedFrames, KeyedNumbers
 from .fit_step import Callback, FitStep, ending
 from .gains import Gains
-from .losses import Loss, checked_loss
+from .losses import Loss
 from .schedule import Schedule
 from .silhouettes import Silhouettes, is_negative, moves_silhouettes
-from .targets import View, camera_of_gradient
+from .targets import View, camera_of_gradient, checked_loss
 from .variables import Unknown
 from .zero_gradients import why_untouched
 

@@ -38,6 +38,7 @@ from .film.film import Film
 from .film.film_schedule import FilmSchedule
 from .film.keyed import KeyedFrames, KeyedNumbers
 from .film.keyed_parameters import CAMERA, KeyedParameters
+from .findings import Finding, findings
 from .fit_step import ON_CANCEL, Callback
 from .large_steps import MOST_SMOOTHNESS
 from .losses import Loss, Pyramid
@@ -80,6 +81,8 @@ class FitResult:
     gains
         (3,) factors of the channels by which each target is brighter than the scene: those that were given, or those
         that were found for the best values.
+    findings
+        Parameters about which the pictures say nothing, and those that a limit holds (`Finding`).
     """
 
     values: dict[str, Any]
@@ -91,6 +94,7 @@ class FitResult:
     notes: tuple[str, ...]
     first_gradient: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     gains: tuple[NDArray[np.float64], ...] = ()
+    findings: tuple[Finding, ...] = ()
 
 
 def fit(
@@ -315,6 +319,7 @@ def fit(
         if driven is not None:
             for path in run.place({item.path: kept[item.path] for item in driven.variables}):
                 parameters.put(scene, path, parameters.get(work, path))
+    found = findings(run.touched, kept, [*unknowns, *(() if driven is None else driven.variables)])
     if own_frames is not None:
         kept = kept | {item.path: own_frames.values(item.path, kept[item.path]) for item in own_frames.variables}
     return FitResult(
@@ -327,6 +332,7 @@ def fit(
          *(part for part in parts if part is not None)),
         run.first_gradient,
         tuple(np.copy(gain) for gain in run.best_gains),
+        found,
     )
 
 

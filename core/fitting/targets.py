@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._check import array, choice, instance, light_values, names, number, shown, text
+from .._check import array, choice, instance, light_values, names, number, numeric, shown, text
 from .._fields import Check, Checked, by, optional
 from ..images import resample, same_aspect
 from ..rendering.renderer import Renderer
@@ -276,3 +276,15 @@ def camera_of_gradient(renderer: Renderer, camera: Camera, wrt: list[str]) -> Ca
         renderer.scene.camera = camera
     renderer.update(["camera.to_world"])
     return None
+
+
+def checked_loss(found: Any, image: NDArray[np.float32]) -> tuple[float, NDArray[Any]]:
+    """Return what a loss has returned, if it has the form (value, adjoint); the numbers may be non-finite."""
+    if not isinstance(found, tuple) or len(found) != 2:
+        raise ValueError(f"fit: loss must return (value, adjoint), not {shown(found)}")
+    value = numeric("fit", "the value that loss returns", found[0])
+    adjoint = numeric("fit", "the adjoint that loss returns", found[1])
+    if value.ndim or adjoint.shape != image.shape:
+        raise ValueError(f"fit: loss must return a number and an array of the shape {image.shape}, not arrays of the "
+                         f"shapes {value.shape} and {adjoint.shape}")
+    return float(value), adjoint

@@ -1,0 +1,72 @@
+"""What a fit has found about its parameters, in words: which stay open, and which are held by their limits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .driven import Numbers, Variable
+from .variables import Unknown, Values
+
+# Kinds of findings.
+OPEN, LOW, HIGH = "open", "at the lower limit", "at the upper limit"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What a fit has found about some numbers of a parameter.
+
+    Attributes
+    ----------
+    path
+        Path of the parameter.
+    kind
+        "open": no picture depended on the numbers in any iteration, so they say nothing about them. "at the lower
+        limit" or "at the upper limit": the fit would have left the range there.
+    count, size
+        Number of such numbers, and of all numbers of the parameter.
+    """
+
+    path: str
+    kind: str
+    count: int
+    size: int
+
+    def __str__(self) -> str:
+        part = "" if self.count == self.size else f"{self.count:,} of {self.size:,} numbers of "
+        if self.kind == OPEN:
+            return f"the pictures say nothing about {part}'{self.path}'"
+        return f"{part}'{self.path}': {self.kind}"
+
+
+def findings(touched: Mapping[str, NDArray[np.bool_]], values: Mapping[str, Any],
+             variables: Iterable[Unknown | Variable | Numbers]) -> tuple[Finding, ...]:  # fmt: skip
+    """Return what is known after a fit.
+
+    Parameters
+    ----------
+    touched
+        For each parameter, which of its numbers had a gradient in some iteration.
+    values
+        Values at the end.
+    variables
+        The variables of the fit.
+    """
+    out = [Finding(path, OPEN, int(np.sum(~one)), one.size) for path, one in touched.items() if not one.all()]
+    for item in variables:
+        if isinstance(item, Numbers):
+            low, high = item.low, item.high
+        elif isinstance(item, Values):
+            low, high = np.asarray(item.limits)
+        else:
+            continue
+        path, value = item.path, np.asarray(values[item.path], np.float64)
+        for kind, at in ((LOW, (value <= low) & np.isfinite(low)), (HIGH, (value >= high) & np.isfinite(high))):
+            held = at & touched[path]
+            if held.any():
+                out.append(Finding(path, kind, int(held.sum()), value.size))
+    return tuple(out)

@@ -33,7 +33,11 @@ from edgegrad_addon.vertex_options import VertexOptions
 
 OUTPUT = Path(__file__).resolve().parent / "output"
 F64 = NDArray[np.float64]
-SIZE, SAMPLES, DISTANCE = 128, 128, 6.0
+SIZE, SAMPLES, DISTANCE = 96, 64, 6.0
+# From all sides, so that the shape is brighter than the background everywhere: where it is as bright, an outline tells
+# nothing.
+LAMPS = ((3.0, -4.0, 4.0), (-4.5, -2.0, 1.5), (0.0, 4.5, 3.0), (4.0, 1.0, -3.0), (-1.0, -3.0, -4.0))
+POWER, BACKGROUND = 300.0, (0.03, 0.04, 0.06)
 SHOWN = ((0.0, 0.3), (0.7, 0.8), (1.6, 0.2), (3.14, 0.8))  # azimuths and heights of the pictures of the result
 
 
@@ -62,19 +66,20 @@ def sphere() -> Any:
 
 
 def stage(mesh: Any, places: list[tuple[float, float]]) -> Any:
-    """A scene with one object in even light, and a camera at each place; returns the object."""
+    """One object under lamps before a dark background, and a camera at each place; returns the object."""
     scene = bpy.context.scene
     head = add("Head", mesh)
     mesh.materials.clear()
     mesh.materials.append(diffuse("Clay", (0.7, 0.6, 0.5)))
     mesh.shade_smooth()
-    lamp = bpy.data.lights.new("Key", "AREA")
-    lamp.energy, lamp.size = 400.0, 2.0
-    look_at(add("Key", lamp, (2.0, -3.0, 4.0)), np.zeros(3))
+    for number, place in enumerate(LAMPS):
+        lamp = bpy.data.lights.new(f"Lamp {number}", "AREA")
+        lamp.energy, lamp.size = POWER, 2.0
+        look_at(add(lamp.name, lamp, place), np.zeros(3))
     world = bpy.data.worlds.new("World")
     if world.node_tree is None:
         world.use_nodes = True
-    world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.6, 0.6, 0.6, 1.0)
+    world.node_tree.nodes["Background"].inputs["Color"].default_value = (*BACKGROUND, 1.0)
     scene.world = world
     for k, (azimuth, height) in enumerate(places):
         lens = bpy.data.cameras.new(f"View {k:02d}")
@@ -136,18 +141,22 @@ def shown(points: F64, faces: NDArray[np.int32]) -> NDArray[np.float32]:
         eye = np.array([DISTANCE * np.sin(azimuth), -DISTANCE * np.cos(azimuth), height])
         pose[:3, :3] = np.array(Vector(eye).to_track_quat("Z", "Y").to_matrix())
         pose[:3, 3] = eye
-        lamp = np.eye(4)
-        lamp[:3, :3] = np.array(Vector((2.0, -3.0, 4.0)).to_track_quat("Z", "Y").to_matrix())
-        lamp[:3, 3] = (2.0, -3.0, 4.0)
         scene = edgegrad.Scene(
             edgegrad.Camera(pose, 0.56, 200, 200),
             {"head": edgegrad.Mesh(points, faces, ("clay",), smoothing=faces)},
             {"clay": edgegrad.Material(np.array([0.7, 0.6, 0.5]))},
-            {"key": edgegrad.AreaLight(lamp, np.full(2, 2.0), power=400.0)},
-            edgegrad.World(np.full(3, 0.6)),
+            {f"lamp {k}": _lamp(place) for k, place in enumerate(LAMPS)},
+            edgegrad.World(np.array(BACKGROUND)),
         )
         row.append(edgegrad.render(scene, spp=32, max_depth=1))
     return np.concatenate(row, axis=1)
+
+
+def _lamp(place: tuple[float, float, float]) -> edgegrad.AreaLight:
+    pose = np.eye(4)
+    pose[:3, :3] = np.array(Vector(place).to_track_quat("Z", "Y").to_matrix())
+    pose[:3, 3] = place
+    return edgegrad.AreaLight(pose, np.full(2, 2.0), power=POWER)
 
 
 def perturbed_side(points: F64) -> F64:

@@ -21,7 +21,7 @@ F64 = NDArray[np.float64]
 # Default lambda per welded vertex. A local gradient spreads over about sqrt(lambda) edges, and the length of an edge is
 # proportional to 1 / sqrt(vertices): so it spreads over the same distance at any resolution of the mesh. A larger value
 # gives smoother, slower changes of shape.
-SMOOTHNESS_PER_VERTEX = 1.0 / 100.0
+SMOOTHNESS_PER_VERTEX = 1.0 / 250.0
 SMOOTHNESS_RANGE = (1.0, 1000.0)
 # For larger lambda, I is lost in the rounding of I + lambda L, and L alone is singular.
 MOST_SMOOTHNESS = 1e9

@@ -203,3 +203,19 @@ def test_distorted_faces_are_evened_along_the_surface() -> None:
     assert not places[-1][:, 2].any() and not np.array_equal(places[-1][middle + 7], vertices[middle + 7])
     border = np.abs(vertices[:, :2]).max(axis=1) > 0.99
     assert np.array_equal(places[-1][border], vertices[border])
+
+
+def test_steps_get_finer_during_a_fit_unless_a_smoothness_is_given() -> None:
+    vertices, faces = shapes.ball(4)
+    gradient = np.zeros_like(vertices)
+    gradient[0] = vertices[0]
+    widths: dict[float | None, list[int]] = {}
+    for smoothness in (None, 5.0):
+        item = unknown(shapes.scene(vertices, faces), PATH, 1e-4, smoothness, None, 20)
+        widths[smoothness] = []
+        for _ in range(20):
+            before = item.value  # type: ignore[attr-defined]
+            move = np.linalg.norm(item.take_step(gradient, 1.0) - before, axis=1)
+            widths[smoothness].append(int((move > 0.3 * move.max()).sum()))
+    assert widths[None][-1] < widths[None][0]
+    assert widths[5.0][-1] == widths[5.0][0]

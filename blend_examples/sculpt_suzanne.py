@@ -37,7 +37,7 @@ SIZE, SAMPLES, DISTANCE = 96, 64, 6.0
 # From all sides, so that the shape is brighter than the background everywhere: where it is as bright, an outline tells
 # nothing.
 LAMPS = ((3.0, -4.0, 4.0), (-4.5, -2.0, 1.5), (0.0, 4.5, 3.0), (4.0, 1.0, -3.0), (-1.0, -3.0, -4.0))
-POWER, BACKGROUND = 300.0, (0.03, 0.04, 0.06)
+POWERS, BACKGROUND = (220.0, 60.0, 60.0, 60.0, 60.0), (0.03, 0.04, 0.06)
 SHOWN = ((0.0, 0.3), (0.7, 0.8), (1.6, 0.2), (3.14, 0.8))  # azimuths and heights of the pictures of the result
 
 
@@ -72,9 +72,9 @@ def stage(mesh: Any, places: list[tuple[float, float]]) -> Any:
     mesh.materials.clear()
     mesh.materials.append(diffuse("Clay", (0.7, 0.6, 0.5)))
     mesh.shade_smooth()
-    for number, place in enumerate(LAMPS):
+    for number, (place, power) in enumerate(zip(LAMPS, POWERS, strict=True)):
         lamp = bpy.data.lights.new(f"Lamp {number}", "AREA")
-        lamp.energy, lamp.size = POWER, 2.0
+        lamp.energy, lamp.size = power, 2.0
         look_at(add(lamp.name, lamp, place), np.zeros(3))
     world = bpy.data.worlds.new("World")
     if world.node_tree is None:
@@ -145,18 +145,18 @@ def shown(points: F64, faces: NDArray[np.int32]) -> NDArray[np.float32]:
             edgegrad.Camera(pose, 0.56, 200, 200),
             {"head": edgegrad.Mesh(points, faces, ("clay",), smoothing=faces)},
             {"clay": edgegrad.Material(np.array([0.7, 0.6, 0.5]))},
-            {f"lamp {k}": _lamp(place) for k, place in enumerate(LAMPS)},
+            {f"lamp {k}": _lamp(*one) for k, one in enumerate(zip(LAMPS, POWERS, strict=True))},
             edgegrad.World(np.array(BACKGROUND)),
         )
-        row.append(edgegrad.render(scene, spp=32, max_depth=1))
+        row.append(edgegrad.render(scene, spp=32, max_depth=2))
     return np.concatenate(row, axis=1)
 
 
-def _lamp(place: tuple[float, float, float]) -> edgegrad.AreaLight:
+def _lamp(place: tuple[float, float, float], power: float) -> edgegrad.AreaLight:
     pose = np.eye(4)
     pose[:3, :3] = np.array(Vector(place).to_track_quat("Z", "Y").to_matrix())
     pose[:3, 3] = place
-    return edgegrad.AreaLight(pose, np.full(2, 2.0), power=POWER)
+    return edgegrad.AreaLight(pose, np.full(2, 2.0), power=power)
 
 
 def perturbed_side(points: F64) -> F64:

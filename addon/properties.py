@@ -157,7 +157,7 @@ class Settings(bpy.types.PropertyGroup):
         description="Weight of smooth changes of keyed values from frame to frame; 0: none")
     smoothness: bpy.props.FloatProperty(  # type: ignore[valid-type]
         name="Smoothness", default=0.0, min=0.0, soft_max=1000.0,
-        description="How strongly neighbouring vertices move together; 0: chosen by the number of vertices")
+        description="How strongly neighbouring vertices move together; 0: falls during the fit")
     write_to: bpy.props.EnumProperty(  # type: ignore[valid-type]
         name="Write to", items=(("SHAPE_KEY", "Shape Key", "A new shape key; the original shape stays as its basis"),
                                 ("MESH", "Mesh", "The mesh itself")))  # fmt: skip

@@ -21,7 +21,7 @@ F64 = NDArray[np.float64]
 # Default lambda per welded vertex. A local gradient spreads over about sqrt(lambda) edges, and the length of an edge is
 # proportional to 1 / sqrt(vertices): so it spreads over the same distance at any resolution of the mesh. A larger value
 # gives smoother, slower changes of shape.
-SMOOTHNESS_PER_VERTEX = 1.0 / 100.0
+SMOOTHNESS_PER_VERTEX = 1.0 / 250.0
 SMOOTHNESS_RANGE = (1.0, 1000.0)
 # For larger lambda, I is lost in the rounding of I + lambda L, and L alone is singular.
 MOST_SMOOTHNESS = 1e9
@@ -67,10 +67,19 @@ class LargeSteps:
     def unknowns(self, vertices: F64) -> F64:
         """Return the (k, 3) unknowns u = (I + lambda L) x of (n, 3) positions, for k welded vertices."""
         x = self._gather(vertices) / self.copies
-        neighbours = np.stack([
+        return x + self.smoothness * (self.degree[:, None] * x - self._sum_of_neighbours(x))
+
+    def middle_of_neighbours(self, vertices: F64) -> F64:
+        """Return the (n, 3) means of the positions of each vertex's neighbours; without any, the vertex itself."""
+        x = self._gather(vertices) / self.copies
+        lonely = self.degree == 0.0
+        mean = self._sum_of_neighbours(x) / np.where(lonely, 1.0, self.degree)[:, None]
+        return np.asarray(np.where(lonely[:, None], x, mean)[self.label])
+
+    def _sum_of_neighbours(self, x: F64) -> F64:
+        return np.stack([
             np.bincount(self.row, x[self.column, axis], minlength=self.count) for axis in range(3)
         ], axis=1)
-        return x + self.smoothness * (self.degree[:, None] * x - neighbours)
 
     def vertices(self, unknowns: F64) -> F64:
         """Return the (n, 3) positions x = (I + lambda L)^-1 u of (k, 3) unknowns; copies of a vertex are equal."""

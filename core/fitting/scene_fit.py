@@ -159,7 +159,7 @@ def fit(
     slide
         Factor in [0, 1] for the tangential motion of vertices (1: unchanged). Tangential motion does not change the
         shape, except at open borders and material borders, but it makes the spacing of vertices uneven.
-        None: 0.2 for closed meshes, 1 for meshes with open borders.
+        None: 0.5 for closed meshes, 1 for meshes with open borders.
     vertex_rules
         Maps a parameter path of vertices to what they may do (`VertexRules`): weights, locked axes, symmetry.
     field_steps

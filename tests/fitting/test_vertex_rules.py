@@ -184,3 +184,38 @@ def test_clean_steps_are_kept() -> None:
     vertices, faces = shapes.ball(3)
     guard = FoldGuard(vertices, faces, topology.weld(vertices))
     assert (guard.shortened(vertices, 0.3 * vertices) == 1.0).all()
+
+
+def test_distorted_faces_are_evened_along_the_surface() -> None:
+    """A vertex of a flat sheet that goes far sideways is drawn back, and none leaves the plane."""
+    vertices, faces = shapes.sheet(7)
+    item = unknown(shapes.scene(vertices, faces), PATH, 0.01, 0.0, 1.0)
+    gradient = np.zeros_like(vertices)
+    middle = len(vertices) // 2
+    gradient[middle, 0] = -1.0
+    places = [vertices]
+    for _ in range(40):
+        places.append(item.take_step(gradient, 1.0))
+    assert places[5][middle, 0] > vertices[middle, 0] + 0.05
+    side = 2.0 / 6.0
+    assert places[-1][middle, 0] < vertices[middle, 0] + 0.8 * side, "40 steps alone go farther than a side"
+    assert 40 * 0.01 * np.sqrt(8.0) > side
+    assert not places[-1][:, 2].any() and not np.array_equal(places[-1][middle + 7], vertices[middle + 7])
+    border = np.abs(vertices[:, :2]).max(axis=1) > 0.99
+    assert np.array_equal(places[-1][border], vertices[border])
+
+
+def test_steps_get_finer_during_a_fit_unless_a_smoothness_is_given() -> None:
+    vertices, faces = shapes.ball(4)
+    gradient = np.zeros_like(vertices)
+    gradient[0] = vertices[0]
+    widths: dict[float | None, list[int]] = {}
+    for smoothness in (None, 5.0):
+        item = unknown(shapes.scene(vertices, faces), PATH, 1e-4, smoothness, None, 20)
+        widths[smoothness] = []
+        for _ in range(20):
+            before = item.value  # type: ignore[attr-defined]
+            move = np.linalg.norm(item.take_step(gradient, 1.0) - before, axis=1)
+            widths[smoothness].append(int((move > 0.3 * move.max()).sum()))
+    assert widths[None][-1] < widths[None][0]
+    assert widths[5.0][-1] == widths[5.0][0]

@@ -63,9 +63,12 @@ class FoldGuard:
         inner = np.flatnonzero(np.diff(first) == 2)
         self._pairs = np.stack([found.faces[first[inner]], found.faces[first[inner] + 1]], axis=1).astype(np.int64)
         self._ends = found.vertices.astype(np.int64)
+        self._border = np.zeros(len(points), bool)
+        self._border[self._ends[np.diff(first) != 2]] = True
         self._search = _search()
         normal, sliver = self._shapes(points)
         self._bent = self._bends(normal)
+        self._start_sliver = sliver
         self._sliver = np.maximum(sliver, MOST_SLIVER)
         self._crossing = self._crossings(points)
 
@@ -89,6 +92,18 @@ class FoldGuard:
                     near = self._grown(near)
                 factor[near] = 0.0
         return np.zeros(len(before))
+
+    def distortion(self, vertices: F64) -> F64:
+        """(n,) for each vertex: by which factor a face at it is less equilateral than at the start, at most.
+
+        1 at borders, which motion along the surface would change.
+        """
+        sliver = self._shapes(vertices[self._first])[1] / np.maximum(self._start_sliver, 1.0)
+        out = np.ones(len(self._first))
+        for k in range(3):
+            np.maximum.at(out, self._faces[:, k], sliver)
+        out[self._border] = 1.0
+        return np.asarray(out[self._label])
 
     def _grown(self, chosen: Bool) -> Bool:
         """`chosen` and all vertices with an edge to one of them."""

@@ -21,10 +21,13 @@ F64 = NDArray[np.float64]
 VERTEX_STEP = 0.02
 # Default factor for the tangential motion of vertices of closed meshes. A smaller value keeps vertices evenly spaced,
 # but material borders and UV maps cannot move along the surface.
-SLIDE = 0.2
+SLIDE = 0.5
 # Without a given smoothness, it falls from its automatic value to this one, within this part of the fit, on this many
 # levels. Large moves first drag whole regions along; fine detail comes last.
-LAST_SMOOTHNESS, RELEASED, LEVELS = 2.0, 0.6, 12
+LAST_SMOOTHNESS, RELEASED, LEVELS = 4.0, 0.5, 12
+# Where faces have become longer than at the start by more than this factor, vertices go up to this part of the way to
+# the middle of their neighbours in each step, along the surface. A smaller factor keeps sides equal, but UV maps move.
+DISTORTED, EVENED = 1.3, 0.5
 
 
 class Vertices(Resumable):
@@ -78,12 +81,22 @@ class Vertices(Resumable):
             # `step` is the length of the longest move of the first step
             self._length = factor * self.step / float(np.linalg.norm(change, axis=1).max())
         change = self._length * change
+        change = change + self._evened(change)
         kept = self._guard.shortened(self.value, change)
         if self._constraint is not None and self._constraint.partner is not None:
             kept = np.minimum(kept, kept[self._constraint.partner])
         # All copies of a welded vertex get the same change, so a seam cannot tear.
         self.value = self.value + kept[:, None] * change
         return self.value
+
+    def _evened(self, change: F64) -> F64:
+        """Moves along the surface that bring distorted faces back towards equal sides."""
+        points = self.value + change
+        amount = np.clip(EVENED * (self._guard.distortion(points) - DISTORTED), 0.0, EVENED)[:, None]
+        away = self._steps.middle_of_neighbours(points) - points
+        normal = vertex_normals(points, self._faces, self._steps.label)
+        along = amount * (away - np.einsum("ij,ij->i", away, normal)[:, None] * normal)
+        return along if self._constraint is None else self._constraint.push(along)
 
     def _refine(self) -> None:
         """Lower the smoothness, if it is time for it."""

@@ -72,8 +72,8 @@ class TargetsPanel(Tab, bpy.types.Panel):
         elif size is not None:
             fits = rows.has_aspect(target, context.scene)
             column = layout.column(align=True)
-            column.label(text=f"{size[0]} × {size[1]}, {'' if fits else 'of another aspect; '}renders are "
-                         f"{rendered[0]} × {rendered[1]}", icon="INFO" if fits else "ERROR")  # fmt: skip
+            wrapped(context, column, f"{size[0]} × {size[1]}, {'' if fits else 'of another aspect; '}renders are "
+                    f"{rendered[0]} × {rendered[1]}", "INFO" if fits else "ERROR")  # fmt: skip
             column.operator("edgegrad.match_render", icon="OUTPUT")
 
 

@@ -31,7 +31,10 @@ def timed(owner: Any, name: str) -> None:
         finally:
             _spent[label].append(time.thread_time() - begin)
 
-    setattr(owner, name, call_it)
+    def draw(self: Any, context: Any) -> None:  # Blender passes as many arguments as the function has
+        call_it(self, context)
+
+    setattr(owner, name, draw if isinstance(owner, type) else call_it)
 
 
 def main() -> Script:
@@ -49,8 +52,8 @@ def main() -> Script:
         row.kind, row.owner, row.path, row.index = "PROPERTY", stage.cube(), "location", k % 3
         row.enabled = False
     for cls in registration.CLASSES:
-        if issubclass(cls, (bpy.types.Panel, bpy.types.UIList)):
-            for name in ("draw", "draw_item", "draw_header_preset", "filter_items"):
+        if issubclass(cls, bpy.types.Panel):  # whose lists are drawn within
+            for name in ("draw", "draw_header_preset"):
                 if name in cls.__dict__:
                     timed(cls, name)
     timed(current, "poll")

@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 
 from ..targets import rows
-from ..targets.draw import draw_target
+from ..targets.draw import draw_details, draw_target
 from . import icons
 from .tab import Tab, editable
 from .words import wrapped
@@ -72,9 +72,27 @@ class TargetsPanel(Tab, bpy.types.Panel):
         elif size is not None:
             fits = rows.has_aspect(target, context.scene)
             column = layout.column(align=True)
-            column.label(text=f"{size[0]} × {size[1]}, {'' if fits else 'of another aspect; '}renders are "
-                         f"{rendered[0]} × {rendered[1]}", icon="INFO" if fits else "ERROR")  # fmt: skip
+            wrapped(context, column, f"{size[0]} × {size[1]}, {'' if fits else 'of another aspect; '}renders are "
+                    f"{rendered[0]} × {rendered[1]}", "INFO" if fits else "ERROR")  # fmt: skip
             column.operator("edgegrad.match_render", icon="OUTPUT")
 
 
-CLASSES: tuple[Any, ...] = (TargetList, TargetsPanel)
+class TargetDetailsPanel(Tab, bpy.types.Panel):
+    """Panel with the settings of the active target that are rarely touched."""
+
+    bl_idname = "EDGEGRAD_PT_target_details"
+    bl_label = "Details"
+    bl_parent_id = TargetsPanel.bl_idname
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        settings = context.scene.edgegrad
+        return settings.active_target < len(settings.targets)
+
+    def draw(self, context: Any) -> None:
+        settings = context.scene.edgegrad
+        draw_details(editable(self.begin()), settings.targets[settings.active_target])
+
+
+CLASSES: tuple[Any, ...] = (TargetList, TargetsPanel, TargetDetailsPanel)

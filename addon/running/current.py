@@ -35,6 +35,7 @@ def begin(context: Any, job: Job, guard: Guard | None = None) -> None:
     assert STATUS.job is None, "one job at a time"
     STATUS.job, STATUS.said, STATUS.failed = job, "", False
     _HELD.guard = guard
+    overlay.begin(context.scene)
     serves = isinstance(job, FitJob) and job.session.relay is not None
     _HELD.timer = context.window_manager.event_timer_add(SERVE_SECONDS if serves else POLL_SECONDS,
                                                          window=context.window)  # fmt: skip

@@ -23,7 +23,18 @@ class _Drawn:
     batch: Any = None
     iteration = 0
     due = 0.0
+    scene = 0  # session_uid of that of the fit
     edges: dict[str, NDArray[np.int32]] = {}  # noqa: RUF012  one object, emptied by `remove`
+
+
+def begin(scene: Any) -> None:
+    """Draw in this scene's views only: other windows may show other scenes."""
+    _Drawn.scene = scene.session_uid
+
+
+def is_drawn_in(scene: Any) -> bool:
+    """Whether views of a scene show the lines."""
+    return _Drawn.handler is not None and bool(scene.session_uid == _Drawn.scene)
 
 
 def update(job: Job) -> None:
@@ -81,6 +92,8 @@ def edges_of(faces: Any) -> NDArray[np.int32]:
 
 
 def _draw() -> None:
+    if not is_drawn_in(bpy.context.scene):
+        return
     import gpu
 
     theme = bpy.context.preferences.themes[0].view_3d

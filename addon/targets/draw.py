@@ -9,18 +9,22 @@ from .frames import is_movie
 
 
 def draw_target(layout: Any, item: Any) -> None:
-    """Draw all settings of a target but its camera and file, which its row shows."""
+    """Draw what a target is, but for its camera and file; a silhouette needs its object or its collection."""
+    layout.prop(item, "kind")
+    if item.kind == "SILHOUETTE":
+        layout.prop(item, "silhouette_object")
+        layout.prop(item, "silhouette_collection")
+
+
+def draw_details(layout: Any, item: Any) -> None:
+    """Draw the settings of a target that are rarely touched."""
     layout.prop(item, "datablock")
     if _has_frames(item):
         layout.prop(item, "use_frame")
         if item.use_frame:
             layout.prop(item, "frame")
-    layout.prop(item, "kind")
     layout.prop(item, "mask")
-    if item.kind == "SILHOUETTE":
-        layout.prop(item, "silhouette_object")
-        layout.prop(item, "silhouette_collection")
-    else:
+    if item.kind != "SILHOUETTE":
         layout.prop(item, "alpha")
         layout.prop(item, "view")
         layout.prop(item, "exposure")

@@ -130,3 +130,32 @@ def test_derivatives_are_shown(run: Any) -> None:
     assert len(found["colors"]) == 8 and len({tuple(color) for color in found["colors"]}) > 1
     assert all(found[f"{name} refuses"] for name in ("gradient", "check", "plan", "gradient_colors"))
     assert "Traceback" not in log
+
+
+def test_a_fit_as_field_writes_a_mesh(run: Any) -> None:
+    found = run("fields")[0]
+    assert "Loss" in found["fit"]["said"] and not found["fit"]["failed"], found
+    (made,) = found["fit"]["made"]
+    assert min(found["fit"]["faces"]) > 100 and found["fit"]["hidden"]["Cube"] and not found["fit"]["hidden"][made]
+    assert found["undone"] and found["escape"] == {"said": "Fit ended; nothing was changed", "same": True}
+
+
+def test_escape_at_any_moment_leaves_the_scene_as_it_was(run: Any) -> None:
+    assert run("several")[0]["escapes"] == {"same": True, "said": ["Fit ended; nothing was changed"]}
+
+
+def test_another_window_leaves_a_fit_alone(run: Any) -> None:
+    found = run("several")[0]["windows"]
+    assert found["refuses"] and found["runs"] and found["steps"] > 0 and found["same"], found
+    assert found["drawn"] == [True, False]
+
+
+def test_a_fit_writes_to_its_own_scene(run: Any) -> None:
+    found = run("several")[0]["scenes"]
+    assert found["changed"] and not found["failed"] and "Loss" in found["said"], found
+
+
+def test_linked_objects_are_refused(run: Any) -> None:
+    found = run("several")[0]["linked"]
+    for said in found.values():
+        assert "'Away': is linked from another file" in said and "make it local first" in said, found

@@ -19,7 +19,7 @@ from edgegrad_addon.problem import Problem
 from edgegrad_addon.properties import request
 from edgegrad_addon.session import Request, Session
 from edgegrad_addon.targets import options
-from edgegrad_addon.targets.draw import draw_target
+from edgegrad_addon.targets.draw import draw_details, draw_target
 from edgegrad_addon.targets.pictures import Picture, silhouette_objects
 from tests.support.scenes import blender_scenes as bs
 from tests.targets.cycles_targets import TRUTH, ball, recolored, saved
@@ -121,6 +121,7 @@ def test_panel_shows_what_the_kind_of_target_uses(tmp_path: Any) -> None:
         def drawn() -> set[str]:
             layout = Layout()
             draw_target(layout, row)
+            draw_details(layout, row)
             return set(layout.drawn)
 
         everywhere = {"datablock", "kind", "mask", "weight"}

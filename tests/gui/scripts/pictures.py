@@ -1,4 +1,4 @@
-"""The pictures of the documentation: a monkey's head is fitted to a picture of a fatter one."""
+"""The pictures and the film of the documentation: a monkey's head is fitted to a picture of a fatter one."""
 
 from __future__ import annotations
 
@@ -9,10 +9,12 @@ import numpy as np
 
 from tests.gui.scripts import stage
 from tests.gui.scripts.stage import ended, status
-from tests.gui.window import Script, area, call, open_tab, over_viewport, redraw, shot, wait_for
+from tests.gui.window import OUT, Script, area, call, open_tab, over_viewport, redraw, shot, wait_for
 
 FOUND: dict[str, Any] = {}
 SIZE = 200, 150
+ITERATIONS, PICTURED_AT = 60, 30
+FRAME_EVERY, FRAME_WIDTH, FRAME_SECONDS = 3, 640, 0.25
 
 
 def head() -> Any:
@@ -26,6 +28,33 @@ def head() -> Any:
     clay.node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = (0.8, 0.45, 0.3, 1.0)
     ob.data.materials.append(clay)
     return ob
+
+
+def filmed() -> Script:
+    """Take pictures of the 3D view and the panel while the fit runs, and make a film of them."""
+    from PIL import Image
+
+    view = area()
+    top = bpy.context.window_manager.windows[0].height - view.y - view.height
+    box = view.x, top, view.x + view.width, top + view.height
+    frames: list[Image.Image] = []
+    done = 0
+    while status().job is not None:
+        count = len(status().job.losses)
+        if count >= done + FRAME_EVERY or (not frames and count > 1):
+            done = count
+            name = "running" if count >= PICTURED_AT and not (OUT / "running.png").exists() else "frame"
+            shot(name)
+            with Image.open(OUT / f"{name}.png") as screen:
+                part = screen.convert("RGB").crop(box)
+            size = FRAME_WIDTH, round(FRAME_WIDTH * part.height / part.width)
+            frames.append(part.resize(size, Image.Resampling.LANCZOS))
+        yield 0.1
+    (OUT / "frame.png").unlink()
+    milliseconds = int(1000 * FRAME_SECONDS)
+    frames[0].save(OUT / "fit.webp", save_all=True, append_images=frames[1:], loop=0, quality=70, method=6,
+                   duration=[milliseconds] * (len(frames) - 1) + [8 * milliseconds])  # fmt: skip
+    FOUND["frames"] = len(frames)
 
 
 def main() -> Script:
@@ -54,7 +83,7 @@ def main() -> Script:
     bpy.data.objects["Light"].select_set(True)
     call(bpy.ops.edgegrad.parameters_add, "EXEC_DEFAULT", of="POWER")
     settings.active_parameter = 0
-    settings.iterations, settings.samples = 60, 4
+    settings.iterations, settings.samples = ITERATIONS, 4
     scene.cycles.max_bounces = 2
     status().said = ""
     yield from open_tab("Edgegrad")
@@ -64,15 +93,15 @@ def main() -> Script:
     area().spaces.active.region_3d.view_camera_zoom = 20.0
     area("PROPERTIES").type = "IMAGE_EDITOR"
     assert call(bpy.ops.edgegrad.fit) == {"RUNNING_MODAL"}
-    yield from wait_for(lambda: len(status().job.losses) > 6, 200.0)
+    yield from wait_for(lambda: status().job.losses, 200.0)
+    # The first picture of the difference comes with the first iteration.
+    yield from wait_for(lambda: "Edgegrad Difference" in bpy.data.images, 20.0)
     call(bpy.ops.edgegrad.show_difference)
     with bpy.context.temp_override(window=bpy.context.window_manager.windows[0], area=area("IMAGE_EDITOR"),
                                    region=next(r for r in area("IMAGE_EDITOR").regions if r.type == "WINDOW")):
         bpy.ops.image.view_all(fit_view=True)
-    yield from wait_for(lambda: len(status().job.losses) > 30, 200.0)
     over_viewport()
-    yield from redraw(1.0)
-    shot("running")
+    yield from filmed()
     yield from ended()
     FOUND["fit"] = status().said
     settings.look_samples = 32

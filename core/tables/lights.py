@@ -165,8 +165,9 @@ def _stretch(light: SpotLight, row: NDArray[Any]) -> None:
     row[EXTENT_X], row[EXTENT_Y] = 1.0 / light.stretch
     # Borders of light that jumps are computed for round cones alone, so this one is always soft.
     row[EDGE_SCALE] = 1.0 / (row[EDGE] * max(light.blend, LEAST_BLEND, key=lambda blend: blend.real))
-    widest = np.arctan(np.tan(0.5 * light.angle.real) * light.stretch.real.max())
-    row[ONE_MINUS_COS] = 2.0 * np.sin(0.5 * max(widest, 0.5 * light.angle.real)) ** 2
+    half = 0.5 * light.angle
+    widest = max((half, *np.arctan(np.tan(half) * light.stretch)), key=lambda angle: angle.real)
+    row[ONE_MINUS_COS] = 2.0 * np.sin(0.5 * widest) ** 2
 
 
 def _sun(light: SunLight, row: NDArray[Any]) -> int:

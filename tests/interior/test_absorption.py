@@ -78,3 +78,18 @@ def test_pictures_change_as_their_derivatives_say(field: str, rough: bool) -> No
     found, exact = sums_of_differences(scene, field, direction, 0.02, max_depth=5)
     check(mean_p_value(found - exact, 0.0, rounding=2e-3 * abs(found.mean())))
     assert half_width(found - exact) < 0.5 * abs(exact.mean())
+
+
+@pytest.mark.parametrize("roughness", [0.0, 0.4])
+def test_edges_behind_an_absorbing_slab(roughness: float) -> None:
+    """A small lamp moves behind the slab: smooth glass shows its edges by scan lines, rough glass by chains."""
+    need_every_table()
+    scene = slab("GLASS")
+    scene.camera = camera((0, 0, 4), size=12, fov=0.5)
+    scene.materials["slab"].roughness, scene.materials["slab"].ior = roughness, 1.4
+    scene.meshes["lamp"] = rectangle((0, 0, -1.2), (0.4, 0, 0), (0, 0.3, 0), "lamp")
+    direction = np.zeros((4, 3)) + [0.3, 0.1, 0.4]
+    found, exact = sums_of_differences(scene, "meshes.lamp.vertices", direction, 0.03, max_depth=4, spp=2048)
+    check(mean_p_value(found - exact, 0.0, rounding=2e-3 * abs(found.mean())))
+    # Without absorption on the way, the derivative would be larger by two thirds.
+    assert half_width(found - exact) < 0.6 * abs(exact.mean())

@@ -40,7 +40,8 @@ ZERO = {
     *(f"meshes.{name}.attributes.unread" for name in ("moved", "copies", "lamps", "Cube.001", "still")),
     "images.unread.pixels", "materials.wood.normal", "materials.wood.alpha", "materials.wood.specular_tint",
     "materials.clay.coat_tint", "materials.clay.sheen_tint", "materials.clay.emission",
-    "lights.point.radius", "lights.spot.radius", "lights.hard sun.angle", "lights.area.spread", "camera.ortho_width",
+    "lights.point.radius", "lights.spot.radius", "lights.hard sun.angle", "lights.area.spread", "lights.linear.across",
+    "camera.ortho_width",
 }  # fmt: skip
 
 

@@ -53,7 +53,7 @@ def export_light(light_object: Any, matrix: F64, visible: frozenset[str], report
     emission = read_emission(light)
     color = color * emission.factor
     power = float(light.energy) * power_factor(light)
-    if color.max() <= 0.0:
+    if color.min() < 0.0 and color.max() <= 0.0:
         power, color = -power, -color
     if color.min() < 0.0:
         report.warn(where, "its colour is negative in some channels and positive in others; it is left out")

@@ -100,7 +100,7 @@ def volume_only() -> None:
 
 @case("Ink: glass with an absorbing volume, and a cube of smoke", bounces=4, samples=64,
       differs=(
-          "Volumes that scatter are left out; the export names them and how much light they let through.",))  # fmt: skip
+          "Volumes that scatter are left out; the export names them and how much light they pass.",))  # fmt: skip
 def volume_beside_surface() -> None:
     """What is left out is named."""
     _small()

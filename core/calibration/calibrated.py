@@ -81,6 +81,11 @@ def read_calibration(path: str | Path, images: str | Path | None = None) -> list
         found = _read_colmap(model, folder or _images_beside(model))
     if not found:
         raise ValueError(f"calibration '{path}': has no pictures")
+    for one in found:
+        try:
+            one.camera.validate()
+        except ValueError as error:
+            raise ValueError(f"calibration '{path}': picture {shown(one.name)}: {error}") from None
     return sorted(found, key=lambda one: one.name)
 
 
@@ -113,10 +118,17 @@ def _read_transforms(file: Path, folder: Path) -> list[Calibrated]:
             raise ValueError(f"{where}: has no file_path")
         values = {**{key: value for key, value in data.items() if key != "frames"}, **frame}
         name = Path(frame["file_path"])
-        image = next((one for end in ENDINGS if (one := folder / f"{name}{end}").is_file()), folder / name)
+        image = next((one for end in ENDINGS if _is_file(one := folder / f"{name}{end}")), folder / name)
         pose = _pose(where, frame.get("transform_matrix"))
         out.append(Calibrated(name.name, image, _lens(where, values, image), pose))
     return out
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:  # a name that no file can have
+        return False
 
 
 def _lens(where: str, values: Mapping[str, Any], image: Path) -> Lens:
@@ -125,7 +137,7 @@ def _lens(where: str, values: Mapping[str, Any], image: Path) -> Lens:
             raise ValueError(f"{where}: has '{key}', a camera that is not supported; undistort the pictures first")
     model = str(values.get("camera_model", "")).upper()
     if model not in _MODELS:
-        raise ValueError(f"{where}: its camera_model '{model}' is not supported; undistort the pictures first")
+        raise ValueError(f"{where}: its camera_model {shown(model)} is not supported; undistort the pictures first")
     if values.get("k4"):
         raise ValueError(f"{where}: has 'k4', a coefficient of fisheye lenses, which are not supported; undistort the "
                          "pictures first")  # fmt: skip

@@ -21,7 +21,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._check import array, light_values, number, whole
+from .._check import array, light_values, number, numeric, whole
 from .._fields import Check, Checked, by
 from ..scene.camera import MAX_SIDE, Camera
 
@@ -117,7 +117,8 @@ class Lens(Checked):
 
     def distort(self, ideal: ArrayLike) -> F64:
         """Map (..., 2) ideal coordinates x, y to pixels of the picture."""
-        x, y = np.moveaxis(np.asarray(array("Lens", "ideal", ideal, np.shape(ideal), np.float64)), -1, 0)
+        sides = numeric("Lens", "ideal", ideal).shape[:-1]
+        x, y = np.moveaxis(np.asarray(array("Lens", "ideal", ideal, (*sides, 2), np.float64)), -1, 0)
         r2 = x * x + y * y
         radial = (1.0 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3))) / (
             1.0 + r2 * (self.k4 + r2 * (self.k5 + r2 * self.k6))

@@ -31,7 +31,8 @@ def _gain(where: str, name: str, value: Any) -> Any:
             raise ValueError(f"{where}: {name} must be a number, three numbers, '{EXPOSURE}' or '{WHITE_BALANCE}', not "
                              f"{shown(value)}")  # fmt: skip
         return value
-    out = array(where, name, [value] * 3 if np.ndim(value) == 0 else value, (3,), np.float64)
+    single = numeric(where, name, value).ndim == 0
+    out = array(where, name, [value] * 3 if single else value, (3,), np.float64)
     if out.min() <= 0.0:
         raise ValueError(f"{where}: {name} must be above 0, not {out.min():g}")
     return out
@@ -39,7 +40,7 @@ def _gain(where: str, name: str, value: Any) -> Any:
 
 def _image(where: str, name: str, value: Any) -> NDArray[Any]:
     """Check a picture, or a silhouette of two axes."""
-    if np.ndim(value) != 2:
+    if numeric(where, name, value, booleans=True).ndim != 2:
         return light_values(where, name, value, (None, None, None))
     return array(where, name, value, (None, None), np.float32, least=0.0, booleans=True)
 
@@ -248,7 +249,11 @@ def _view(scene: Scene, where: str, target: Target, engine: str) -> View:
     gain: Any = target.gain
     alpha, image = image[..., 3:], image[..., :3]
     if not isinstance(gain, str):
-        image = image / gain
+        with np.errstate(over="ignore"):
+            image = (image / gain).astype(np.float32)
+        if not np.isfinite(image).all():
+            raise ValueError(f"{where}: gain of {np.min(gain):.3g} makes the image larger than single precision holds; "
+                             "give the factor by which the image is brighter than the scene")
     if alpha.size and (alpha < 1.0).any():
         image = image + (1.0 - alpha) * _world_alone(scene, camera, engine)
     objects = None if target.objects is None else frozenset(target.objects)

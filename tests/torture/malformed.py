@@ -27,6 +27,8 @@ import edgegrad
 from edgegrad import expression
 from edgegrad.scene import parameters
 from tests.torture.malformed_files import broken_files, read
+from tests.torture.malformed_stores import STORES, broken_stores
+from tests.torture.malformed_stores import read as read_store
 from tests.torture.valid import NAMES, Call, nodes, valid_calls, valid_scene
 
 SECONDS, MEMORY = 30, 8 << 30
@@ -166,9 +168,11 @@ def cases() -> Iterator[Case]:
 
 
 def file_cases() -> Iterator[Case]:
-    """All broken picture files; the error names the file."""
+    """All broken pictures, checkpoints and calibrations; the error names the file."""
     for what, data in broken_files():
         yield Case(what, partial(read, what, data), (what.split(":")[0],))
+    for what, kind, contents in broken_stores():
+        yield Case(what, partial(read_store, kind, contents), STORES[kind])
 
 
 def objects(scene: edgegrad.Scene) -> dict[str, Any]:

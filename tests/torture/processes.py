@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,9 @@ from tests.torture.tame import comparison
 ROOT = Path(__file__).parents[2]
 # Seconds that a worker may take to import what it needs.
 START = 300.0
+# A task hangs if it takes more than its processor time, or this many times as long by the clock: other work on the
+# machine may slow it down.
+WALL = 10.0
 
 
 class Worker:
@@ -50,7 +54,8 @@ class Worker:
         how = "crash" if line is not None else "hang"
         code = self.close()
         name = signal.Signals(-code).name if code < 0 else f"exit {code}"
-        words = f"{name}: {self._report}" if how == "crash" else f"no result within {self._patience:g} s"
+        late = f"no result within {self._patience:g} s of processor time"
+        words = f"{name}: {self._report}" if how == "crash" else late
         made: dict[str, Any]
         if task.startswith("d"):
             c = comparison(int(task[1:]))
@@ -90,17 +95,30 @@ class Worker:
     def _line(self, patience: float) -> bytes | None:
         """The next line of output; empty if the process has ended, None if none comes in time."""
         assert self._process is not None and self._process.stdout is not None
+        start, busy = time.monotonic(), self._seconds()
         with selectors.DefaultSelector() as selector:
             selector.register(self._process.stdout, selectors.EVENT_READ)
             while b"\n" not in self._left:
-                if not selector.select(patience):
-                    return None
+                if not selector.select(1.0):
+                    late = time.monotonic() - start
+                    if late > WALL * patience or (late > patience and self._seconds() - busy > patience):
+                        return None
+                    continue
                 more = os.read(self._process.stdout.fileno(), 1 << 16)
                 if not more:
                     return b""
                 self._left += more
         line, _, self._left = self._left.partition(b"\n")
         return line + b"\n"
+
+    def _seconds(self) -> float:
+        """Processor time of the process so far; without such a count, the time since it could have begun."""
+        assert self._process is not None
+        try:
+            words = Path(f"/proc/{self._process.pid}/stat").read_text().rpartition(")")[2].split()
+        except OSError:
+            return time.monotonic()
+        return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
 
     def _said(self) -> str:
         """The part of the process's error output that tells most: a sanitizer's report, or where Python has been."""

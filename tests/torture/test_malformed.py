@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 import zlib
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass
@@ -19,6 +21,8 @@ from edgegrad.scene import parameters
 from tests.torture import malformed
 from tests.torture.malformed import cases, objects, outcome
 from tests.torture.malformed_files import chunked, png, whole_files
+from tests.torture.malformed_stores import read as read_store
+from tests.torture.malformed_stores import transforms, whole
 from tests.torture.valid import COLOR, VERTICES, valid_scene
 
 # Every so many of the malformed calls are part of the fast tests.
@@ -154,6 +158,30 @@ def test_broken_files_say_what_is_broken(name: str, tmp_path: Any) -> None:
         images.read_image(tmp_path / name)
 
 
+def test_broken_stores_say_what_is_broken() -> None:
+    data = bytearray(whole()["checkpoint"]["a.npz"])
+    for place in re.finditer(b"PK\x01\x02", data):
+        data[place.start() + 8] |= 1  # an archive's mark of encrypted parts
+    with pytest.raises(ValueError, match=r"^checkpoint '.*a\.npz': is damaged or is no checkpoint of a fit"):
+        read_store("checkpoint", {"a.npz": bytes(data)})
+    text = json.dumps({**transforms(), "cx": 1e30}).encode()
+    with pytest.raises(ValueError, match=r"^calibration '.*transforms\.json': picture 'a\.png': camera: shift "):
+        read_store("transforms", {"transforms.json": text})
+    text = json.dumps({**transforms(), "frames": [{**transforms()["frames"][0], "file_path": "x" * 1000}]}).encode()
+    assert len(read_store("transforms", {"transforms.json": text})) == 1
+
+
+@pytest.mark.parametrize(("fields", "words"), [
+    ({"image": [[1.0], [1.0, 2.0]]}, "image cannot be read as an array of numbers"),
+    ({"gain": [[1.0], [1.0, 2.0]]}, "gain cannot be read as an array of numbers"),
+    ({"gain": 1e-320}, "gain of 1e-320 makes the image larger than single precision holds"),
+])
+def test_wrong_targets_say_what_is_wrong(fields: dict[str, Any], words: str) -> None:
+    target = edgegrad.Target(**{"image": np.ones((4, 4, 3), np.float32), **fields})
+    with pytest.raises(ValueError, match=f"^target 0: {words}"):
+        edgegrad.fit(valid_scene(), target, [COLOR], iterations=1, spp=1, threads=1)
+
+
 def _with_display(data: bytes, bottom: int) -> bytes:
     head = b"displayWindow\0box2i\0"
     at = data.index(head) + len(head) + 4
@@ -180,13 +208,15 @@ CHANGES: dict[str, Callable[[Any], Any]] = {
     "normal_uv": lambda v: "UV", "normal_space": lambda v: "WORLD", "distribution": lambda v: "BECKMANN",
     "width": lambda v: v + 1, "height": lambda v: v + 1,
     "aperture_blades": lambda v: 5, "smoothing": lambda v: np.where(v == 0, -1, v), "coat_ior": lambda v: 1.6,
+    "material": lambda v: "clay",
     "normals": lambda v: v + [0.3, 0.0, 0.0], "clip_start": lambda v: 3.0, "pixels": lambda v: 0.5 * v,
 }  # fmt: skip
-# Fields that can't be changed by themselves: topology, what is the only one of its kind, what glows as instances.
+# Fields that can't be changed by themselves: topology, what is the only one of its kind, what glows as instances, and
+# what fields can't have.
 ALONE = ("meshes.box.faces", "meshes.copies.faces", "meshes.box.attributes", "meshes.copies.attributes",
          "meshes.box.instance_attributes",
          "meshes.copies.materials", "materials.clay.textures", "materials.sum.textures", "materials.clay.emission",
-         "lights.area.shape")
+         "lights.area.shape", "materials.wax.emission", "materials.wax.anisotropy", "materials.wax.textures")
 
 
 def other_value(field: str, value: Any) -> Any:

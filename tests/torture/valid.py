@@ -16,6 +16,8 @@ from edgegrad import expression as e
 from edgegrad import images, losses
 from edgegrad.scene import parameters
 from tests.support import shapes
+from tests.support.fields.splines import exact_sphere
+from tests.torture import valid_conversions
 
 SIDE = 4
 VERTICES, COLOR = "meshes.box.vertices", "materials.clay.base_color"
@@ -33,6 +35,7 @@ NAMES: dict[str, tuple[str, ...]] = {
     "vertices": ("faces", "mesh 'box': is empty"), "faces": ("mesh 'box'",), "parts": ("part", "weights"),
     "images": ("image",), "attributes": ("attribute",), "smoothing": ("normals",), "weights": ("parts",),
     "loss": ("fit",),
+    **valid_conversions.NAMES,
     "value": ("'materials.clay.base_color'", "material 'clay': base_color"), "spp": ("samples",),
 }  # fmt: skip
 
@@ -60,6 +63,7 @@ def valid_scene() -> edgegrad.Scene:
         {
             "paint": edgegrad.Material(textures={"base_color": e.ImageTexture("dots", e.Attribute("UVMap"))}),
             "clay": edgegrad.Material(np.array([0.6, 0.5, 0.4])),
+            "wax": edgegrad.Material(np.array([0.7, 0.6, 0.3])),
             "sum": edgegrad.Mixture(("clay", "paint"), np.array([0.3, 0.7])),
         },
         {
@@ -71,7 +75,13 @@ def valid_scene() -> edgegrad.Scene:
         edgegrad.World(np.ones(3), 0.3, "sky"),
         {"dots": edgegrad.Image(rng.random((4, 4, 3)).astype(np.float32)),
          "sky": edgegrad.Image(rng.random((4, 8, 3)).astype(np.float32))},
+        {"drop": valid_field()},
     )  # fmt: skip
+
+
+def valid_field() -> edgegrad.Field:
+    """A ball."""
+    return exact_sphere(0.6, 8, material="wax", transform=np.eye(4) + np.eye(4, k=3))
 
 
 @dataclass
@@ -119,6 +129,10 @@ def _fit(**options: Any) -> Any:
 
 def _target(**options: Any) -> Any:
     edgegrad.fit(valid_scene(), edgegrad.Target(**options), [COLOR], iterations=1, spp=1, threads=1)
+
+
+def _silhouette(**options: Any) -> Any:
+    edgegrad.fit(valid_scene(), edgegrad.Target(**options), [VERTICES], iterations=1, spp=1, threads=1)
 
 
 def _bounces(**options: Any) -> Any:
@@ -184,7 +198,10 @@ def valid_calls() -> list[Call]:
             "step_sizes": {}, "views_per_iteration": 1, "seed": 0, "threads": 1, "engine": "native",
             "on_cancel": "restore", "callback": lambda step: True, "progress": None}),
         Call("Target", _target,
-             lambda: {"image": _zeros(), "camera": None, "mask": np.ones((SIDE, SIDE)), "weight": 1.0}),
+             lambda: {"image": _zeros(), "camera": None, "mask": np.ones((SIDE, SIDE)), "weight": 1.0,
+                      "alpha": "world", "gain": 1.0, "shared": "", "objects": None}),
+        Call("Target of a silhouette", _silhouette,
+             lambda: {"image": np.ones((SIDE, SIDE), np.float32), "objects": ("box",)}),
         Call("Bounces", _bounces, lambda: {"diffuse": 3, "glossy": 3, "transmission": 3, "transparent": 3}),
         Call("l1", losses.l1, lambda: dict(picture)),
         Call("l2", losses.l2, lambda: dict(picture)),
@@ -199,6 +216,7 @@ def valid_calls() -> list[Call]:
              lambda: {"path": "a.png", "dimage": _zeros(), "scale": 1.0}),
         Call("srgb_to_linear", images.srgb_to_linear, lambda: {"code": _zeros()}),
         Call("linear_to_srgb", images.linear_to_srgb, lambda: {"light": _zeros()}),
+        *(Call(*call) for call in valid_conversions.calls()),
     ]  # fmt: skip
 
 

@@ -13,10 +13,6 @@ void times(const double (&h)[6], const Triple& v, Triple& out) {
     out[1] = h[5] * v[0] + h[1] * v[1] + h[3] * v[2];
     out[2] = h[4] * v[0] + h[3] * v[1] + h[2] * v[2];
 }
-void to_grid(const FieldView& f, const Triple& v, Triple& out) {
-    for (int a = 0; a < 3; ++a)
-        out[a] = f.to_grid[a][0] * v[0] + f.to_grid[a][1] * v[1] + f.to_grid[a][2] * v[2];
-}
 
 // The basis functions of a cell and their derivatives up to the third, by order and tap.
 void cubic_weights(double u, double (&w)[4][4]) {
@@ -80,8 +76,8 @@ bool see_near_miss(const PictureRay& ray, const FieldBand& band, NearMiss& m) {
     const SplineJet& jet = m.jet;
     const Triple& g = jet.gradient;
     Triple d, e[2], bent;
-    to_grid(f, ray.direction, d);
-    for (int i = 0; i < 2; ++i) to_grid(f, ray.across[i], e[i]);
+    f.vector_in_grid(ray.direction, d);
+    for (int i = 0; i < 2; ++i) f.vector_in_grid(ray.across[i], e[i]);
     times(jet.hessian, d, bent);
     const double scale = ray.parallel ? 1.0 : m.depth;
     m.curvature = dot(d, bent);

@@ -48,15 +48,14 @@ PictureWarp warp_of(const NearMiss* misses, int count) {
         part.spread = static_cast<float>(spread);
         double moved[3], steep = 0.0;  // sum p_j x_j, in grid coordinates
         for (int a = 0; a < 3; ++a) moved[a] = m.slope[0] * m.moves[0][a] + m.slope[1] * m.moves[1][a];
+        double point[3], motion[3], gradient[3];
+        f.place_in_world(m.grid, point);
+        f.vector_in_world(moved, motion);
+        f.gradient_in_world(m.jet.gradient, gradient);
         for (int c = 0; c < 3; ++c) {
-            const auto& row = f.to_world[c];
-            part.point[c] =
-                static_cast<float>(row[0] * m.grid[0] + row[1] * m.grid[1] + row[2] * m.grid[2] + row[3]);
-            part.along[c] =
-                static_cast<float>(-u / square * (row[0] * moved[0] + row[1] * moved[1] + row[2] * moved[2]));
-            const double g = f.to_grid[0][c] * m.jet.gradient[0] + f.to_grid[1][c] * m.jet.gradient[1] +
-                             f.to_grid[2][c] * m.jet.gradient[2];
-            steep += g * g;
+            part.point[c] = static_cast<float>(point[c]);
+            part.along[c] = static_cast<float>(-u / square * motion[c]);
+            steep += gradient[c] * gradient[c];
         }
         for (int j = 0; j < 2; ++j) part.step[j] = static_cast<float>(-u * m.slope[j] / square);
         part.slope = static_cast<float>(std::sqrt(steep));

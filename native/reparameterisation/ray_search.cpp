@@ -21,11 +21,8 @@ struct GridRay {
     double origin[3], direction[3];
 
     GridRay(const FieldView& f, const PictureRay& ray) : field(f) {
-        for (int a = 0; a < 3; ++a) {
-            const auto& m = f.to_grid[a];
-            origin[a] = m[0] * ray.origin[0] + m[1] * ray.origin[1] + m[2] * ray.origin[2] + m[3];
-            direction[a] = m[0] * ray.direction[0] + m[1] * ray.direction[1] + m[2] * ray.direction[2];
-        }
+        f.place_in_grid(ray.origin, origin);
+        f.vector_in_grid(ray.direction, direction);
     }
     double length() const {
         return std::sqrt(direction[0] * direction[0] + direction[1] * direction[1] +
@@ -128,13 +125,9 @@ class FieldSearch {
     double across() const {
         double most = 0.0;
         for (const auto& e : ray_.across) {
-            double square = 0.0;
-            for (int a = 0; a < 3; ++a) {
-                const auto& m = grid_.field.to_grid[a];
-                const double part = m[0] * e[0] + m[1] * e[1] + m[2] * e[2];
-                square += part * part;
-            }
-            most += square;
+            double in_grid[3];
+            grid_.field.vector_in_grid(e, in_grid);
+            for (const double part : in_grid) most += part * part;
         }
         return std::sqrt(most);
     }

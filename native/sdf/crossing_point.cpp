@@ -15,10 +15,10 @@ constexpr int kMostSteps = 20;
 constexpr double kContactCells = 0.125;
 
 Vector in_grid(const FieldView& f, Vector d) {
-    const auto row = [&](int a) {
-        return f.to_grid[a][0] * d.x + f.to_grid[a][1] * d.y + f.to_grid[a][2] * d.z;
-    };
-    return {row(0), row(1), row(2)};
+    const double v[3] = {d.x, d.y, d.z};
+    double grid[3];
+    f.vector_in_grid(v, grid);
+    return {grid[0], grid[1], grid[2]};
 }
 
 void place(const FieldView& f, Vector p, double (&grid)[3]) {

@@ -50,8 +50,10 @@ Facets facets_of(const FieldView& field, const FieldCarrier& carrier, uint32_t f
     out.field = &field;
     const auto corner = [&](size_t k) {
         const double* x = &carrier.point[3 * static_cast<size_t>(carrier.triangle[k])];
-        const auto row = [&](const double (&m)[4]) { return m[0] * x[0] + m[1] * x[1] + m[2] * x[2] + m[3]; };
-        return Vector{row(field.to_world[0]), row(field.to_world[1]), row(field.to_world[2])};
+        const double grid[3] = {x[0], x[1], x[2]};
+        double point[3];
+        field.place_in_world(grid, point);
+        return Vector{point[0], point[1], point[2]};
     };
     // Maps that mirror reverse the order of corners
     const auto& m = field.to_world;

@@ -39,22 +39,17 @@ inline void set_near_miss(const SceneView& scene, const PictureRay& ray, NearMis
     s.instance[i] = scene.first_field_face + static_cast<int32_t>(m.field - scene.fields);
     float position[3], normal[3];
     double slope = 0.0, length = 0.0;
+    double point[3];
+    f.place_in_world(m.grid, point);
     for (int c = 0; c < 3; ++c) {
-        const auto& row = f.to_world[c];
-        position[c] =
-            static_cast<float>(row[0] * m.grid[0] + row[1] * m.grid[1] + row[2] * m.grid[2] + row[3]);
+        position[c] = static_cast<float>(point[c]);
         length += ray.direction[c] * ray.direction[c];
     }
     set_lane3(s.point, i, position);
     const auto normal_of = [&](const SplineJet& jet) {
         double g[3];
-        slope = 0.0;
-        for (int c = 0; c < 3; ++c) {
-            g[c] = f.to_grid[0][c] * jet.gradient[0] + f.to_grid[1][c] * jet.gradient[1] +
-                   f.to_grid[2][c] * jet.gradient[2];
-            slope += g[c] * g[c];
-        }
-        slope = __builtin_sqrt(slope);
+        f.gradient_in_world(jet.gradient, g);
+        slope = __builtin_sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
         for (int c = 0; c < 3; ++c) normal[c] = static_cast<float>(g[c] / __builtin_fmax(slope, 1e-30));
     };
     // The velocity of the surface is -dphi/|g| along its normal
@@ -120,6 +115,7 @@ EG_OUTLINE EdgeSample sample_band(const SceneView& scene, const BoundaryTask& ta
 }
 
 struct FieldBands {
+    using Traced = TracedSample;
     template <typename Factor>
     static TracedSample* trace(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                const Factor& factor) {
@@ -136,7 +132,7 @@ struct FieldBands {
             BandSample band;
             s = sample_band(scene, task, at, cursor, band);
             if (any(s.active)) {
-                kept.factor = factor(s);
+                kept.factor = factor(kept);
                 if (!task.score) s.active &= ~(largest_component(kept.factor) == 0.0f);
             }
             Behind behind;
@@ -168,7 +164,8 @@ struct FieldBands {
     }
     template <typename Mode>
     EG_INLINE static void blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
-                                 const EdgeSample& s, Vec3 color) {
+                                 const TracedSample& traced, Vec3 color) {
+        const EdgeSample& s = traced.sample;
         view_blocks(mode, scene, motion, s, color);
         if (motion.fields.any())
             mode.field(s.active, select(s.active, s.instance, splat(scene.first_field_face)), s.point,

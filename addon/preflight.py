@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from .rows import switched_on, title
+from .rows import title
 from .targets import rows
 
 
@@ -39,21 +39,23 @@ def obstacle(context: Any) -> Obstacle | None:
         found = _target(row, k, scene)
         if found is not None:
             return found
-    chosen = list(switched_on(scene))
-    if not chosen:
+    rows_on = [(k, row) for k, row in enumerate(settings.parameters) if row.enabled]
+    if not rows_on:
         if settings.parameters:
             return Obstacle("Every parameter is switched off")
         return Obstacle("Nothing may change yet", "edgegrad.parameters_add", "Fit Selected Vertices",
                         {"of": "VERTICES"})  # fmt: skip
-    for k, row in enumerate(settings.parameters):
-        if row.enabled and row.owner is None:
+    for k, row in rows_on:
+        if row.owner is None:
             return Obstacle(f"Parameter '{title(row)[2]}': its datablock was removed", "edgegrad.row_remove",
                             "Remove It", {"parameters": True, "number": k})  # fmt: skip
-    for row in chosen:
+    for _, row in rows_on:
+        if row.kind != "VERTICES":
+            continue
         ob = row.owner
-        if row.kind == "VERTICES" and scene.objects.get(ob.name) != ob:
+        if scene.objects.get(ob.name) != ob:
             return Obstacle(f"Object '{ob.name}' is not in this scene")
-        if row.kind == "VERTICES" and ob.mode in ("EDIT", "SCULPT"):
+        if ob.mode in ("EDIT", "SCULPT"):
             return Obstacle(f"Object '{ob.name}' is in {ob.mode.title()} Mode", "object.mode_set", "Leave It",
                             {"mode": "OBJECT"})  # fmt: skip
     return None

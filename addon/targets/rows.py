@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import stat
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -10,7 +12,7 @@ from PIL import Image
 
 from edgegrad import images
 
-from .film_files import first_file
+from .film_files import first_file, is_numbered
 from .frames import is_movie
 
 # Size by path, with the time and length of the file that it was read from.
@@ -28,18 +30,31 @@ def next_camera(scene: Any) -> Any:
 
 def file_of(path: str) -> Path | None:
     """Return the file of a path of the list; None: it is empty or there is no such file."""
-    if not path.strip():
-        return None
-    file = first_file(Path(bpy.path.abspath(path)))
-    return file if file.is_file() else None
+    found = _look_up(path)
+    return None if found is None else found[0]
 
 
 def picture_size(path: str) -> tuple[int, int] | None:
     """Return width and height of a picture; None: it can't be read. The file is read again when it has changed."""
-    file = file_of(path)
-    if file is None:
+    found = _look_up(path)
+    return None if found is None else _size_of(*found)
+
+
+def _look_up(path: str) -> tuple[Path, os.stat_result] | None:
+    """Return file and state by one access to the disk, since each redraw of the panel looks."""
+    if not path.strip():
         return None
-    status = file.stat()
+    file = Path(bpy.path.abspath(path))
+    if is_numbered(file.name):
+        file = first_file(file)
+    try:
+        state = file.stat()
+    except (OSError, ValueError):  # ValueError: a zero character
+        return None
+    return (file, state) if stat.S_ISREG(state.st_mode) else None
+
+
+def _size_of(file: Path, status: os.stat_result) -> tuple[int, int] | None:
     state = status.st_mtime, status.st_size
     known = _sizes.get(str(file))
     if known is None or known[0] != state:
@@ -77,10 +92,10 @@ def problem_of(row: Any) -> str:
         return ""
     if not row.image.strip():
         return "no picture"
-    file = file_of(row.image)
-    if file is None:
+    found = _look_up(row.image)
+    if found is None:
         return f"{_name(row)} is missing"
-    return "" if is_movie(file) or picture_size(row.image) else f"{_name(row)} can't be read"
+    return "" if is_movie(found[0]) or _size_of(*found) else f"{_name(row)} can't be read"
 
 
 def has_aspect(row: Any, scene: Any) -> bool:

@@ -188,7 +188,7 @@ void add_field_bands(const SceneView& scene, const EdgeList& edges, const Render
                      const RequestedMotion& motion, Decisions& decided, std::vector<CurveTerm>& out) {
     if (!decided.computes(Part::kFieldBands) || decided.alone()) return;
     const BoundaryKind kind = motion.warped ? kWarpedPicture : kFieldBand;
-    Intersections found = seen_outlines(scene, edges, decided[Part::kFieldBands].meshes);
+    Intersections found = seen_outlines(scene, edges, decided[Part::kFieldBands].meshes, options.seed);
     double pixels = 0.0;
     for (int32_t k = 0; k < scene.field_count; ++k)
         pixels = std::max(pixels, static_cast<double>(scene.field_bands[k].pixels));

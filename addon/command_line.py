@@ -22,6 +22,7 @@ from edgegrad.fitting.checkpoint_file import check_checkpoint
 from edgegrad.images.output_files import check_outputs
 from edgegrad.progress import ProgressBar
 
+from . import vertex_options
 from .animated.driver import Driver
 from .animated.parameter import Wanted
 from .animated.stored import stored_wanted, wanted_of
@@ -38,7 +39,6 @@ from .problem import Problem
 from .session import Request, Session, find_camera
 from .targets.film import FrameRange
 from .targets.options import add_arguments, has_targets, pictures
-from .vertex_options import VertexOptions
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -112,10 +112,7 @@ def _parser() -> argparse.ArgumentParser:
                      help="how strongly neighbouring vertices move together (default: by number)")  # fmt: skip
     fit.add_argument("--vertex-step", type=float, metavar="F",
                      help="first step of vertices, as a fraction of the object's size")  # fmt: skip
-    fit.add_argument("--vertex-group", metavar="GROUP",
-                     help="vertex group whose weights scale the moves of the vertices")  # fmt: skip
-    fit.add_argument("--lock", type=_axes, metavar="AXES", help="axes of the object along which vertices stay: XZ")
-    fit.add_argument("--symmetry", choices=list("XYZ"), help="axis of the object along which the shape is mirrored")
+    vertex_options.add_arguments(fit)
     fit.add_argument("--slide", type=float, metavar="F",
                      help="factor in [0, 1] for the motion of vertices along the surface")  # fmt: skip
     fit.add_argument("--field", metavar="OBJECT",
@@ -201,12 +198,6 @@ def _frames(text: str) -> FrameRange:
         raise argparse.ArgumentTypeError(str(error)) from None
 
 
-def _axes(text: str) -> str:
-    if not text or not set(text.upper()) <= set("XYZ"):
-        raise argparse.ArgumentTypeError(f"must be some of X, Y and Z, not '{text}'")
-    return text.upper()
-
-
 def _resolution(text: str) -> int:
     value = int(text)
     if not 16 <= value <= 512:
@@ -245,7 +236,8 @@ def _request(arguments: argparse.Namespace) -> Request:
     names, animated, field = _names(arguments), _wanted(arguments), _field(arguments)
     if own or names != Names() or arguments.parameter or arguments.keyed or arguments.all_of or field is not None:
         request = replace(request, names=names, animated=animated, field=field)
-    request = replace(request, vertex_options=_vertex_options(arguments, request))
+    own_options = vertex_options.of_arguments(arguments, request.names.vertices, request.vertex_options)
+    request = replace(request, vertex_options=own_options)
     given = {name: getattr(arguments, name) for name in ("iterations", "samples", "smoothness", "vertex_step", "slide",
                                                          "views_per_iteration", "loss")}  # fmt: skip
     if arguments.in_place or arguments.shape_key:
@@ -262,16 +254,6 @@ def _film(arguments: argparse.Namespace, stored: FrameRange | None) -> FrameRang
     if given and film is None:
         raise Problem("--frame-smoothness and --first-every belong to a film; name its frames by --frames FIRST:LAST")
     return None if film is None else replace(film, **given)
-
-
-def _vertex_options(arguments: argparse.Namespace, request: Request) -> dict[str, VertexOptions]:
-    """The options of the arguments, for all objects whose vertices are fitted; others are those of the .blend."""
-    given = {"group": arguments.vertex_group, "locked": arguments.lock, "symmetry": arguments.symmetry}
-    given = {name: one for name, one in given.items() if one is not None}
-    if given and not request.names.vertices:
-        raise Problem("--vertex-group, --lock and --symmetry need vertices to fit; name an object by --vertices")
-    return {name: replace(request.vertex_options.get(name, VertexOptions()), **given)
-            for name in request.names.vertices}  # fmt: skip
 
 
 def _field(arguments: argparse.Namespace) -> FieldRequest | None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import argparse
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -92,3 +94,34 @@ def _partners(ob: Any, axis: int) -> NDArray[np.int64]:
         raise Problem(f"object '{ob.name}': is not symmetric: {len(alone):,} of {len(found):,} vertices, such as "
                       f"{alone[0]}, have no partner across {letter}; {cure}")  # fmt: skip
     return found
+
+
+def add_arguments(fit: argparse.ArgumentParser) -> None:
+    """Add the options to a command."""
+    fit.add_argument("--vertex-group", metavar="GROUP",
+                     help="vertex group whose weights scale the moves of the vertices")  # fmt: skip
+    fit.add_argument("--lock", type=_axes, metavar="AXES", help="axes of the object along which vertices stay: XZ")
+    fit.add_argument("--symmetry", choices=list(AXES), help="axis of the object along which the shape is mirrored")
+
+
+def of_arguments(
+    arguments: argparse.Namespace, objects: Sequence[str], stored: Mapping[str, VertexOptions]
+) -> dict[str, VertexOptions]:
+    """Return the options of all objects whose vertices are fitted; what the arguments leave out is as stored.
+
+    Raises
+    ------
+    Problem
+        If there are options and no such object.
+    """
+    given = {"group": arguments.vertex_group, "locked": arguments.lock, "symmetry": arguments.symmetry}
+    given = {name: one for name, one in given.items() if one is not None}
+    if given and not objects:
+        raise Problem("--vertex-group, --lock and --symmetry need vertices to fit; name an object by --vertices")
+    return {name: replace(stored.get(name, VertexOptions()), **given) for name in objects}
+
+
+def _axes(text: str) -> str:
+    if not text or not set(text.upper()) <= set(AXES):
+        raise argparse.ArgumentTypeError(f"must be some of X, Y and Z, not '{text}'")
+    return text.upper()

@@ -34,10 +34,11 @@ from .checkpoints import Checkpoints
 from .control_vertices import ControlVertices
 from .driven import Driven, Placement
 from .fields.variables import FieldSteps
+from .film.checked_film import check_film
 from .film.film import Film
 from .film.film_schedule import FilmSchedule
 from .film.keyed import KeyedFrames, KeyedNumbers
-from .film.keyed_parameters import CAMERA, KeyedParameters
+from .film.keyed_parameters import KeyedParameters
 from .findings import Finding, findings
 from .fit_step import ON_CANCEL, Callback
 from .large_steps import MOST_SMOOTHNESS
@@ -45,9 +46,9 @@ from .losses import Loss, Pyramid
 from .run import Run
 from .schedule import Cycle, Schedule
 from .silhouettes import Silhouettes
-from .targets import Targets, View, views
+from .targets import Targets, views
 from .variables import unknown
-from .vertices.rules import VertexRules
+from .vertices.rules import VertexRules, checked_rules
 from .vertices.variables import Vertices
 from .zero_gradients import untouched_part
 
@@ -231,7 +232,10 @@ def fit(
     seen = views(work, targets, engine)
     own_frames = None
     if film is not None:
-        own_frames = _checked_film(work, film, seen, paths, driven, narrow)
+        check_film(film, work, seen, paths, driven)
+        if film.keyed:
+            _checked_paths(work, film.keyed, narrow, False)
+            own_frames = KeyedParameters(work, film)
         driven = own_frames if driven is None else driven
     placement = moving = None
     if driven is not None:
@@ -264,7 +268,7 @@ def fit(
     if field_steps is not None:
         instance("fit", "field_steps", field_steps, FieldSteps)
     steps = _checked_steps(paths, step_sizes)
-    rules = _checked_rules(paths, vertex_rules)
+    rules = checked_rules(paths, vertex_rules)
     unknowns = [unknown(work, path, steps.get(path), smoothness, slide, iterations, field_steps, rules.get(path))
                 for path in paths]  # fmt: skip
     for item in unknowns:
@@ -349,32 +353,6 @@ def _checked_placement(placement: Placement, paths: list[str]) -> list[str]:
     return found
 
 
-def _checked_film(work: Scene, film: Film, seen: list[View], paths: list[str], driven: Driven | None,
-                  narrow: bool) -> KeyedParameters | None:  # fmt: skip
-    """Check a film; return the driven variables of its keyed parameters, if it has any."""
-    instance("fit", "film", film, Film)
-    film.check_fields("film")
-    if len(film.frames) != len(seen):
-        raise ValueError(f"film: frames has {len(film.frames)} frames, but there are {len(seen)} targets; give the "
-                         "frame of each target")
-    for path in film.keyed:
-        if driven is not None:
-            raise ValueError(f"film: '{path}' is keyed, but the fit has driven variables too; key one of them instead")
-        if path in paths:
-            raise ValueError(f"film: '{path}' is keyed and in wrt; leave it out of wrt")
-        if path.startswith(CAMERA) and any(view.camera is not work.camera for view in seen):
-            raise ValueError(f"film: '{path}' is keyed, but a target has a camera of its own; leave the cameras of "
-                             "the targets out")
-    if any(collection == "fields" for collection, _, _ in map(parameters.split, paths)):
-        raise ValueError("film: distance fields can't be fitted to films; fit the field to single pictures")
-    if not film.keyed:
-        if not paths and driven is None:
-            raise ValueError("fit: wrt is empty, and film has no keyed parameter; name at least one parameter path")
-        return None
-    _checked_paths(work, film.keyed, narrow, False)
-    return KeyedParameters(work, film)
-
-
 def _checked_paths(work: Scene, wrt: Sequence[str], narrow: bool, may_be_empty: bool) -> list[str]:
     paths = list(names("fit", "wrt", wrt, "parameter paths"))
     if not paths and may_be_empty:
@@ -398,14 +376,6 @@ def _of_depth(unknowns: Sequence[Any], cameras: Sequence[Camera]) -> list[str]:
     return [f"one view does not determine depth: how far the vertices of '{item.path}' are from the camera is told by "
             "shading and shadows alone; add targets from other sides"
             for item in unknowns if isinstance(item, (Vertices, ControlVertices))]  # fmt: skip
-
-
-def _checked_rules(paths: list[str], rules: Mapping[str, VertexRules] | None) -> Mapping[str, VertexRules]:
-    for path, one in mapping("fit", "vertex_rules", {} if rules is None else rules).items():
-        if path not in paths or not path.endswith(".vertices"):
-            raise ValueError(f"fit: vertex_rules names '{path}', which is not among the vertices in wrt")
-        instance("fit", f"rules of '{path}'", one, VertexRules)
-    return {} if rules is None else rules
 
 
 def _checked_steps(paths: list[str], step_sizes: Mapping[str, float] | None) -> dict[str, float]:

@@ -7,13 +7,14 @@ C^T g first, so that a step C A C^T g goes downhill for every positive definite 
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._check import array, choice, flag
+from ..._check import array, choice, flag, instance, mapping
 from ...geometry import topology
 from .mirror import partners
 
@@ -46,6 +47,15 @@ class VertexRules:
     symmetry: str | None = None
     frame: F64 = field(default_factory=lambda: np.eye(4))
     partners: I64 | None = None
+
+
+def checked_rules(paths: Sequence[str], rules: Mapping[str, VertexRules] | None) -> Mapping[str, VertexRules]:
+    """Return the rules of a fit by parameter; each must belong to vertices among `paths`."""
+    for path, one in mapping("fit", "vertex_rules", {} if rules is None else rules).items():
+        if path not in paths or not path.endswith(".vertices"):
+            raise ValueError(f"fit: vertex_rules names '{path}', which is not among the vertices in wrt")
+        instance("fit", f"rules of '{path}'", one, VertexRules)
+    return {} if rules is None else rules
 
 
 class Constraint:

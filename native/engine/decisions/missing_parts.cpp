@@ -109,8 +109,7 @@ class Search {
             all.push_back(mesh);
             const FieldTable& field = tables_.fields[static_cast<size_t>(mesh - tables_.first_field())];
             if (may_end_at_its_box(field.view())) ended.push_back(mesh);
-            if (!lit || !(mask & ~(1 << kCameraRay))) continue;
-            if (is_clear_field(tables_, mesh)) clear.push_back(mesh);
+            if (lit && (mask & ~(1 << kCameraRay)) && is_clear_field(tables_, mesh)) clear.push_back(mesh);
         }
         meshes(Part::kClearFields, std::move(clear));
         if (motion_.camera || motion_.any_mesh_moves() || bends)

@@ -17,6 +17,7 @@ from edgegrad.scene.placement import is_tangent, places, stretches
 
 from ..evaluation import Evaluation, evaluate
 from ..problem import Report
+from .approximated.absorbing_meshes import warn_about_absorbing
 from .bakes.baking import bake_materials
 from .effects import append_effects
 from .exported import Export, Source, unused_name
@@ -145,6 +146,7 @@ def export_evaluated(evaluation: Evaluation, more_cameras: Sequence[Any], bake: 
     if memory is None:
         _warn_of_frames(out)
         warn_about_coincident(out)
+        warn_about_absorbing(out)
         warn_of_missing_layers(out)
         append_effects(out)
     return out

@@ -288,3 +288,20 @@ def test_homogeneous_absorption_is_read() -> None:
     tree.tree.links.new(ink.outputs[0], tree.output.inputs["Volume"])
     made = tree.export()
     assert made.kind == "TRANSPARENT" and made.absorption == pytest.approx([0.2, 1.0, 2.0]) and tree.lines == ""
+
+
+def test_what_absorption_does_not_reach_is_named() -> None:
+    """An object within an absorbing mesh, and a mesh with open borders."""
+    tree = Tree()
+    tree.tree.links.new(tree.node("VolumeAbsorption", {"Density": 1.0}).outputs[0], tree.output.inputs["Volume"])
+    for name, place in (("Within", (0.0, 0.0, 0.0)), ("Beside", (5.0, 0.0, 0.0))):
+        other = bs.add(name, bs.cube(name, bs.material(name, (0.5, 0.5, 0.5))))
+        other.location, other.scale = place, (0.2, 0.2, 0.2)
+    tree.export()
+    lines = [line for line in tree.made.report.lines if "absorbs light" in line]
+    assert len(lines) == 1 and "'Cube'" in lines[0] and "'Within'" in lines[0]
+    data = bpy.data.objects["Cube"].data
+    data.clear_geometry()
+    data.from_pydata([(-1, -1, 0), (1, -1, 0), (0, 1, 0)], [], [(0, 1, 2)])
+    tree.export()
+    assert any("'Cube'" in line and "open borders" in line for line in tree.made.report.lines)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -86,8 +88,10 @@ def test_wrong_tangents_are_refused(path: str, value: object, message: str) -> N
 @pytest.mark.parametrize("path", ["fields.ball.values", "fields.ball.transform", "fields.ball.lower"])
 def test_the_plan_names_what_derivatives_by_fields_lack(path: str) -> None:
     need("native")
-    missing = edgegrad.plan(scene(), [path]).missing
-    assert any("pass through the distance fields ball" in sentence for sentence in missing)
+    assert edgegrad.plan(scene(), [path]).missing == ()
+    clear = scene(materials={"clay": replace(matte(), alpha=0.5)})
+    missing = edgegrad.plan(clear, [path]).missing
+    assert any("shadows of the transparent distance fields ball" in said for said in missing)
 
 
 def test_paths_of_fields_are_listed_and_can_be_put() -> None:

@@ -30,7 +30,7 @@ SHARE, SHARE_OF_FILES = 71, 9
 RIGHT = ("right", "refused")
 
 # Results, which nobody makes by hand.
-RESULTS = (edgegrad.Checkpoint, edgegrad.FitResult, edgegrad.FitStep, edgegrad.Plan)
+RESULTS = (edgegrad.Checkpoint, edgegrad.Finding, edgegrad.FitResult, edgegrad.FitStep, edgegrad.Plan)
 
 
 def test_every_field_of_every_public_class_has_a_check() -> None:

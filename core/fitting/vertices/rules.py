@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..._check import array, choice, flag, instance, mapping
+from ..._fields import Check, Checked, by, optional
 from ...geometry import topology
 from .mirror import partners
 
@@ -23,8 +24,17 @@ I64 = NDArray[np.int64]
 AXES = ("x", "y", "z")
 
 
+def _locked(where: str, name: str, value: Any) -> tuple[bool, ...]:
+    if not isinstance(value, (tuple, list)) or len(value) != 3:
+        raise ValueError(f"{where}: {name} must be three truth values, of x, y and z")
+    out = tuple(flag(where, name, one) for one in value)
+    if all(out):
+        raise ValueError(f"{where}: x, y and z are locked, so no vertex may move; unlock one")
+    return out
+
+
 @dataclass(frozen=True)
-class VertexRules:
+class VertexRules(Checked):
     """Rules for the vertices of one mesh.
 
     Attributes
@@ -47,6 +57,14 @@ class VertexRules:
     symmetry: str | None = None
     frame: F64 = field(default_factory=lambda: np.eye(4))
     partners: I64 | None = None
+
+    checks: ClassVar[Mapping[str, Check]] = {
+        "weights": optional(by(array, (None,), np.float64)),
+        "locked": _locked,
+        "symmetry": optional(by(choice, AXES)),
+        "frame": by(array, (4, 4), np.float64),
+        "partners": optional(by(array, (None,), np.int64)),
+    }
 
 
 def checked_rules(paths: Sequence[str], rules: Mapping[str, VertexRules] | None) -> Mapping[str, VertexRules]:
@@ -82,14 +100,15 @@ class Constraint:
     def __init__(self, path: str, rules: VertexRules, vertices: F64) -> None:
         where, count = f"rules of '{path}'", len(vertices)
         label = topology.weld(vertices)
-        frame = array(where, "frame", rules.frame, (4, 4), np.float64)
+        rules.check_fields(where)
+        frame = rules.frame
         if abs(np.linalg.det(frame[:3, :3])) < 1e-30:
             raise ValueError(f"{where}: frame has no inverse; its axes must not be scaled to zero")
         self._frame, self._inverse = frame, np.linalg.inv(frame)
-        self._axes = self._of_locked(where, rules.locked)
+        self._axes = self._of_locked(rules.locked)
         self.partner: I64 | None = None
         if rules.symmetry is not None:
-            axis = AXES.index(choice(where, "symmetry", rules.symmetry, AXES))
+            axis = AXES.index(rules.symmetry)
             self.partner = self._partners(where, vertices, label, axis, rules.partners)
             self._mirror = self._in_frame(np.where(np.arange(3) == axis, -1.0, 1.0))
             self._offset = frame[:3, 3] - self._mirror @ frame[:3, 3]
@@ -105,14 +124,9 @@ class Constraint:
             weights = mean[label]
             self._weights = weights if self.partner is None else 0.5 * (weights + weights[self.partner])
 
-    def _of_locked(self, where: str, locked: Any) -> F64 | None:
+    def _of_locked(self, locked: tuple[bool, bool, bool]) -> F64 | None:
         """The matrix that removes the locked coordinates of a move; None: none is locked."""
-        if not isinstance(locked, (tuple, list)) or len(locked) != 3:
-            raise ValueError(f"{where}: locked must be three truth values, of x, y and z")
-        fixed = np.array([flag(where, "locked", one) for one in locked])
-        if fixed.all():
-            raise ValueError(f"{where}: x, y and z are locked, so no vertex may move; unlock one")
-        return self._in_frame(np.where(fixed, 0.0, 1.0)) if fixed.any() else None
+        return self._in_frame(np.where(locked, 0.0, 1.0)) if any(locked) else None
 
     def _in_frame(self, factors: F64) -> F64:
         """The matrix that scales the coordinates of the frame."""

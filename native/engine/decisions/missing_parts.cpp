@@ -9,6 +9,7 @@
 #include "boundary/curves/light_intersections.h"
 #include "boundary/meshes/face_tree.h"
 #include "boundary/meshes/star_shaped.h"
+#include "engine/decisions/clip_borders.h"
 #include "engine/decisions/interior_rules.h"
 #include "scene/closure_programs.h"
 #include "scene/lights/light_params.h"
@@ -46,6 +47,7 @@ class Search {
     }
 
     void seen_by_the_camera() {
+        const CameraView& camera = f_.scene.camera;
         const auto boxes = kept_.boxes.get(true, [&] { return MeshBoxes(tables_); });
         std::vector<int32_t> large, closed, cut, stepped;
         std::vector<uint8_t> steps(tables_.material_first_closure.size() - 1, 0);
@@ -58,8 +60,8 @@ class Search {
             if (!motion_.camera && !moving_[m]) continue;
             const int32_t first = tables_.mesh_first_face[m], last = tables_.mesh_first_face[m + 1];
             if (last - first > kSelfIntersectionFaces) (closed_[m] ? closed : large).push_back(mesh);
-            if (mesh < tables_.first_field() && !is_placed(instances[m]) && may_be_cut(boxes->of[m]) &&
-                is_cut(m))
+            if (mesh < tables_.first_field() && !is_placed(instances[m]) &&
+                may_be_cut(camera, boxes->of[m]) && is_cut(camera, tables_, m))
                 cut.push_back(mesh);
             if (any_steps &&
                 std::any_of(tables_.face_material.begin() + first, tables_.face_material.begin() + last,
@@ -78,17 +80,18 @@ class Search {
         lights_by_parallel_rays();
     }
 
-    // Absorption along rays that pass transparent surfaces: the ways between them are constants in sweeps.
+    // The ways between transparent surfaces are constants in sweeps.
     void absorbing_surfaces() {
-        constexpr int32_t both = kHasAbsorption | kHasTransparency;
         materials(Part::kClearAbsorption, used_materials(tables_, [&](size_t k) {
-                      return (tables_.closure_flags[k] & both) == both;
+                      const size_t values = kMaterialParams * k + kAbsorption;
+                      const int32_t flags = tables_.closure_flags[k];
+                      return (flags & kHasAbsorption) && (flags & kHasTransparency) &&
+                             (any_moves_ || requested_.any("closure_params", values, values + 3));
                   }));
     }
 
     void lit_surfaces() {
-        const bool lit = any_moves_ && f_.options.max_depth >= 2 && !all_black(f_.scene, tables_);
-        if (!lit) return;
+        if (!any_moves_ || f_.options.max_depth < 2 || all_black(f_.scene, tables_)) return;
         const LightView& lights = f_.scene.lights;
         const bool sized = lights.face_light || lights.sized_count + lights.sized_distant > 0;
         if (sized || f_.scene.has_environment)
@@ -105,11 +108,12 @@ class Search {
         const bool lit = any_moves_ && f_.options.max_depth >= 2, bends = motion_.any_field_moves();
         std::vector<int32_t> clear, all, ended;
         for (int32_t mesh = tables_.first_field(); mesh < tables_.visible_meshes; ++mesh) {
-            const int32_t mask = tables_.mesh_mask[static_cast<size_t>(mesh)];
+            const auto m = static_cast<size_t>(mesh);
             all.push_back(mesh);
-            const FieldTable& field = tables_.fields[static_cast<size_t>(mesh - tables_.first_field())];
-            if (may_end_at_its_box(field.view())) ended.push_back(mesh);
-            if (lit && (mask & ~(1 << kCameraRay)) && is_clear_field(tables_, mesh)) clear.push_back(mesh);
+            if (may_end_at_its_box(tables_.fields[m - static_cast<size_t>(tables_.first_field())].view()))
+                ended.push_back(mesh);
+            if (lit && (tables_.mesh_mask[m] & ~(1 << kCameraRay)) && is_clear_field(tables_, mesh))
+                clear.push_back(mesh);
         }
         meshes(Part::kClearFields, std::move(clear));
         if (motion_.camera || motion_.any_mesh_moves() || bends)
@@ -174,74 +178,6 @@ class Search {
             return is_star_shaped(tables_, static_cast<size_t>(mesh), threads_);
         });
         return closed;
-    }
-
-    // Whether a mesh in this box may cross a clip distance.
-    bool may_be_cut(const Box& box) const {
-        const CameraView& c = f_.scene.camera;
-        double nearest = 0.0, farthest = 0.0;
-        for (int k = 0; k < 3; ++k) {
-            const double low = static_cast<double>(box.low[k]) - c.position[k],
-                         high = static_cast<double>(box.high[k]) - c.position[k];
-            if (c.kind == kEquirectangular) {
-                const double least = std::max({low, -high, 0.0}), most = std::max(-low, high);
-                nearest += least * least, farthest += most * most;
-            } else {
-                nearest += std::min(-c.back[k] * low, -c.back[k] * high);
-                farthest += std::max(-c.back[k] * low, -c.back[k] * high);
-            }
-        }
-        if (c.kind == kEquirectangular) nearest = std::sqrt(nearest), farthest = std::sqrt(farthest);
-        const double slack = 1e-9 * std::max(std::abs(nearest), std::abs(farthest));
-        const auto within = [&](double clip) { return nearest - slack < clip && clip <= farthest + slack; };
-        return within(c.clip_start) || within(c.clip_end);
-    }
-
-    // Whether the camera may see the border that a clip distance cuts into a mesh.
-    bool is_cut(size_t mesh) const {
-        const CameraView& c = f_.scene.camera;
-        const bool panorama = c.kind == kEquirectangular;
-        const auto seen = [&](size_t vertex, double (&at)[3]) {
-            const float* p = &tables_.vertices[3 * vertex];
-            const double d[3] = {p[0] - static_cast<double>(c.position[0]),
-                                 p[1] - static_cast<double>(c.position[1]),
-                                 p[2] - static_cast<double>(c.position[2])};
-            const float* axes[3] = {c.right, c.up, c.back};
-            for (int k = 0; k < 3; ++k) at[k] = d[0] * axes[k][0] + d[1] * axes[k][1] + d[2] * axes[k][2];
-            return panorama ? std::sqrt(at[0] * at[0] + at[1] * at[1] + at[2] * at[2]) : -at[2];
-        };
-        double nearest = 1e300, farthest = -1e300, at[3];
-        for (int32_t v = tables_.mesh_first_vertex[mesh]; v < tables_.mesh_first_vertex[mesh + 1]; ++v) {
-            const double depth = seen(static_cast<size_t>(v), at);
-            nearest = std::min(nearest, depth), farthest = std::max(farthest, depth);
-        }
-        for (const double clip : {static_cast<double>(c.clip_start), static_cast<double>(c.clip_end)})
-            if (nearest < clip && clip <= farthest && shows_cut(mesh, clip, seen)) return true;
-        return false;
-    }
-    template <typename Seen>
-    bool shows_cut(size_t mesh, double clip, const Seen& seen) const {
-        const CameraView& c = f_.scene.camera;
-        if (c.kind == kEquirectangular) return true;
-        const double scale = c.kind == kOrthographic ? c.focal : c.focal / std::max(clip, 1e-9);
-        double low[2] = {1e300, 1e300}, high[2] = {-1e300, -1e300};
-        for (auto f = static_cast<size_t>(tables_.mesh_first_face[mesh]);
-             f < static_cast<size_t>(tables_.mesh_first_face[mesh + 1]); ++f)
-            for (size_t k = 0; k < 3; ++k) {
-                double a[3], b[3];
-                const double from = seen(static_cast<size_t>(tables_.faces[3 * f + k]), a),
-                             to = seen(static_cast<size_t>(tables_.faces[3 * f + (k + 1) % 3]), b);
-                if ((from < clip) == (to < clip)) continue;
-                const double share = (clip - from) / (to - from);
-                for (int i = 0; i < 2; ++i) {
-                    const double x = scale * (a[i] + share * (b[i] - a[i]));
-                    low[i] = std::min(low[i], x), high[i] = std::max(high[i], x);
-                }
-            }
-        // A line between two such points may cross the picture even if both are outside. One picture's width
-        // of slack contains all shifts of the camera.
-        const double reach = std::max(c.full_width, c.full_height);
-        return low[0] < reach && low[1] < reach && high[0] > -reach && high[1] > -reach;
     }
 
     // Images without interpolation that move over static meshes.

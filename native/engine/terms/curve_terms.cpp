@@ -132,7 +132,7 @@ void add_field_outlines(const SceneView& scene, const EdgeList& edges, const Ren
         edges.tables, seen_outlines(scene, edges, decided[Part::kFieldOutlines].meshes, options.seed));
     Candidates candidates;
     lines->add_candidates(scene.camera, candidates);
-    if (candidates.size() == 0) return decided.none(Part::kFieldOutlines, Reason::kOutOfView);
+    if (candidates.size() == 0) return;  // out of view, which decisions do not look for
     out.push_back({kFieldOutline, std::move(candidates), std::move(lines)});
 }
 
@@ -161,9 +161,10 @@ void add_crossed_surfaces(const SceneView& scene, const EdgeList& edges, const R
         }
         return found;
     };
+    const int32_t* of_face = scene.lights.face_light;  // null: no mesh emits light
     if (lights)
         add_lines(scene, edges, options, kCrossedLight,
-                  select([&](int32_t face) { return scene.lights.face_light[face] >= 0; }), decided, out);
+                  select([&](int32_t face) { return of_face && of_face[face] >= 0; }), decided, out);
     if (surfaces)
         add_lines(scene, edges, options, kCrossedSurface, select([](int32_t) { return true; }), decided, out);
 }
@@ -179,7 +180,7 @@ void add_field_crossings(const SceneView& scene, const EdgeList& edges, const Re
     auto lines = std::make_shared<EdgesAndIntersections>(edges.tables, std::move(found));
     Candidates candidates;
     lines->add_candidates(scene.camera, candidates);
-    if (candidates.size() == 0) return decided.none(Part::kFieldCrossings, Reason::kOutOfView);
+    if (candidates.size() == 0) return;
     out.push_back({kFieldCrossing, std::move(candidates), std::move(lines)});
 }
 
@@ -195,7 +196,7 @@ void add_field_bands(const SceneView& scene, const EdgeList& edges, const Render
     const double picture = static_cast<double>(scene.camera.width) * scene.camera.height * options.samples;
     Candidates candidates = outline_cells(scene.camera, found, scene.edge_count, pixels,
                                           kPictureSegments * kBoundaryTable[kind].share * picture);
-    if (candidates.size() == 0) return decided.none(Part::kFieldBands, Reason::kOutOfView);
+    if (candidates.size() == 0) return;
     out.push_back({kind, std::move(candidates),
                    std::make_shared<EdgesAndIntersections>(edges.tables, std::move(found))});
 }

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from edgegrad import AreaLight, Field, Scene, SunLight
+from edgegrad import AreaLight, Field, Material, Mixture, Scene, SunLight
 from edgegrad.scene import parameters
 from edgegrad.scene.light import Light
 from edgegrad.scene.mesh import Mesh
@@ -26,6 +26,7 @@ def resized(scene: Scene, factor: float) -> Scene:
         scene, meshes={name: _mesh(mesh, factor) for name, mesh in scene.meshes.items()},
         lights={name: _light(light, factor) for name, light in scene.lights.items()},
         fields={name: _field(one, factor) for name, one in scene.fields.items()},
+        materials={name: _material(one, factor) for name, one in scene.materials.items()},
         camera=replace(camera, to_world=_moved(camera.to_world, factor),
                        **{name: factor * getattr(camera, name) for name in lengths}),
     )  # fmt: skip
@@ -41,6 +42,8 @@ def resized_tangent(scene: Scene, path: str, value: Any, factor: float) -> F64:
         out = out * factor
     elif field == "smooth":
         out = out * factor**2
+    elif field == "absorption":
+        out = out / factor
     elif field == "power":
         out = out * factor ** ORDERS[parameters.owner(scene, path)[0].decay]
     return out
@@ -56,6 +59,10 @@ def _mesh(mesh: Mesh, factor: float) -> Mesh:
 def _field(field: Field, factor: float) -> Field:
     return replace(field, lower=factor * field.lower, upper=factor * field.upper,
                    transform=_moved(field.transform, factor))  # fmt: skip
+
+
+def _material(material: Material | Mixture, factor: float) -> Material | Mixture:
+    return replace(material, absorption=material.absorption / factor) if isinstance(material, Material) else material
 
 
 def _light(light: Light, factor: float) -> Light:

@@ -21,6 +21,7 @@ def light(draw: Draw, scale: float, meshes: tuple[str, ...]) -> Light:
     power = draw.one((0.0, 1.0, 1.0, 1.0)) * scale**2 * draw.log(1.0, 300.0)
     shared: dict[str, Any] = {
         "color": draw.color(), "visible_to": draw.rays(0.7) - {"shadow"}, "casts_shadow": draw.chance(0.85),
+        "max_bounces": draw.one((None, None, None, 0, 1, 4)),
         "receivers": _some(draw, meshes), "blockers": _some(draw, meshes),
     }  # fmt: skip
     round_light: dict[str, Any] = {"radius": scale * draw.one(SIZES), "sphere": draw.chance(0.5)}
@@ -29,6 +30,10 @@ def light(draw: Draw, scale: float, meshes: tuple[str, ...]) -> Light:
         return PointLight(at, power, **round_light, **shared)
     if kind == "spot":
         aim = draw.direction() if draw.chance(0.3) else -at / scale
+        if draw.chance(0.2):  # an elliptic cone
+            return SpotLight(at, aim, power, min(max(draw.one(ANGLES), 1e-4), 3.1), max(draw.share(), 1e-3),
+                             stretch=np.array([draw.log(0.01, 100.0), draw.log(0.01, 100.0)]),
+                             across=np.cross(aim, draw.direction()), **round_light, **shared)  # fmt: skip
         return SpotLight(at, aim, power, max(draw.one(ANGLES), 1e-4), draw.share(), falloff=draw.one(FALLOFFS),
                          **round_light, **shared)  # fmt: skip
     if kind == "sun":

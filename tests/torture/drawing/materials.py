@@ -35,6 +35,8 @@ def material(draw: Draw) -> Material:
         "normal_uv": draw.one(("UVMap", "UVMap", "absent")),
         "textures": _textures(draw) if draw.chance(0.4) else {},
     }  # fmt: skip
+    if draw.chance(0.15):
+        made["absorption"] = draw.log(1e-3, 1e3) / draw.scale * draw.color()
     if draw.chance(0.3):
         made["distribution"] = "ASHIKHMIN_SHIRLEY" if made["kind"] == "GLOSSY" and draw.chance(0.5) else "BECKMANN"
     return Material(**made)

@@ -2,17 +2,10 @@
 
 #include <cmath>
 
+#include "sdf/triple.h"
+
 namespace edgegrad {
 namespace {
-
-using Triple = double[3];
-
-double dot(const Triple& a, const Triple& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-void times(const double (&h)[6], const Triple& v, Triple& out) {
-    out[0] = h[0] * v[0] + h[5] * v[1] + h[4] * v[2];
-    out[1] = h[5] * v[0] + h[1] * v[1] + h[3] * v[2];
-    out[2] = h[4] * v[0] + h[3] * v[1] + h[2] * v[2];
-}
 
 // The basis functions of a cell and their derivatives up to the third, by order and tap.
 void cubic_weights(double u, double (&w)[4][4]) {
@@ -31,11 +24,7 @@ void cubic_weights(double u, double (&w)[4][4]) {
 void curvature_slope(const FieldView& f, const Triple& grid, const Triple& d, Triple& out) {
     double w[3][4][4];
     int64_t cell[3];
-    for (int a = 0; a < 3; ++a) {
-        const int32_t last = f.cells(a) - 1;
-        cell[a] = grid[a] > 0.0 ? static_cast<int64_t>(grid[a] < last ? grid[a] : last) : 0;
-        cubic_weights(grid[a] - static_cast<double>(cell[a]), w[a]);
-    }
+    for (int a = 0; a < 3; ++a) cubic_weights(f.place_in_cell(grid, a, cell[a]), w[a]);
     out[0] = out[1] = out[2] = 0.0;
     const int64_t step = f.size[2], slab = step * f.size[1];
     const float* first = f.values + cell[0] * slab + cell[1] * step + cell[2];

@@ -5,9 +5,12 @@
 
 #include "sdf/field_block.h"
 #include "sdf/spline.h"
+#include "sdf/triple.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 namespace {
+
+using edgegrad::dot;  // that of triples
 
 // Steps near the surface, in cells.
 constexpr double kStep = 0.5;
@@ -24,10 +27,7 @@ struct GridRay {
         f.place_in_grid(ray.origin, origin);
         f.vector_in_grid(ray.direction, direction);
     }
-    double length() const {
-        return std::sqrt(direction[0] * direction[0] + direction[1] * direction[1] +
-                         direction[2] * direction[2]);
-    }
+    double length() const { return std::sqrt(dot(direction, direction)); }
     void place(double t, double (&grid)[3]) const {
         for (int a = 0; a < 3; ++a) grid[a] = origin[a] + t * direction[a];
     }
@@ -68,10 +68,9 @@ void refine(const GridRay& ray, double low, double high, NearMiss& out) {
         ray.place(t, out.grid);
         out.jet = spline_jet(ray.field, out.grid);
         const auto& [value, g, h] = out.jet;
-        const double slope = g[0] * d[0] + g[1] * d[1] + g[2] * d[2];
-        const double curvature = d[0] * (h[0] * d[0] + h[5] * d[1] + h[4] * d[2]) +
-                                 d[1] * (h[5] * d[0] + h[1] * d[1] + h[3] * d[2]) +
-                                 d[2] * (h[4] * d[0] + h[3] * d[1] + h[2] * d[2]);
+        Triple bent;
+        times(h, d, bent);
+        const double slope = dot(g, d), curvature = dot(d, bent);
         (slope < 0.0 ? low : high) = t;
         double next = t - slope / curvature;
         if (!(next > low && next < high)) next = 0.5 * (low + high);

@@ -55,11 +55,9 @@ bool height_over(const CrossedSurface& s, Vector p, Height& out) {
     double grid[3];
     place(*s.field, p, grid);
     const SplineJet jet = spline_jet(*s.field, grid);
-    const auto& m = s.field->to_grid;
-    const auto column = [&](int c) {
-        return m[0][c] * jet.gradient[0] + m[1][c] * jet.gradient[1] + m[2][c] * jet.gradient[2];
-    };
-    const Vector g = {column(0), column(1), column(2)};
+    double gradient[3];
+    s.field->gradient_in_world(jet.gradient, gradient);
+    const Vector g = {gradient[0], gradient[1], gradient[2]};
     const double slope = length(g);
     if (!(slope > 0.0)) return false;
     out = {jet.value / slope, g * (1.0 / slope)};

@@ -51,6 +51,12 @@ struct FieldView {
             gradient[c] = m[0][c] * static_cast<double>(grid[0]) + m[1][c] * static_cast<double>(grid[1]) +
                           m[2][c] * static_cast<double>(grid[2]);
     }
+    // The cell of a coordinate in the field's box; returns the place in it.
+    double place_in_cell(const double (&grid)[3], int axis, int64_t& cell) const {
+        const int32_t last = cells(axis) - 1;
+        cell = grid[axis] > 0.0 ? static_cast<int64_t>(grid[axis] < last ? grid[axis] : last) : 0;
+        return grid[axis] - static_cast<double>(cell);
+    }
     int64_t value_count() const { return static_cast<int64_t>(size[0]) * size[1] * size[2]; }
     int64_t first_place() const { return 12 * static_cast<int64_t>(number); }
 };

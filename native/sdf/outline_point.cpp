@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sdf/triple.h"
+
 namespace edgegrad {
 namespace {
-
-using Triple = double[3];
 
 // Newton's method stops at steps of so many cells, and fails after so many steps or so far from its start.
 constexpr double kResolved = 1e-9, kFar = 1.5;
@@ -14,18 +14,6 @@ constexpr int kMostSteps = 20;
 // Rays through points of an outline touch the surface over so many cells.
 constexpr double kContactCells = 0.125;
 
-double dot(const Triple& a, const Triple& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-void cross(const Triple& a, const Triple& b, Triple& out) {
-    for (int i = 0; i < 3; ++i) {
-        const int j = (i + 1) % 3, k = (i + 2) % 3;
-        out[i] = a[j] * b[k] - a[k] * b[j];
-    }
-}
-void times(const double (&h)[6], const Triple& v, Triple& out) {
-    out[0] = h[0] * v[0] + h[5] * v[1] + h[4] * v[2];
-    out[1] = h[5] * v[0] + h[1] * v[1] + h[3] * v[2];
-    out[2] = h[4] * v[0] + h[3] * v[1] + h[2] * v[2];
-}
 bool within(const FieldView& f, const Triple& x) {
     for (int a = 0; a < 3; ++a)
         if (!(x[a] >= 0.0 && x[a] <= f.cells(a))) return false;
@@ -51,13 +39,6 @@ struct OutlineEquations {
     double curvature() const { return dot(v, bent); }
 };
 
-// The cell of a coordinate, and the place in it.
-double place_in_cell(const FieldView& f, const Triple& grid, int axis, int64_t& cell) {
-    const int32_t last = f.cells(axis) - 1;
-    cell = grid[axis] > 0.0 ? static_cast<int64_t>(grid[axis] < last ? grid[axis] : last) : 0;
-    return grid[axis] - static_cast<double>(cell);
-}
-
 typedef double Four __attribute__((vector_size(32)));
 
 double total(const Four& a) { return (a[0] + a[2]) + (a[1] + a[3]); }
@@ -74,7 +55,7 @@ class SplineCell {
  public:
     SplineCell(const FieldView& f, const double (&grid)[3]) : step_(f.size[2]), slab_(step_ * f.size[1]) {
         int64_t cell[3];
-        for (int a = 0; a < 3; ++a) at[a] = place_in_cell(f, grid, a, cell[a]);
+        for (int a = 0; a < 3; ++a) at[a] = f.place_in_cell(grid, a, cell[a]);
         first_ = f.values + cell[0] * slab_ + cell[1] * step_ + cell[2];
     }
     Four row(int i, int j) const {

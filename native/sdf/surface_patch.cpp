@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "sdf/triple.h"
+
 namespace edgegrad {
 namespace {
 
@@ -9,10 +11,6 @@ namespace {
 // from the patch.
 constexpr double kResolved = 1e-6, kFar = 1.0;
 constexpr int kMostSteps = 20;
-
-using Triple = double[3];
-
-double dot(const Triple& a, const Triple& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 }  // namespace
 

@@ -6,7 +6,6 @@
 #include "boundary/samples/outline_samples.h"
 #include "boundary/samples/visible_edge.h"
 #include "sdf/crossing_point.h"
-#include "sdf/place_code.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -83,11 +82,7 @@ EG_OUTLINE void place_on_crossings(const SceneView& scene, Mask& active, Int lin
             const double at[3] = {p.position.x, p.position.y, p.position.z};
             double grid[3];
             surfaces[k].field->place_in_grid(at, grid);
-            uint32_t code[2];
-            encode_place(*surfaces[k].field, grid, code);
-            float place[2];
-            __builtin_memcpy(place, code, sizeof place);
-            side.b1[i] = place[0], side.b2[i] = place[1];
+            set_place(*surfaces[k].field, grid, i, side.b1, side.b2);
         }
     }
     for (int k = 0; k < 2; ++k) {

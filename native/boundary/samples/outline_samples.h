@@ -3,6 +3,7 @@
 
 #include "boundary/samples/segment_sampling.h"
 #include "sdf/outline_point.h"
+#include "sdf/place_code.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -20,6 +21,14 @@ EG_INLINE const FieldView& field_of_face(const SceneView& scene, int32_t face) {
 
 EG_INLINE void set_lane3(Vec3& out, int lane, const float (&p)[3]) {
     out.x[lane] = p[0], out.y[lane] = p[1], out.z[lane] = p[2];
+}
+// Sets a lane's barycentrics to a place of a field, as hits have it (sdf/place_code.h).
+EG_INLINE void set_place(const FieldView& field, const double (&grid)[3], int lane, Float& b1, Float& b2) {
+    uint32_t code[2];
+    encode_place(field, grid, code);
+    float place[2];
+    __builtin_memcpy(place, code, sizeof place);
+    b1[lane] = place[0], b2[lane] = place[1];
 }
 
 // Calls back with each sample's point of the outline on its segment, seen from viewer(lane, field). Samples

@@ -26,8 +26,8 @@ struct EdgeSample {
 };
 
 // Samples [task.first + at, ...) of the segments, each seen through its own point of the lens, or that of its
-// line. bend(s) may
-// move s.point from the segment to a curve near it, whose derivative by u is then s.tangent.
+// line. bend(s) may move s.point from the segment to a curve near it, whose derivative by u is then
+// s.tangent.
 template <typename Bend>
 EG_INLINE EdgeSample sample_curve(const SceneView& scene, const BoundaryTask& task, int64_t at,
                                   SegmentCursor& cursor, const Bend& bend) {

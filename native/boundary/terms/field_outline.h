@@ -12,22 +12,22 @@
 #include "boundary/fields/field_viewer.h"
 #include "boundary/samples/outline_samples.h"
 #include "boundary/terms/primary.h"
-#include "sdf/place_code.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// The point of the outline of each sample.
+// The point of a field's surface that each sample sees on one side.
 struct OutlineSample {
-    Closest hit;  // of the field, at the point
-    Vec3 normal;  // out of the surface
-    Float contact;
-    Mask reversed;
+    Closest hit;    // of the field, at the point
+    Vec3 normal;    // out of the surface
+    Vec3 grazing;   // the direction of the ray, in the tangent plane
+    Mask minus;     // the surface is on the side against the sample's normal
+    Float contact;  // the length before and behind the point over which hits of the field do not count
 };
 
-// Moves the sample from its segment to the outline.
-EG_OUTLINE void bend_to_outline(const SceneView& scene, EdgeSample& s, OutlineSample& out) {
+// Moves the sample from its segment to the outline. `reversed`: lanes where the outline runs back.
+EG_OUTLINE void bend_to_outline(const SceneView& scene, EdgeSample& s, OutlineSample& out, Mask& reversed) {
     out.hit.hit = s.active;
-    out.hit.face = out.hit.mesh = out.reversed = splat(0);
+    out.hit.face = out.hit.mesh = reversed = splat(0);
     out.hit.instance = splat(-1);
     out.hit.b1 = out.hit.b2 = out.hit.distance = out.contact = splat(0.0f);
     out.normal = {splat(0.0f), splat(0.0f), splat(1.0f)};
@@ -44,21 +44,30 @@ EG_OUTLINE void bend_to_outline(const SceneView& scene, EdgeSample& s, OutlineSa
                                set_lane3(s.point, i, p.position);
                                set_lane3(s.tangent, i, p.tangent);
                                set_lane3(out.normal, i, p.normal);
-                               uint32_t code[2];
-                               encode_place(field, p.grid, code);
-                               float place[2];
-                               __builtin_memcpy(place, code, sizeof place);
-                               out.hit.b1[i] = place[0], out.hit.b2[i] = place[1];
-                               out.reversed[i] = p.reversed ? -1 : 0;
+                               set_place(field, p.grid, i, out.hit.b1, out.hit.b2);
+                               reversed[i] = p.reversed ? -1 : 0;
                                out.contact[i] = p.contact;
                            });
     out.hit.face = field_of_line(scene, s.active, s.edge);
 }
 
-// Estimates the radiance of both sides, as trace_sides does for edges.
-template <typename Factor>
+// Samples a point of the outline.
+EG_INLINE EdgeSample sample_outline(const SceneView& scene, const BoundaryTask& task, int at,
+                                    SegmentCursor& cursor, OutlineSample& out) {
+    Mask reversed;
+    EdgeSample s = sample_curve(scene, task, at, cursor,
+                                [&](EdgeSample& sample) { bend_to_outline(scene, sample, out, reversed); });
+    s.weight = select(reversed, -s.weight, s.weight);
+    out.grazing = s.view.direction;
+    out.minus = dot(s.normal, out.normal) > 0.0f;
+    return s;
+}
+
+// Estimates the radiance of both sides, as trace_sides does for edges. sample(at, cursor, outline) returns
+// the samples [task.first + at, ...).
+template <typename Sample, typename Factor>
 EG_OUTLINE TracedSample* trace_outline_sides(const SceneView& scene, const BoundaryTask& task,
-                                             Workspace& work, const Factor& factor) {
+                                             Workspace& work, const Sample& sample, const Factor& factor) {
     const int count = static_cast<int>(task.count);
     const auto packets = static_cast<size_t>((count + W - 1) / W);
     auto* const traced = static_cast<TracedSample*>(work.segments->grow(packets * sizeof(TracedSample), 0));
@@ -68,11 +77,8 @@ EG_OUTLINE TracedSample* trace_outline_sides(const SceneView& scene, const Bound
     for (int at = 0; at < count; at += W) {
         TracedSample& kept = traced[at / W];
         EdgeSample& s = kept.sample;
-        // Sample a point of the outline
         OutlineSample outline;
-        s = sample_curve(scene, task, at, cursor,
-                         [&](EdgeSample& sample) { bend_to_outline(scene, sample, outline); });
-        s.weight = select(outline.reversed, -s.weight, s.weight);
+        s = sample(at, cursor, outline);
         if (any(s.active)) {
             kept.factor = factor(kept);
             if (!task.score) s.active &= ~(largest_component(kept.factor) == 0.0f);
@@ -90,10 +96,8 @@ EG_OUTLINE TracedSample* trace_outline_sides(const SceneView& scene, const Bound
         hit.hit = s.active;
         hit.mesh = mesh_of(scene, select(s.active, hit.face, splat(0)));
         hit.distance = s.view.distance;
-        const Vec3 turned = s.view.direction - outline.normal * splat(kTurn);
+        const Vec3 turned = outline.grazing - outline.normal * splat(kTurn);
         const Vec3 direction = turned * (1.0f / sqrt(dot(turned, turned)));
-        // The surface is on the side against its normal
-        const Mask minus = dot(s.normal, outline.normal) > 0.0f;
         const Int plus_path = lane_index() + at, minus_path = plus_path + count;
         Closest other = hit;
         other.hit = splat(0);
@@ -101,8 +105,8 @@ EG_OUTLINE TracedSample* trace_outline_sides(const SceneView& scene, const Bound
             queued = append_start(work, queued, s.active, number, s.view.origin, along, first, zero3(), other,
                                   behind.through, behind.passed, task.max_depth);
         };
-        start(select(minus, minus_path, plus_path), direction, hit);
-        start(select(minus, plus_path, minus_path), s.view.direction, behind.hit);
+        start(select(outline.minus, minus_path, plus_path), direction, hit);
+        start(select(outline.minus, plus_path, minus_path), s.view.direction, behind.hit);
     }
     // Trace all paths
     run_appended(scene, side_paths(task), work, queued, 2 * task.count);
@@ -115,7 +119,10 @@ struct FieldCurves {
     template <typename Factor>
     static TracedSample* trace(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                const Factor& factor) {
-        return trace_outline_sides(scene, task, work, factor);
+        const auto sample = [&](int at, SegmentCursor& cursor, OutlineSample& out) {
+            return sample_outline(scene, task, at, cursor, out);
+        };
+        return trace_outline_sides(scene, task, work, sample, factor);
     }
     template <typename Mode>
     EG_INLINE static void blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,

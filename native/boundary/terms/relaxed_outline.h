@@ -14,13 +14,6 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// The near miss of each sample: EdgeSample::instance is the face that stands for its field.
-struct BandSample {
-    Closest hit;  // of the field, at the point of the surface nearest to the minimum
-    Vec3 normal;  // out of the surface, there
-    Float contact;
-};
-
 // The point of the surface near a near miss, in grid coordinates.
 inline void pull_to_surface(const FieldView& f, double (&grid)[3], SplineJet& jet) {
     constexpr int kSteps = 4;
@@ -32,9 +25,10 @@ inline void pull_to_surface(const FieldView& f, double (&grid)[3], SplineJet& je
     }
 }
 
-// Sets a lane to one of the near misses of its ray.
+// Sets a lane to one of the near misses of its ray: EdgeSample::instance is the face that stands for its
+// field, and the outline's point that of the surface nearest to the minimum.
 inline void set_near_miss(const SceneView& scene, const PictureRay& ray, NearMiss m, int i, EdgeSample& s,
-                          BandSample& out, Float& part) {
+                          OutlineSample& out, Float& part) {
     const FieldView& f = *m.field;
     s.instance[i] = scene.first_field_face + static_cast<int32_t>(m.field - scene.fields);
     float position[3], normal[3];
@@ -63,15 +57,11 @@ inline void set_near_miss(const SceneView& scene, const PictureRay& ray, NearMis
     pull_to_surface(f, m.grid, m.jet);
     normal_of(m.jet);
     set_lane3(out.normal, i, normal);
-    uint32_t code[2];
-    encode_place(f, m.grid, code);
-    float place[2];
-    __builtin_memcpy(place, code, sizeof place);
-    out.hit.b1[i] = place[0], out.hit.b2[i] = place[1];
+    set_place(f, m.grid, i, out.hit.b1, out.hit.b2);
 }
 
 EG_OUTLINE EdgeSample sample_band(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                  SegmentCursor& cursor, BandSample& out) {
+                                  SegmentCursor& cursor, OutlineSample& out) {
     const SegmentSample p = sample_edge_segment(scene, task, at, cursor);
     const CameraView& camera = scene.camera;
     EdgeSample s;
@@ -111,56 +101,21 @@ EG_OUTLINE EdgeSample sample_band(const SceneView& scene, const BoundaryTask& ta
     out.hit.face = select(s.active, s.instance, splat(0));
     out.hit.mesh = splat(0);
     out.hit.instance = splat(-1);
+    out.grazing = s.view.direction - out.normal * dot(s.view.direction, out.normal);
+    out.minus = splat(-1);
     return s;
 }
 
 struct FieldBands {
     using Traced = TracedSample;
+
     template <typename Factor>
     static TracedSample* trace(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                const Factor& factor) {
-        const int count = static_cast<int>(task.count);
-        const auto packets = static_cast<size_t>((count + W - 1) / W);
-        auto* const traced =
-            static_cast<TracedSample*>(work.segments->grow(packets * sizeof(TracedSample), 0));
-        SegmentCursor cursor = first_segment(task);
-        const SideFace none = {splat(-1), splat(-1), splat(0), splat(0.0f)};
-        int queued = 0;
-        for (int at = 0; at < count; at += W) {
-            TracedSample& kept = traced[at / W];
-            EdgeSample& s = kept.sample;
-            BandSample band;
-            s = sample_band(scene, task, at, cursor, band);
-            if (any(s.active)) {
-                kept.factor = factor(kept);
-                if (!task.score) s.active &= ~(largest_component(kept.factor) == 0.0f);
-            }
-            Behind behind;
-            if (any(s.active))
-                behind = look_behind(scene, s, {none, none, splat(0)}, task.limits.transparent,
-                                     GrazedField{band.hit.face, band.contact});
-            if (!any(s.active)) continue;
-            // The ray to the surface is turned until it meets the front
-            constexpr float kTurn = 1e-4f;
-            Closest hit = band.hit;
-            hit.hit = s.active;
-            hit.mesh = mesh_of(scene, select(s.active, hit.face, splat(0)));
-            hit.distance = s.view.distance;
-            const Vec3 n = band.normal;
-            const Vec3 turned = s.view.direction - n * (dot(s.view.direction, n) + kTurn);
-            const Vec3 direction = turned * (1.0f / sqrt(dot(turned, turned)));
-            Closest other = hit;
-            other.hit = splat(0);
-            const Int path = lane_index() + at;
-            const auto start = [&](Int number, Vec3 along, const Closest& first) EG_INLINE_LAMBDA {
-                queued = append_start(work, queued, s.active, number, s.view.origin, along, first, zero3(),
-                                      other, behind.through, behind.passed, task.max_depth);
-            };
-            start(path + count, direction, hit);
-            start(path, s.view.direction, behind.hit);
-        }
-        run_appended(scene, side_paths(task), work, queued, 2 * task.count);
-        return traced;
+        const auto sample = [&](int at, SegmentCursor& cursor, OutlineSample& out) {
+            return sample_band(scene, task, at, cursor, out);
+        };
+        return trace_outline_sides(scene, task, work, sample, factor);
     }
     template <typename Mode>
     EG_INLINE static void blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,

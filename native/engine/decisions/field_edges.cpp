@@ -38,13 +38,13 @@ Box surface_box(const FieldView& f) {
     for (int c = 0; c < 3; ++c) out.low[c] = HUGE_VAL, out.high[c] = -HUGE_VAL;
     if (first[0] > last[0]) return out;
     // A coefficient (i, j, k) counts for cells up to three before it
-    for (int corner = 0; corner < 8; ++corner)
-        for (int c = 0; c < 3; ++c) {
-            double p = f.to_world[c][3];
-            for (int a = 0; a < 3; ++a)
-                p += f.to_world[c][a] * ((corner >> a & 1) ? last[a] + 1.0 : first[a] - 3.0);
-            out.low[c] = std::min(out.low[c], p), out.high[c] = std::max(out.high[c], p);
-        }
+    for (int corner = 0; corner < 8; ++corner) {
+        double grid[3], p[3];
+        for (int a = 0; a < 3; ++a) grid[a] = (corner >> a & 1) ? last[a] + 1.0 : first[a] - 3.0;
+        f.place_in_world(grid, p);
+        for (int c = 0; c < 3; ++c)
+            out.low[c] = std::min(out.low[c], p[c]), out.high[c] = std::max(out.high[c], p[c]);
+    }
     return out;
 }
 
@@ -119,14 +119,12 @@ std::vector<FieldBand> field_bands(const SceneTables& t, FieldEdges edges, int t
         if (!seen_by_camera(t, k)) continue;
         const FieldView f = t.fields[k].view();
         // The size of a cell in the picture, at the middle of the field
-        double depth = 0.0, cell = 0.0;
+        const double halves[3] = {0.5 * f.cells(0), 0.5 * f.cells(1), 0.5 * f.cells(2)};
+        double middle[3], depth = 0.0, cell = 0.0;
+        f.place_in_world(halves, middle);
         for (int i = 0; i < 3; ++i) {
-            double middle = f.to_world[i][3];
-            for (int a = 0; a < 3; ++a) {
-                middle += f.to_world[i][a] * 0.5 * f.cells(a);
-                cell += f.to_world[i][a] * f.to_world[i][a] / 3.0;
-            }
-            depth -= (middle - static_cast<double>(c.position[i])) * static_cast<double>(c.back[i]);
+            for (int a = 0; a < 3; ++a) cell += f.to_world[i][a] * f.to_world[i][a] / 3.0;
+            depth -= (middle[i] - static_cast<double>(c.position[i])) * static_cast<double>(c.back[i]);
         }
         const double near = static_cast<double>(c.clip_start);
         const double scale =

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._check import LARGEST_LENGTH, array, instance, number, whole, wholes
-from ..geometry.topology import weld
+from ..geometry import topology
 from ..scene.field import LARGEST_SIZE, LEAST_SIZE, Field
 from ..scene.mesh import Mesh
 from ..scene.placement import expanded
@@ -83,8 +83,8 @@ def from_mesh(
     mesh.validate("from_mesh")
     name = mesh.materials[0] if material is None else material
     mesh = expanded(mesh)
-    label = weld(mesh.vertices)
-    vertices = mesh.vertices[np.unique(label, return_index=True)[1]]
+    label = topology.weld(mesh.vertices)
+    vertices = mesh.vertices[topology.first_of_labels(label)]
     faces = label[mesh.faces.astype(np.int64)]
     low, spacing, count = _grid(vertices[np.unique(faces)], cells, lower, upper)
     shape = (int(count[0]) + 1, int(count[1]) + 1, int(count[2]) + 1)

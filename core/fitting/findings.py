@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..scene.camera import Camera
+from .control_vertices import ControlVertices
 from .driven import Numbers, Variable
 from .variables import Unknown, Values
+from .vertices.variables import Vertices
 
 # Kinds of findings.
 OPEN, LOW, HIGH = "open", "at the lower limit", "at the upper limit"
@@ -70,3 +73,13 @@ def findings(touched: Mapping[str, NDArray[np.bool_]], values: Mapping[str, Any]
             if held.any():
                 out.append(Finding(path, kind, int(held.sum()), value.size))
     return tuple(out)
+
+
+def open_depths(variables: Iterable[Unknown | Variable | Numbers], cameras: Sequence[Camera]) -> list[str]:
+    """Say for which shapes there are pictures from one place only."""
+    places = np.array([camera.to_world[:3, 3] for camera in cameras])
+    if np.ptp(places, axis=0).max() > 0.0:
+        return []
+    return [f"one view does not determine depth: how far the vertices of '{item.path}' are from the camera is told by "
+            "shading and shadows alone; add targets from other sides"
+            for item in variables if isinstance(item, (Vertices, ControlVertices))]  # fmt: skip

@@ -25,13 +25,11 @@ from ..rendering.options import MOST_THREADS, Progress, checked_bounces, checked
 from ..rendering.renderer import MAX_DERIVATIVE_DEPTH, Cancelled, Renderer
 from ..scene import parameters
 from ..scene.bounces import MAX_DEPTH, Bounces
-from ..scene.camera import Camera
 from ..scene.scene import Scene, validated
 from ..tables.tables import flatten
 from . import fingerprint
 from .checkpoint_file import check_checkpoint
 from .checkpoints import Checkpoints
-from .control_vertices import ControlVertices
 from .driven import Driven, Placement
 from .fields.variables import FieldSteps
 from .film.checked_film import check_film
@@ -39,7 +37,7 @@ from .film.film import Film
 from .film.film_schedule import FilmSchedule
 from .film.keyed import KeyedFrames, KeyedNumbers
 from .film.keyed_parameters import KeyedParameters
-from .findings import Finding, findings
+from .findings import Finding, findings, open_depths
 from .fit_step import ON_CANCEL, Callback
 from .large_steps import MOST_SMOOTHNESS
 from .losses import Loss, Pyramid
@@ -323,7 +321,8 @@ def fit(
         if driven is not None:
             for path in run.place({item.path: kept[item.path] for item in driven.variables}):
                 parameters.put(scene, path, parameters.get(work, path))
-    found = findings(run.touched, kept, [*unknowns, *(() if driven is None else driven.variables)])
+    variables = [*unknowns, *(() if driven is None else driven.variables)]
+    found = findings(run.touched, kept, variables)
     if own_frames is not None:
         kept = kept | {item.path: own_frames.values(item.path, kept[item.path]) for item in own_frames.variables}
     return FitResult(
@@ -332,7 +331,7 @@ def fit(
         {path: float(np.mean(~touched)) for path, touched in run.touched.items()},
         (*(() if checkpoints is None else checkpoints.notes),
          *(f"not computed: {sentence}" for sentence in run.missing),
-         *_of_depth([*unknowns, *(() if driven is None else driven.variables)], cameras),
+         *open_depths(variables, cameras),
          *(part for part in parts if part is not None)),
         run.first_gradient,
         tuple(np.copy(gain) for gain in run.best_gains),
@@ -366,16 +365,6 @@ def _checked_paths(work: Scene, wrt: Sequence[str], narrow: bool, may_be_empty: 
     if narrow:
         diffuse_tables.check(paths)
     return paths
-
-
-def _of_depth(unknowns: Sequence[Any], cameras: Sequence[Camera]) -> list[str]:
-    """Say for which shapes there are pictures from one place only."""
-    places = np.array([camera.to_world[:3, 3] for camera in cameras])
-    if np.ptp(places, axis=0).max() > 0.0:
-        return []
-    return [f"one view does not determine depth: how far the vertices of '{item.path}' are from the camera is told by "
-            "shading and shadows alone; add targets from other sides"
-            for item in unknowns if isinstance(item, (Vertices, ControlVertices))]  # fmt: skip
 
 
 def _checked_steps(paths: list[str], step_sizes: Mapping[str, float] | None) -> dict[str, float]:

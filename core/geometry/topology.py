@@ -86,10 +86,20 @@ def weld(
         if len(members):
             label = _merge(label, near[members], group)
     label = label[copy_of]
-    first = np.zeros(len(points), np.int64)
-    first[label[::-1]] = np.arange(len(label))[::-1]  # in reversed order, the first vertex is written last
-    first = first[label]
+    first = first_of_labels(label)[label]
     return (np.cumsum(first == np.arange(len(first))) - 1)[first]
+
+
+def first_of_labels(label: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the first vertex with each label, in the order of the labels; that of a label without a vertex is 0."""
+    first = np.zeros(int(label.max(initial=-1)) + 1, np.int64)
+    first[label[::-1]] = np.arange(len(label))[::-1]  # in reversed order, the first vertex is written last
+    return first
+
+
+def is_closed(faces: NDArray[np.signedinteger[Any]], label: NDArray[np.int64]) -> bool:
+    """Return whether a mesh has no open border: whether each edge has two faces or more."""
+    return bool((np.diff(edges(faces, label).face_first.astype(np.int64)) > 1).all())
 
 
 def _marked(rows: NDArray[Any], of: NDArray[np.int64]) -> NDArray[Any]:

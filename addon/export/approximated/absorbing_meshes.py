@@ -29,7 +29,7 @@ def warn_about_absorbing(out: Export) -> None:
             continue
         where = f"object '{out.meshes[name].object}'"
         label = topology.weld(mesh.vertices)
-        if (np.diff(topology.edges(mesh.faces, label).face_first.astype(np.int64)) == 1).any():
+        if not topology.is_closed(mesh.faces, label):
             out.report.warn(where, "absorbs light, but its mesh has open borders: light that leaves by them is not "
                             "absorbed; close them")  # fmt: skip
         for other in _within(out.scene, name, label):
@@ -47,8 +47,7 @@ def _absorbs(scene: edgegrad.Scene, name: str) -> bool:
 def _within(scene: edgegrad.Scene, name: str, label: NDArray[np.int64]) -> list[str]:
     """Names of the meshes of which a vertex is inside of another mesh, whose coincident vertices have equal labels."""
     mesh = scene.meshes[name]
-    first = np.unique(label, return_index=True)[1]
-    vertices = np.asarray(mesh.vertices, np.float64)[first]
+    vertices = np.asarray(mesh.vertices, np.float64)[topology.first_of_labels(label)]
     surface = Surface.closed(vertices, label[mesh.faces])
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     found = []

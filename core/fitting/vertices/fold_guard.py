@@ -51,8 +51,7 @@ class FoldGuard:
 
     def __init__(self, vertices: F64, faces: NDArray[np.integer], label: I64) -> None:
         self._label = label
-        self._first = np.zeros(int(label.max()) + 1, np.int64)
-        self._first[label[::-1]] = np.arange(len(label))[::-1]
+        self._first = topology.first_of_labels(label)
         corners = label[np.asarray(faces, np.int64)]
         a, b, c = corners.T
         corners = corners[(a != b) & (b != c) & (c != a)]

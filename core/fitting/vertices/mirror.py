@@ -37,8 +37,7 @@ def partners(points: F64, axis: int, polygons: Iterable[Sequence[int]] = ()) -> 
     (n,) vertex numbers; -1: none was found. The partner of a partner is the vertex itself, or its first copy.
     """
     label = topology.weld(points)
-    first = np.zeros(int(label.max(initial=-1)) + 1, np.int64)
-    first[label[::-1]] = np.arange(len(label))[::-1]
+    first = topology.first_of_labels(label)
     found = _by_place(points[first], axis)
     faces = [tuple(int(label[v]) for v in face) for face in polygons]
     if faces:

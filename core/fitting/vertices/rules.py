@@ -133,8 +133,7 @@ class Constraint:
         return np.asarray(self._frame[:3, :3] @ (factors[:, None] * self._inverse[:3, :3]))
 
     def _partners(self, where: str, vertices: F64, label: I64, axis: int, given: I64 | None) -> I64:
-        first = np.zeros(int(label.max()) + 1, np.int64)
-        first[label[::-1]] = np.arange(len(label))[::-1]
+        first = topology.first_of_labels(label)
         if given is None:
             points = vertices[first] @ self._inverse[:3, :3].T + self._inverse[:3, 3]
             welded = partners(points, axis)

@@ -19,7 +19,8 @@ F64 = NDArray[np.float64]
 
 # Default first step of vertices, as a fraction of the diagonal of the mesh's bounding box.
 VERTEX_STEP = 0.02
-# Default factor for the tangential motion of vertices of closed meshes. A smaller value keeps vertices evenly spaced,
+# Default factor for the tangential motion of vertices of closed meshes: that of an open border changes the shape. A
+# smaller value keeps vertices evenly spaced,
 # but material borders and UV maps cannot move along the surface.
 SLIDE = 0.5
 # Without a given smoothness, it falls from its automatic value to this one, within this part of the fit, on this many
@@ -60,7 +61,7 @@ class Vertices(Resumable):
         self._release = smoothness is None
         self._coarse = self._steps.smoothness
         self._iterations, self._count = iterations, 0
-        self._slide = slide if slide is not None else SLIDE if _closed(faces, self._steps.label) else 1.0
+        self._slide = slide if slide is not None else SLIDE if topology.is_closed(faces, self._steps.label) else 1.0
         self._guard = FoldGuard(self.value, faces, self._steps.label)
         self._optimiser = AdamUniform(1.0, beta2=BETA2)
         self._length: float | None = None
@@ -126,8 +127,3 @@ def vertex_normals(vertices: F64, faces: NDArray[np.integer], label: NDArray[np.
     total = np.stack([np.bincount(at, twice_area[:, axis], minlength=count) for axis in range(3)], axis=1)
     length = np.linalg.norm(total, axis=1, keepdims=True)
     return np.asarray((total / np.where(length > 0.0, length, 1.0))[label])
-
-
-def _closed(faces: NDArray[np.int32], label: NDArray[np.int64]) -> bool:
-    """Whether the mesh has no open border. Tangential motion of a border changes the shape."""
-    return bool((np.diff(topology.edges(faces, label).face_first.astype(np.int64)) > 1).all())

@@ -2,58 +2,16 @@
 
     make test-window EXTENSION=dist/edgegrad-0.1.0.zip [WINDOW_DIR=FOLDER] [SHOTS=FOLDER]
 
-Blender runs in a Debian chroot that `blender_window.sh` makes in WINDOW_DIR (about 3 GB; it needs root). Each script of
-`scripts/` runs once; its screenshots are kept in SHOTS.
+Each script of `scripts/` runs once (`conftest.py`); its screenshots are kept in SHOTS.
 """
 
 from __future__ import annotations
 
-import json
-import os
-import shutil
-import subprocess
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 pytestmark = pytest.mark.window
-
-HERE = Path(__file__).parent
-EXTENSION = os.environ.get("EXTENSION", "")
-FOLDER, SHOTS = os.environ.get("WINDOW_DIR", ""), os.environ.get("SHOTS", "")
-LIMIT = 1200  # seconds for one script
-
-
-@pytest.fixture(scope="module")
-def run(tmp_path_factory: Any) -> Any:
-    """Run a script in Blender once; return what it has found, and Blender's log."""
-    if not EXTENSION or not FOLDER:
-        pytest.skip("needs the extension's zip (EXTENSION=…) and a folder for a Blender with a window (WINDOW_DIR=…)")
-    known: dict[str, tuple[dict[str, Any], str]] = {}
-    failed: dict[str, str] = {}
-
-    def once(name: str) -> tuple[dict[str, Any], str]:
-        assert name not in failed, failed[name]
-        if name not in known:
-            folder = tmp_path_factory.mktemp(name)
-            # Blender sees no more of the tests than what its scripts need.
-            tests = folder / "tests"
-            shutil.copytree(HERE, tests / "gui", ignore=shutil.ignore_patterns("__pycache__"))
-            (tests / "__init__.py").touch()
-            out = Path(SHOTS) / name if SHOTS else folder / "out"
-            command = ["bash", str(HERE / "blender_window.sh"), "--dir", FOLDER, "--ext", EXTENSION, "--out", str(out),
-                       "--timeout", str(LIMIT), "--data", str(tests), str(HERE / "start.py"), name]  # fmt: skip
-            done = subprocess.run(command, capture_output=True, text=True, check=False)
-            log = (out / "blender.log").read_text() if (out / "blender.log").exists() else ""
-            if done.returncode != 0:
-                failed[name] = done.stderr + log
-            assert done.returncode == 0, failed[name]
-            known[name] = json.loads((out / "found.json").read_text()), log
-        return known[name]
-
-    return once
-
 
 UNCHANGED = {
     "escape": (False, "nothing was changed"),

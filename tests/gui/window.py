@@ -60,13 +60,13 @@ def refused(operator: Any, **properties: Any) -> str:
     raise AssertionError(f"{operator} does not refuse")
 
 
-def wait_for(condition: Callable[[], Any], timeout: float = 60.0) -> Script:
-    """Wait until the condition holds."""
+def wait_for(condition: Callable[[], Any], timeout: float = 60.0, every: float = 0.1) -> Script:
+    """Wait until the condition holds; it is asked at intervals of so many seconds."""
     end = time.monotonic() + timeout
     while not condition():
         if time.monotonic() > end:
             raise TimeoutError(f"not within {timeout} s: {condition}")
-        yield 0.1
+        yield every
 
 
 def redraw(seconds: float = 0.5) -> Script:

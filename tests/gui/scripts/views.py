@@ -1,48 +1,61 @@
-# mypy: ignore-errors
-"""Runs in Blender with a window, started by test_render_engine.py: rendered views and renders of the demo scene.
+"""Rendered views and F12 of the demo scene: seconds from an edit to its picture, memory over many updates, equal bits.
 
-It prints one line "MEASURED name value" for each measurement, in seconds or bytes.
+All figures are in seconds but `memory`, which is in bytes.
 """
 
+from __future__ import annotations
+
 import os
-import pathlib
 import statistics
 import sys
 import time
+from collections.abc import Callable, Generator
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import bpy
 import numpy as np
-from blender_gui_lib import ARGS, OUT, area, key, log, override, redraw, shot, start, wait_for
 from mathutils import Quaternion
 
 from edgegrad import images
+from tests.gui.window import OUT, Script, area, call, key, log, redraw, shot, wait_for
 
-ADDON = next(name for name in sys.modules if name.endswith(".render_engine.view")).rpartition(".render_engine")[0]
-render_engine = sys.modules[f"{ADDON}.render_engine.view"]
-drawing = sys.modules[f"{ADDON}.render_engine.drawing"]
-
+FOUND: dict[str, Any] = {}
 UPDATES = int(os.environ.get("EDGEGRAD_GUI_UPDATES", "1000"))
 SAMPLES = 16
-drawn = []  # (time, picture) of each drawing
 
 
-def watch_drawing():
-    plain = drawing.Picture.draw
+class Drawn(NamedTuple):
+    """A drawing of a picture. Pictures themselves are not kept, since their memory is measured."""
 
-    def draw(self, engine, scene, shown, width, height):
+    at: float
+    request: Any
+    samples: int
+
+
+drawn: list[Drawn] = []
+
+
+def watch_drawing(addon: str) -> None:
+    """Note each drawing, and the seconds of Blender's main thread in the first calls of the engine."""
+    picture = sys.modules[f"{addon}.render_engine.drawing"].Picture
+    view = sys.modules[f"{addon}.render_engine.view"].View
+    plain = picture.draw
+
+    def draw(self: Any, engine: Any, scene: Any, shown: Any, width: int, height: int) -> None:
         plain(self, engine, scene, shown, width, height)
-        drawn.append((time.monotonic(), shown))
+        drawn.append(Drawn(time.monotonic(), shown.request, shown.samples))
 
-    drawing.Picture.draw = draw
+    picture.draw = draw
     for name in ("update", "draw"):
-        setattr(render_engine.View, name, timed(getattr(render_engine.View, name), name))
+        setattr(view, name, timed(getattr(view, name), name))
 
 
-def timed(function, name):
+def timed(function: Callable[..., Any], name: str) -> Callable[..., Any]:
     """Log the first calls of a function of Blender's main thread: seconds, and seconds of its processor."""
-    calls = []
+    calls: list[None] = []
 
-    def call(*arguments):
+    def call_it(*arguments: Any) -> Any:
         wall, cpu = time.monotonic(), time.thread_time()
         out = function(*arguments)
         calls.append(None)
@@ -50,69 +63,78 @@ def timed(function, name):
             log(f"{name} {len(calls)}: {time.monotonic() - wall:.4f} s, processor {time.thread_time() - cpu:.4f} s")
         return out
 
-    return call
+    return call_it
 
 
-def measured(name, value):
-    print("MEASURED", name, f"{value:.4f}", flush=True)
+def memory() -> int:
+    """Bytes that the process has in memory."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
-def memory():
-    return int(pathlib.Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
-
-
-def space():
+def space() -> Any:
+    """The 3D view."""
     return area().spaces.active
 
 
-def after(edit, count=1):
-    """yield from after(edit): seconds from an edit to the drawing of the first picture of what it has made."""
+def after(edit: Callable[[int], None], count: int) -> Generator[float, None, float]:
+    """Seconds from an edit to the drawing of the first picture of what it has made: the median of several edits."""
     times = []
     for k in range(count):
         yield 0.1
-        last = drawn[-1][1].request if drawn else None
+        last = drawn[-1].request if drawn else None
         begin, at = time.monotonic(), len(drawn)
         edit(k)
         times.append((yield from first_of_another(last, at)) - begin)
     return statistics.median(times)
 
 
-def first_of_another(request, at):
-    """yield from first_of_another(...): when a picture of another request was drawn, from this drawing on."""
-    def found():
-        return [t for t, shown in drawn[at:] if shown.request is not request]
+def first_of_another(request: Any, at: int) -> Generator[float, None, float]:
+    """When a picture of another request was drawn, from this drawing on."""
+
+    def found() -> list[float]:
+        return [one.at for one in drawn[at:] if one.request is not request]
 
     yield from wait_for(found, 20, 0.002)
     return found()[0]
 
 
-def switch_to_rendered():
+def switch_to_rendered() -> Generator[float, None, float]:
+    """Seconds from the switch to the first picture."""
     scene = bpy.context.scene
     scene.render.engine = "EDGEGRAD"
     scene.edgegrad_render.preview_samples = SAMPLES
     begin, at = time.monotonic(), len(drawn)
     space().shading.type = "RENDERED"
     yield from wait_for(lambda: len(drawn) > at, 20, 0.002)
-    return drawn[at][0] - begin
+    return drawn[at].at - begin
 
 
-def complete():
+def again() -> Generator[float, None, float]:
+    """Seconds to the first picture after a switch to another shading and back."""
+    space().shading.type = "SOLID"
+    yield from redraw(0.5)
+    return (yield from switch_to_rendered())
+
+
+def complete() -> Script:
+    """Wait until the picture has all samples."""
     yield from redraw(0.5)  # so that the view asks for what it shows now
-    yield from wait_for(lambda: drawn[-1][1].samples >= SAMPLES, 300)
+    yield from wait_for(lambda: drawn[-1].samples >= SAMPLES, 300)
     yield from redraw(0.5)
 
 
-def edits():
+def edits() -> dict[str, Callable[[int], None]]:
+    """Edits of several kinds, by name; each takes the number of the edit."""
     sculpt, key_light = bpy.data.objects["Sculpt"], bpy.data.lights["Key"]
     clay = bpy.data.materials["Clay"].node_tree.nodes["Diffuse BSDF"].inputs["Color"]
     points = np.empty(len(sculpt.data.vertices) * 3, np.float32)
     sculpt.data.vertices.foreach_get("co", points)
 
-    def move_vertices(k):
+    def move_vertices(k: int) -> None:
         sculpt.data.vertices.foreach_set("co", points * (1.0 + 0.02 * (k + 1)))
         sculpt.data.update()
 
-    def turn(k):
+    def turn(k: int) -> None:
         rotation = space().region_3d.view_rotation.copy()
         rotation.rotate(Quaternion((0, 0, 1), 0.1))
         space().region_3d.view_rotation = rotation
@@ -126,8 +148,8 @@ def edits():
     }
 
 
-def many_updates():
-    """yield from many_updates(): growth of the memory over many edits and redraws, after some that fill caches."""
+def many_updates() -> Generator[float, None, int]:
+    """Growth of the memory over many edits and redraws, after some that fill caches."""
     sculpt = bpy.data.objects["Sculpt"]
     sizes = []
     for k in range(UPDATES + 100):
@@ -135,6 +157,7 @@ def many_updates():
         if k % 10 == 0:
             space().region_3d.view_distance *= 1.0 + 0.01 * (-1) ** (k // 10)
         yield 0.01
+        del drawn[:-1]
         if k >= 100 and (k - 100) % 100 == 0:
             sizes.append(memory())
     sizes.append(memory())
@@ -142,12 +165,11 @@ def many_updates():
     return sizes[-1] - sizes[0]
 
 
-def render(samples, cancel_after=None):
-    """yield from render(n): F12, until it ends; returns its picture without view transform."""
+def render(samples: int, cancel_after: float | None = None) -> Generator[float, None, Any]:
+    """F12, until it ends; return its picture without view transform."""
     scene = bpy.context.scene
     scene.edgegrad_render.samples = samples
-    with override("WINDOW"):
-        bpy.ops.render.render("INVOKE_DEFAULT", use_viewport=False)
+    call(bpy.ops.render.render, use_viewport=False)
     yield 0.3
     if cancel_after is not None:
         yield cancel_after
@@ -155,24 +177,25 @@ def render(samples, cancel_after=None):
         begin = time.monotonic()
         key("Escape")
         yield from wait_for(lambda: not bpy.app.is_job_running("RENDER"), 20, 0.01)
-        measured("cancel", time.monotonic() - begin)
+        FOUND["cancel"] = time.monotonic() - begin
     yield from wait_for(lambda: not bpy.app.is_job_running("RENDER"), 120)
     settings = scene.render.image_settings
     if hasattr(settings, "media_type"):
         settings.media_type = "IMAGE"
     settings.file_format, settings.color_depth = "OPEN_EXR", "32"
-    path = pathlib.Path(OUT) / "frame.exr"
+    path = OUT / "frame.exr"
     bpy.data.images["Render Result"].save_render(str(path))
     return images.read_image(path)[..., :3]
 
 
-def views():
-    measured("first picture", (yield from switch_to_rendered()))
-    measured("first picture again", (yield from again()))
+def views() -> Script:
+    """Measure the first pictures and edits, and take pictures of each kind of view."""
+    FOUND["first picture"] = yield from switch_to_rendered()
+    FOUND["first picture again"] = yield from again()
     yield from complete()
     shot("1-view")
     for name, edit in edits().items():
-        measured(name, (yield from after(edit, 7)))
+        FOUND[name] = yield from after(edit, 7)
     yield from complete()
     shot("2-edited")
     for number, perspective in enumerate(("CAMERA", "ORTHO", "PERSP"), 3):
@@ -183,41 +206,26 @@ def views():
     bpy.context.scene.render.film_transparent = False
 
 
-def updates():
-    yield from switch_to_rendered()
-    measured("memory", (yield from many_updates()))
-
-
-def frames():
+def frames(addon: str) -> Script:
+    """Compare F12 with a render of the export, and cancel a long one."""
     scene = bpy.context.scene
     space().shading.type = "SOLID"
     scene.render.engine = "EDGEGRAD"
     found = yield from render(32)
-    export = sys.modules[f"{ADDON}.export"]
+    export = sys.modules[f"{addon}.export"]
     made = export.export_scene(scene)
-    expected = export.render_export(made.scene, made.settings, 32)
-    assert np.array_equal(found, expected), "the render is not the picture"
-    log("the render is the picture")
+    FOUND["equal bits"] = bool(np.array_equal(found, export.render_export(made.scene, made.settings, 32)))
     yield from render(1 << 20, cancel_after=2.0)
     yield from redraw(0.5)
     shot("7-cancelled")
 
 
-def main():
-    """Run the parts that are named, or all."""
-    watch_drawing()
+def main() -> Script:
+    """Measure views, updates and renders."""
+    addon = next(name for name in sys.modules if name.endswith(".render_engine.view")).rpartition(".render_engine")[0]
+    watch_drawing(addon)
     yield from redraw(1.0)
     log("Blender", bpy.app.version_string)
-    for part in (views, updates, frames):
-        if not ARGS or part.__name__ in ARGS:
-            yield from part()
-    log("ALL WELL")
-
-
-def again():
-    space().shading.type = "SOLID"
-    yield from redraw(0.5)
-    return (yield from switch_to_rendered())
-
-
-start(main())
+    yield from views()
+    FOUND["memory"] = yield from many_updates()
+    yield from frames(addon)

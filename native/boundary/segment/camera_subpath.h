@@ -18,9 +18,10 @@ struct ScatteringPoint {
     bool by_face = false;  // the face's plane alone decides what lies behind, as for scattered rays
 
     // f |cos| for light from w, restricted to the `kinds` of scattering (bits 1 << RayKind). Lanes of
-    // `without` leave out the lobes that scan lines may follow.
-    EG_INLINE Vec3 evaluate(const SceneView& scene, Mask active, Vec3 w, Int kinds,
-                            Mask without = splat(0)) const {
+    // `without` leave out the lobes that scan lines may follow. Compiled once: copies of all lobes in each
+    // caller would only compile slowly.
+    __attribute__((noinline)) Vec3 evaluate(const SceneView& scene, Mask active, Vec3 w, Int kinds,
+                                            Mask without = splat(0)) const {
         const bool all_kinds = !any(active & ((kinds & kScatteredRays) != kScatteredRays));
         Vec3 value = zero3();
         const auto add = [&](const auto& surface, Mask m) EG_INLINE_LAMBDA {
@@ -83,8 +84,8 @@ EG_INLINE Mask scatters_on_both_sides(const Shader& shader) {
 }
 
 // The surfaces that paths have hit, shaded as in the path tracer.
-EG_INLINE ScatteringPoint scattering_point(const SceneView& scene, const ImageTask& task, const PathPacket& p,
-                                           Mask active, const Closest& hit) {
+EG_OUTLINE ScatteringPoint scattering_point(const SceneView& scene, const ImageTask& task,
+                                            const PathPacket& p, Mask active, const Closest& hit) {
     ScatteringPoint s;
     s.x = surface_point(scene, active, hit.face, hit.b1, hit.b2, p.direction,
                         select(active, hit.instance, splat(-1)));

@@ -55,8 +55,9 @@ struct CameraSampledSurface {
         if (any(others)) rest = shaded_surface(scene, others, s.x, s.point, s.shader, s.normal);
         if (any(others & without)) follow_lobes(rest.bsdf, others & without, scene.followed_alpha);
     }
-    // f |n_s . w| for light from w, of lobes that scatter `kinds` (bits 1 << RayKind).
-    EG_INLINE Vec3 evaluate(Mask m, Vec3 w, Int kinds) const {
+    // f |n_s . w| for light from w, of lobes that scatter `kinds` (bits 1 << RayKind). Compiled once: copies
+    // of all lobes in each caller would only compile slowly.
+    __attribute__((noinline)) Vec3 evaluate(Mask m, Vec3 w, Int kinds) const {
         const Float above = dot(at.x.normal, w);
         Vec3 value = zero3();
         const Mask lit = m & lambertian & (above > 0.0f);

@@ -30,6 +30,7 @@ class ProgressBar:
         self.started = time.monotonic()
         self.drawn = -float("inf")
         self.length = 0
+        self.complete = False  # the last drawing showed the end
 
     def __enter__(self) -> ProgressBar:
         return self
@@ -43,9 +44,11 @@ class ProgressBar:
     def update(self, fraction: float, note: str = "") -> None:
         """Show progress `fraction`, in [0, 1], and a short note after the bar."""
         now = time.monotonic()
-        if fraction < 1.0 and now - self.drawn < (REDRAW if self.live else LINE):
+        ends = fraction >= 1.0 and not self.complete
+        if not ends and now - self.drawn < (REDRAW if self.live else LINE):
             return
         self.drawn = now
+        self.complete = fraction >= 1.0
         text = self._text(min(max(fraction, 0.0), 1.0), now - self.started, note)
         if self.live:
             self._write("\r" + text.ljust(self.length))

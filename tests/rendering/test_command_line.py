@@ -76,6 +76,8 @@ def test_progress_in_a_log_is_few_lines() -> None:
     with ProgressBar("fit", stream) as bar:
         for k in range(1000):
             bar.update((k + 1) / 1000)
+        for _ in range(5):
+            bar.update(1.0)  # work that follows the last step
     assert stream.getvalue().count("\n") == 2 and "\r" not in stream.getvalue()
 
 

@@ -14,6 +14,7 @@ from edgegrad.expression import Bump, Coordinates, nodes_of
 from edgegrad.planning.term import NOT_COMPUTED
 from edgegrad.scene import parameters
 from tests.support.scenes.world_sizes import ORDERS, resized, resized_tangent
+from tests.torture.drawing.additions import amount, any_negative
 from tests.torture.scenes import Case
 
 F64 = NDArray[np.float64]
@@ -95,7 +96,7 @@ def _examine(case: Case, found: Findings) -> None:
     if unsound:
         found.wrong["finite"] = f"{', '.join(unsound)} not finite"
     least = float(np.nanmin(first["picture"]))
-    if least < 0.0:
+    if least < 0.0 and not any_negative(case.scene):
         found.wrong["negative"] = f"a picture of {least:g}"
     _check_plan(case, renderer, tangent, found)
     if not unsound:
@@ -173,7 +174,8 @@ def _brightness(case: Case) -> float:
         found[0] *= float(np.max(scene.images[scene.world.image].pixels))
     found += [float(leaf.emission.max()) for name in scene.materials for leaf in scene.closures(name)]
     for lamp in scene.lights.values():
-        found.append(lamp.strength if isinstance(lamp, SunLight) else lamp.power / case.scale ** ORDERS[lamp.decay])
+        order = 0 if isinstance(lamp, SunLight) else ORDERS[lamp.decay]
+        found.append(abs(amount(lamp)) / case.scale**order)
     return max(found)
 
 
@@ -187,9 +189,6 @@ def _check_size(case: Case, first: dict[str, Any], tangent: dict[str, F64], foun
     """
     textures = [value for material in case.scene.materials.values() for value in material.textures.values()]
     in_metres = any(isinstance(node, (Bump, Coordinates)) for value in textures for node in nodes_of(value))
-    # Lights are chosen by their power over the square of the distance, also those that fall otherwise: that changes
-    # which samples are drawn.
-    in_metres |= any(getattr(lamp, "decay", "QUADRATIC") != "QUADRATIC" for lamp in case.scene.lights.values())
     if case.scale != 1.0 or in_metres or not (case.scene.meshes or case.scene.fields):
         return
     renderer = Renderer(resized(case.scene, LARGER), threads=2)

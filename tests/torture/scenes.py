@@ -66,6 +66,7 @@ def case(seed: int) -> Case:
     additions.add_values(more, scene, scale)
     if more.chance(FIELDS):
         additions.add_fields(more, scene, scale, shift)
+    additions.turn_lights_negative(Draw((seed, 2)), scene)
     new = [path for path in paths_of(scene) if path not in before]
     if len(asked) == len(before):
         asked = tuple(paths_of(scene))
@@ -94,6 +95,7 @@ def kinds_of(scene: Scene, scale: float) -> tuple[str, ...]:
         "no meshes": not scene.meshes,
         "fields": bool(scene.fields),
         "light falloff": any(getattr(lamp, "decay", "QUADRATIC") != "QUADRATIC" for lamp in scene.lights.values()),
+        "negative light": additions.any_negative(scene),
         "values of instances": any(mesh.instance_attributes for mesh in scene.meshes.values()),
         "normals in world space": any(leaf.normal_space == "WORLD" for leaf in leaves),
         "linking": any(lamp.receivers is not None or lamp.blockers is not None for lamp in scene.lights.values()),

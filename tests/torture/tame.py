@@ -32,6 +32,7 @@ from edgegrad.scene.light import Light
 from tests.support import shapes as solids
 from tests.support.fields.splines import exact_sphere, points, sampled, torus
 from tests.support.rich_scene import pose, turn
+from tests.torture.drawing.additions import negative
 from tests.torture.drawing.draw import Draw
 
 F64 = NDArray[np.float64]
@@ -106,6 +107,8 @@ def comparison(seed: int) -> Comparison:
     shader = tuple(SHADERS)[seed % len(SHADERS)]
     parameter = CYCLE[seed // len(SHADERS) % len(CYCLE)]
     light = _light(draw, parameter)
+    if Draw((seed, 2)).chance(0.1):  # it takes away what the world gives
+        light = negative(light)
     scene = Scene(
         _camera(draw, parameter), _meshes(draw, shader), _materials(draw, shader, parameter), {"lamp": light},
         _world(draw, parameter), _images(draw),

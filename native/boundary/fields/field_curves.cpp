@@ -50,23 +50,29 @@ struct LightBound {
     bool distant;
     Vector center;  // distant: the direction to it
     double radius;  // distant: the sine of the cone
-    double power;
+    const LightNode& node;
+
+    // Bound of the irradiance at the square of the distance.
+    double irradiance(double square) const {
+        if (distant) return std::max(static_cast<double>(node.power), 1e-30);
+        const auto all = static_cast<double>(node.intensity(static_cast<float>(std::sqrt(square))));
+        return std::max(all, 1e-30) / std::max(square, 1e-30);
+    }
 };
+
+LightBound bound_of(const LightNode& n) {
+    const bool distant = n.radius < 0.0f;
+    const float* at = distant ? n.axis : n.center;
+    const double sign = distant ? -1.0 : 1.0;
+    const float radius = !distant ? n.radius : n.cos_o < 0.0f ? 1.0f : n.sin_o;
+    return {distant, {sign * at[0], sign * at[1], sign * at[2]}, static_cast<double>(radius), n};
+}
 
 std::vector<LightBound> sized_lights(const LightView& lights) {
     std::vector<LightBound> out;
     for (int32_t k = 0; k < lights.top; ++k) {
         const LightNode& n = lights.nodes[k];
-        if (n.child < 0 && !is_sized(lights.kind[-1 - n.child])) continue;
-        const float* at = n.radius < 0.0f ? n.axis : n.center;
-        const bool distant = n.radius < 0.0f;
-        const double sign = distant ? -1.0 : 1.0;
-        out.push_back({distant,
-                       {sign * at[0], sign * at[1], sign * at[2]},
-                       static_cast<double>(!distant         ? n.radius
-                                           : n.cos_o < 0.0f ? 1.0f
-                                                            : n.sin_o),
-                       std::max(static_cast<double>(n.power), 1e-30)});
+        if (n.child >= 0 || is_sized(lights.kind[-1 - n.child])) out.push_back(bound_of(n));
     }
     return out;
 }
@@ -179,9 +185,8 @@ double lit(const PatchMiddle& m, const std::vector<LightBound>& lights) {
         const Vector flat = way * (1.0 / d) - m.normal * height;
         const double across = length(flat);
         const double bent = across > reach ? m.curvature(flat * (1.0 / across)) : m.largest;
-        const double irradiance =
-            light.distant ? light.power : light.power / (d * d + light.radius * light.radius);
-        sum += irradiance * counted(bent, m) / std::max(reach + m.spread, 1e-6);
+        sum += light.irradiance(d * d + light.radius * light.radius) * counted(bent, m) /
+               std::max(reach + m.spread, 1e-6);
     }
     return sum;
 }
@@ -250,8 +255,7 @@ Intersections lit_outlines(const SceneView& scene, const EdgeList& edges,
             const float* p = &out.ends[6 * k];
             const Vector a = {p[0], p[1], p[2]}, b = {p[3], p[4], p[5]};
             const Vector way = a - Vector{node.center[0], node.center[1], node.center[2]};
-            const double square = node.radius < 0.0f ? 1.0 : std::max(dot(way, way), 1e-30);
-            out.weights.push_back(length(b - a) * std::max(static_cast<double>(node.power), 1e-30) / square);
+            out.weights.push_back(length(b - a) * bound_of(node).irradiance(dot(way, way)));
         }
     }
     return out;

@@ -237,16 +237,17 @@ EG_INLINE Float hidden_light(const LightView& lights, const EdgeWeightTask& task
     for (int32_t k = 0; k < lights.top; ++k) {
         if (task.light_mesh[k] == task.clear_mesh && !any(all_sides)) continue;
         const LightNode& n = lights.nodes[k];
-        const float power = n.power > 1e-30f ? n.power : 1e-30f;
+        const Float power = splat(n.power > 1e-30f ? n.power : 1e-30f);
         if (n.radius < 0.0f) {
             const Mask may =
                 all_sides | may_be_silhouette(w, splat3(n.axis), n.cos_o < 0.0f ? 1.0f : n.sin_o);
-            sum += select(may, splat(power), splat(0.0f));
+            sum += select(may, power, splat(0.0f));
             continue;
         }
         const Vec3 d = splat3(n.center) - w.a;
         const Mask may = all_sides | may_be_silhouette(w, d, n.radius);
-        sum += select(may, power / (dot(d, d) + (n.radius * n.radius + 1e-30f)), splat(0.0f));
+        const Float r2 = dot(d, d) + (n.radius * n.radius + 1e-30f);
+        sum += select(may, power / r2 + (n.by_way / sqrt(r2) + n.by_way2), splat(0.0f));
     }
     return min(sum, splat(1e30f));
 }

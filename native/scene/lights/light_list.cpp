@@ -134,6 +134,13 @@ LightNode row_node(const SceneTables::LightRows& lights, size_t k, float radianc
     return n;
 }
 
+// Moves the power of a light whose irradiance falls less than with the square of the distance.
+void set_decay(LightNode& n, int32_t flags) {
+    if (!(flags & (kLightByWay | kLightByWay2))) return;
+    (flags & kLightByWay2 ? n.by_way2 : n.by_way) = n.power;
+    n.power = 0.0f;
+}
+
 }  // namespace
 
 LightList::LightList(const SceneTables& tables, bool dark_too) {
@@ -182,11 +189,15 @@ void LightList::add_rows(const SceneTables& t, bool dark_too, const std::vector<
         Light light{lights.kind[k], static_cast<int32_t>(k), row_node(lights, k, dark ? 1.0f : radiance), 0.0,
                     -1};
         if (!(light.node.power > 0.0f)) continue;
-        if (dark) light.node.power = 0.0f;
+        if (dark)
+            light.node.power = 0.0f;
+        else
+            set_decay(light.node, lights.flags[k]);
         const bool distant = light.node.radius < 0.0f;
         (distant ? distant_ : near_).push_back(light);
         if (!(kPointlikeLights >> light.kind & 1)) (distant ? distant_sized : sized_).push_back(light.index);
         view_.any_hidden |= (lights.visible_to[k] & kScatteredRays) != kScatteredRays;
+        view_.any_by_way |= light.node.by_way > 0.0f || light.node.by_way2 > 0.0f;
         view_.any_bounded |= lights.max_bounces[k] < kAnyBounces;
         view_.any_linked |=
             lights.receivers[k] >= 0 || lights.blockers[k] >= 0 || !(lights.flags[k] & kLightCastsShadow);
@@ -205,25 +216,29 @@ void LightList::add_rows(const SceneTables& t, bool dark_too, const std::vector<
 
 // Raises the power of dark and dim lights, as if all lights of their kind shared a fraction kDim of the total
 // power. A larger kDim lowers the noise of their derivatives and raises that of all others. Near lights are
-// compared by intensity and distant ones by irradiance; the size of the scene relates the two.
+// compared by intensity and distant ones by irradiance; the size of the scene relates the two, and lights of
+// different decays.
 void LightList::lift_dark(const SceneTables& t) {
     constexpr double kDim = 0.1;
-    const auto power = [](const std::vector<Light>& lights) {
+    const double radius = std::max(scene_radius(t), 1e-15);
+    const auto power = [&](const std::vector<Light>& lights) {
         double sum = 0.0;
-        for (const Light& light : lights) sum += static_cast<double>(light.node.power);
+        for (const Light& light : lights)
+            sum += static_cast<double>(light.node.intensity(static_cast<float>(radius)));
         return sum;
     };
     double near = power(near_), distant = power(distant_);
-    const double radius = std::max(scene_radius(t), 1e-15);
     if (near == 0.0 && distant == 0.0) near = 1.0;
     if (near == 0.0) near = distant * radius * radius;
     if (distant == 0.0) distant = near / (radius * radius);
-    const auto lift = [](std::vector<Light>& lights, double all) {
+    const auto lift = [&](std::vector<Light>& lights, double all) {
         double area = 0.0, rows = 0.0;
         for (const Light& light : lights) area += light.area, rows += light.area > 0.0 ? 0.0 : 1.0;
         for (Light& light : lights) {
             const double share = light.area > 0.0 ? light.area / area : 1.0 / rows;
-            light.node.power = std::max(light.node.power, static_cast<float>(kDim * all * share));
+            LightNode& n = light.node;
+            const float other = n.intensity(static_cast<float>(radius)) - n.power;
+            n.power = std::max(n.power, static_cast<float>(kDim * all * share) - other);
         }
     };
     lift(near_, near);

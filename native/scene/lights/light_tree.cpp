@@ -48,7 +48,8 @@ struct Group {
     float power = 0.0f;
     int count = 0;
 
-    void add(const LightNode& n) {
+    // `reach`: the distance at which lights of different decays are compared.
+    void add(const LightNode& n, float reach) {
         for (int c = 0; c < 3; ++c) {
             low[c] = std::min(low[c], n.center[c] - n.radius);
             high[c] = std::max(high[c], n.center[c] + n.radius);
@@ -56,7 +57,7 @@ struct Group {
         // A light that emits in all directions has no axis; a wide one has a short axis.
         const float length = 0.5f * (1.0f + n.cos_o);
         for (int c = 0; c < 3; ++c) axes[c] += length * n.axis[c];
-        power += n.power;
+        power += n.intensity(reach);
         ++count;
     }
     void add(const Group& g) {
@@ -87,12 +88,24 @@ class Builder {
     }
 
     std::vector<LightNode> build() {
+        reach_ = united_reach();
         split(0, 0, order_.size());
         nodes_[0].parent = -1;
         return std::move(nodes_);
     }
 
  private:
+    // About the size of the box of all lights.
+    float united_reach() const {
+        float low[3] = {3e38f, 3e38f, 3e38f}, high[3] = {-3e38f, -3e38f, -3e38f};
+        for (const LightNode& n : lights_)
+            for (int c = 0; c < 3; ++c) {
+                low[c] = std::min(low[c], n.center[c] - n.radius);
+                high[c] = std::max(high[c], n.center[c] + n.radius);
+            }
+        return std::hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
+    }
+
     const LightNode& light(size_t k) const { return lights_[static_cast<size_t>(order_[k])]; }
 
     void split(size_t at, size_t first, size_t last) {
@@ -130,7 +143,7 @@ class Builder {
             for (int c = 0; c < 3; ++c)
                 if (high[c] > low[c])
                     bins[static_cast<size_t>(c)][static_cast<size_t>(bin(light(k), c, low, high))].add(
-                        light(k));
+                        light(k), reach_);
         // Find the cheapest plane
         for (int c = 0; c < 3; ++c) {
             if (!(high[c] > low[c])) continue;
@@ -180,6 +193,7 @@ class Builder {
 
     std::vector<LightNode> lights_;
     int32_t offset_;
+    float reach_ = 0.0f;
     std::vector<int32_t> order_;
     std::vector<LightNode> nodes_;
     OrientationMeasure orientation_;
@@ -247,6 +261,8 @@ LightNode united(const LightNode& a, const LightNode& b) {
     out.cos_e = std::min(a.cos_e, b.cos_e);
     out.two_sided = a.two_sided | b.two_sided;
     out.power = a.power + b.power;
+    out.by_way = a.by_way + b.by_way;
+    out.by_way2 = a.by_way2 + b.by_way2;
     return out;
 }
 

@@ -20,7 +20,11 @@ struct LightNode {
     int32_t two_sided;  // 1: it also emits in the opposite directions
     int32_t child;   // of a group: its first child, followed by the second; of a single light: -1 - its index
     int32_t parent;  // -1: none
-    int32_t unused[2];
+    // Of lights whose irradiance falls with the distance r as 1/r, and of those whose does not fall: the
+    // light of all kinds together is that of the intensity power + by_way r + by_way2 r^2.
+    float by_way, by_way2;
+
+    float intensity(float r) const { return power + r * (by_way + r * by_way2); }
 };
 static_assert(sizeof(LightNode) == 64, "one line of the cache");
 
@@ -46,6 +50,7 @@ struct LightView {
     const int32_t* max_bounces;   // of a path before a surface that the light still illuminates
     bool any_linked;              // some light has its own receivers or blockers, or casts no shadow
     bool any_bounded;             // some light has a limit of bounces
+    bool any_by_way;              // some light falls less than with the square of the distance
     bool any_hidden;              // some light is not visible to every kind of scattered ray
     const int32_t* light_of_row;  // (L) index of a row's light, or -1
     // Rows that rays can meet, which have a size. Distant ones come last.

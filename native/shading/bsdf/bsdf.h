@@ -18,22 +18,20 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 EG_INLINE Mask is_kind(Int kind, ShaderKind k) { return kind == splat(static_cast<int>(k)); }
 
-// The local frame of mirrors. In `anisotropic` lanes x is along the tangent, and the mirror is rotated about
-// z.
+// The local frame of mirrors. In `anisotropic` lanes the mirror's own x axis is along the tangent, rotated
+// about z by `turns`. The frame itself does not follow the tangent: lobes that are nearly round would have
+// derivatives by its rotation that cancel almost completely.
 EG_INLINE void make_frame(Bsdf& f, Mask anisotropic, Vec3 tangent, Float turns) {
     f.z = valid_mirror_normal(f.normal, f.ng, f.wo);
     basis(f.z, f.x, f.y);
     if (any(anisotropic)) {
-        const Vec3 across = cross(f.z, tangent);
-        const Float length = sqrt(dot(across, across));
-        const Vec3 y = across * (1.0f / max(length, 1e-20f)), x = cross(y, f.z);
+        const Float x = dot(f.x, tangent), y = dot(f.y, tangent), length = sqrt(x * x + y * y);
+        const Float unit = 1.0f / max(length, 1e-20f), cosine = x * unit, sine = y * unit;
         Float s, c;
         sincos_turn(fract(turns), s, c);
         const Mask known = anisotropic & (length > 1e-10f);
-        f.x = select(known, x, f.x);
-        f.y = select(known, y, f.y);
-        f.turn_cosine = select(known, c, splat(1.0f));
-        f.turn_sine = select(known, s, splat(0.0f));
+        f.turn_cosine = select(known, cosine * c - sine * s, splat(1.0f));
+        f.turn_sine = select(known, sine * c + cosine * s, splat(0.0f));
         f.any_turned = true;
     }
     f.view = to_local(f, f.wo);

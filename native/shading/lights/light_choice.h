@@ -31,20 +31,22 @@ struct NodePacket {
     Float radius, cos_o, sin_o, cos_e, power;
     Mask two_sided;
     Int child;
+    Float by_way, by_way2;
 };
 
 EG_INLINE NodePacket broadcast_node(const LightNode& n) {
-    return {splat3(n.center), splat3(n.axis), splat(n.radius), splat(n.cos_o),
-            splat(n.sin_o),   splat(n.cos_e), splat(n.power),  splat(n.two_sided ? -1 : 0),
-            splat(n.child)};
+    return {splat3(n.center), splat3(n.axis),  splat(n.radius), splat(n.cos_o),
+            splat(n.sin_o),   splat(n.cos_e),  splat(n.power),  splat(n.two_sided ? -1 : 0),
+            splat(n.child),   splat(n.by_way), splat(n.by_way2)};
 }
 
 EG_INLINE NodePacket gather_node(const LightNode* nodes, Int at) {
     static_assert(offsetof(LightNode, child) == 12 * sizeof(float));
-    Float r[13];
+    static_assert(offsetof(LightNode, by_way) == 14 * sizeof(float));
+    Float r[16];
     gather_row(nodes->center, sizeof(LightNode) / sizeof(float), at, r);
-    return {{r[0], r[1], r[2]},           {r[4], r[5], r[6]},     r[3], r[7], r[8], r[9], r[10],
-            bits(float_bits(r[11])) != 0, bits(float_bits(r[12]))};
+    return {{r[0], r[1], r[2]},           {r[4], r[5], r[6]},      r[3],  r[7], r[8], r[9], r[10],
+            bits(float_bits(r[11])) != 0, bits(float_bits(r[12])), r[14], r[15]};
 }
 
 // Cosine of the angle max(a - b, 0).
@@ -58,9 +60,10 @@ EG_INLINE Float sin_difference(Float cos_a, Float sin_a, Float cos_b, Float sin_
 EG_INLINE Float sine_of(Float cosine) { return sqrt(max(1.0f - cosine * cosine, 0.0f)); }
 
 // Bound of the irradiance from a node's lights at x. Only the top nodes may be distant lights
-// (`kMayBeDistant`); the many members of groups never are.
+// (`kMayBeDistant`); the many members of groups never are. `by_way`: some light of the scene falls less than
+// with the square of the distance.
 template <bool kMayBeDistant, typename Point>
-EG_INLINE Float importance(const NodePacket& n, const Point& x) {
+EG_INLINE Float importance(const NodePacket& n, const Point& x, bool by_way) {
     const Mask distant = kMayBeDistant ? n.radius < 0.0f : splat(0);
     const Vec3 d = n.center - x.position;
     const Float d2 = max(dot(d, d), 1e-30f);
@@ -77,7 +80,12 @@ EG_INLINE Float importance(const NodePacket& n, const Point& x) {
         sin_b = select(distant, n.sin_o, sin_b);
     }
     const Float cos_x = x.facing(w);
-    const Float bound = n.power * max(cos_difference(cos_x, sine_of(cos_x), cos_b, sin_b), 0.0f);
+    Float power = n.power;
+    if (by_way) {
+        const Float r = select(inside, n.radius, d2 * inverse);
+        power = select(distant, power, power + r * (n.by_way + r * n.by_way2));
+    }
+    const Float bound = power * max(cos_difference(cos_x, sine_of(cos_x), cos_b, sin_b), 0.0f);
     if (kMayBeDistant && !any(~distant)) return bound;
     // Angle between the direction to x and the nearest direction of emission.
     const Float cosine = -dot(w, n.axis);
@@ -134,7 +142,7 @@ EG_INLINE LightChoice choose_light(const LightView& lights, Mask active, const P
         // Compute the bounds of the top nodes
         Float kept[kKept], total = splat(0.0f);
         for (int k = 0; k < lights.top; ++k) {
-            const Float bound = importance<true>(broadcast_node(lights.nodes[k]), x);
+            const Float bound = importance<true>(broadcast_node(lights.nodes[k]), x, lights.any_by_way);
             total = total + bound;
             if (k < kKept) kept[k] = bound;
         }
@@ -146,7 +154,9 @@ EG_INLINE LightChoice choose_light(const LightView& lights, Mask active, const P
         Mask open = choice.active;
         for (int k = 0; k < lights.top; ++k) {
             const Float p =
-                (k < kKept ? kept[k] : importance<true>(broadcast_node(lights.nodes[k]), x)) * scale;
+                (k < kKept ? kept[k]
+                           : importance<true>(broadcast_node(lights.nodes[k]), x, lights.any_by_way)) *
+                scale;
             const Mask here = open & (p > 0.0f);
             node = select(here, splat(k), node);
             low = select(here, sum, low);
@@ -159,9 +169,9 @@ EG_INLINE LightChoice choose_light(const LightView& lights, Mask active, const P
         choice.u = min(max((u - low) / share, 0.0f), splat(0.99999994f));
     }
     // Choose a light within the top node
-    const Int child =
-        walk_down(lights.nodes, node, choice.active, choice.u, choice.probability,
-                  [&](const NodePacket& n) EG_INLINE_LAMBDA { return importance<false>(n, x); });
+    const Int child = walk_down(lights.nodes, node, choice.active, choice.u, choice.probability,
+                                [&](const NodePacket& n)
+                                    EG_INLINE_LAMBDA { return importance<false>(n, x, lights.any_by_way); });
     choice.light = select(choice.active & (child < 0), -1 - child, splat(0));
     return choice;
 }
@@ -180,9 +190,9 @@ EG_INLINE Float light_probability(const LightView& lights, Mask active, const Re
             if (!any(inner)) break;
             Int first;
             for (int i = 0; i < W; ++i) first[i] = inner[i] ? lights.nodes[parent[i]].child : 0;
-            const Float a = importance<false>(gather_node(lights.nodes, first), x);
-            const Float b =
-                importance<false>(gather_node(lights.nodes, select(inner, first + 1, splat(0))), x);
+            const Float a = importance<false>(gather_node(lights.nodes, first), x, lights.any_by_way);
+            const Float b = importance<false>(gather_node(lights.nodes, select(inner, first + 1, splat(0))),
+                                              x, lights.any_by_way);
             const Float p = a / max(a + b, 1e-38f);
             const Float share = select(a + b > 0.0f, select(node == first, p, 1.0f - p), 0.0f);
             probability = select(inner, probability * share, probability);
@@ -193,7 +203,7 @@ EG_INLINE Float light_probability(const LightView& lights, Mask active, const Re
     if (lights.top > 1) {
         Float total = splat(0.0f), own = splat(0.0f);
         for (int k = 0; k < lights.top; ++k) {
-            const Float bound = importance<true>(broadcast_node(lights.nodes[k]), x);
+            const Float bound = importance<true>(broadcast_node(lights.nodes[k]), x, lights.any_by_way);
             total = total + bound;
             own = select(node == splat(k), bound, own);
         }

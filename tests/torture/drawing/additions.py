@@ -1,4 +1,4 @@
-"""Additions to random scenes: distance fields, normals by expressions, falloffs, values of instances."""
+"""Additions to random scenes: fields, normals by expressions, falloffs, negative lights, values of instances."""
 
 from __future__ import annotations
 
@@ -37,6 +37,29 @@ def add_fields(draw: Draw, scene: Scene, scale: float, at: np.ndarray) -> None:
             names = getattr(light, linked)
             if names is not None:
                 setattr(light, linked, (*names, *(name for name in found if draw.chance(0.5))))
+
+
+def turn_lights_negative(draw: Draw, scene: Scene) -> None:
+    """Let some lights take light away."""
+    for name, light in scene.lights.items():
+        if draw.chance(0.15):
+            scene.lights[name] = negative(light)
+
+
+def negative(light: Light) -> Light:
+    """The light that takes away what a light gives."""
+    if isinstance(light, SunLight):
+        return replace(light, strength=-light.strength)
+    return replace(light, power=-light.power)
+
+
+def amount(light: Light) -> float:
+    """The number that scales a light."""
+    return light.strength if isinstance(light, SunLight) else light.power
+
+
+def any_negative(scene: Scene) -> bool:
+    return any(amount(light) < 0.0 for light in scene.lights.values())
 
 
 def _with_falloff(draw: Draw, light: Light, scale: float) -> Light:

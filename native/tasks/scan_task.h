@@ -48,13 +48,15 @@ struct ChainCrossings {
     int32_t *closure[kMostChain], *event[kMostChain];
     float *b1[kMostChain], *b2[kMostChain];
     float* half[3][kMostChain];     // microfacet normal of a followed lobe
-    int32_t *edge, *edge_instance;  // -1: the horizon of the last vertex' face
+    int32_t *edge, *edge_instance;  // -1 without a field: the horizon of the last vertex' face
     float* u;                       // place along the edge
-    float* weight;                  // of the random decisions and of the scan lines
-    float* from[3];                 // origin of the last ray
-    int32_t* seen;                  // whether the edge is visible from there
-    float* jump[3];                 // L- - L+, with the chain's throughput
-    float* by_point[3];             // derivatives of -g by `from` and by the last ray's direction
+    int32_t* field;                 // the face that stands for a field, whose outline is seen; -1: none
+    float *outline_point[3], *outline_normal[3], *contact;  // of the outline (sdf/outline_point.h)
+    float* weight;                                          // of the random decisions and of the scan lines
+    float* from[3];                                         // origin of the last ray
+    int32_t* seen;                                          // whether the edge is visible from there
+    float* jump[3];                                         // L- - L+, with the chain's throughput
+    float* by_point[3];  // derivatives of -g by `from` and by the last ray's direction
     float* by_direction[3];
     float* direction[3];  // of the last ray, if it leaves a face along its horizon
     float* by_screen[2];  // of g by the place in the picture

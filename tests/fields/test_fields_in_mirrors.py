@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.support.block_statistics import check_noticed
-from tests.support.fields.in_mirrors import DEPTHS, changed, shown_by
+from tests.support.fields.in_mirrors import DEPTHS, changed, optical, shown_by
 from tests.support.picture_differences import (
     agreement,
     check_agreement,
@@ -34,6 +34,27 @@ def test_agrees_with_differences(optics: str, what: str) -> None:
     check_agreement(lambda theta: changed(scene, what, theta), max_depth=DEPTHS[optics], **OPTIONS)
 
 
+@pytest.mark.parametrize(("optics", "what"), [
+    ("crossed sheet", "values"), ("crossed sheet", "transform"), ("crossed sheet", "sheet"), ("crossed sheet", "optic"),
+    ("crossed sheet", "camera"), ("crossed field", "values"), ("crossed field", "other"), ("crossed meshes", "sheet"),
+    ("crossed meshes", "camera")])
+def test_surfaces_that_pass_through_each_other(optics: str, what: str) -> None:
+    """A mirror shows the line where a sheet, or another field, passes through the field."""
+    scene = shown_by(optics)
+    depth = DEPTHS[optics] + len(scene.lights)
+    check_agreement(lambda theta: changed(scene, what, theta), max_depth=depth, **OPTIONS)
+
+
+@pytest.mark.parametrize("what", ["values", "transform", "camera", "ior"])
+@pytest.mark.parametrize("material", ["mirror", "glass"])
+def test_fields_that_are_mirrors_or_glass(material: str, what: str) -> None:
+    """They show the edges of meshes."""
+    if material == "mirror" and what == "ior":
+        pytest.skip("a mirror has no index")
+    scene = optical(material)
+    check_agreement(lambda theta: changed(scene, what, theta), max_depth=DEPTHS[material], **OPTIONS)
+
+
 @pytest.mark.parametrize(("optics", "what"), [("flat mirror", "values"), ("ball of glass", "transform")])
 def test_differences_notice_a_missing_term(optics: str, what: str) -> None:
     scene = shown_by(optics)
@@ -41,10 +62,11 @@ def test_differences_notice_a_missing_term(optics: str, what: str) -> None:
                             terms=("interior", "shadow", "indirect"), **OPTIONS))
 
 
-@pytest.mark.parametrize("optics", ["flat mirror", "pane", "ball of glass"])
+@pytest.mark.parametrize(
+    "optics", ["flat mirror", "ball of glass", "crossed sheet", "crossed field", "mirror", "glass"])
 def test_modes_are_transposes(optics: str) -> None:
-    scene = shown_by(optics)
+    scene = optical(optics) if optics in ("mirror", "glass") else shown_by(optics)
     paths = ["fields.body.values", "fields.body.transform", "camera.to_world",
-             f"meshes.{'mirror' if 'mirror' in scene.meshes else 'glass'}.vertices"]
-    check_transpose(lambda _: scene, paths, spp=16, seed=3, max_depth=DEPTHS[optics])
-    check_equal_bits(lambda _: scene, paths, spp=4, max_depth=DEPTHS[optics])
+             *(f"meshes.{name}.vertices" for name in scene.meshes)]
+    check_transpose(lambda _: scene, paths, spp=16, seed=3, max_depth=DEPTHS[optics] + 1)
+    check_equal_bits(lambda _: scene, paths, spp=4, max_depth=DEPTHS[optics] + 1)

@@ -17,6 +17,7 @@
 #pragma once
 
 #include "boundary/segment/occluder.h"
+#include "boundary/segment/touched_field.h"
 #include "boundary/specular/chain_curve.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -115,10 +116,13 @@ EG_OUTLINE Mask shadow_jump(const SceneView& scene, const ChainCrossings& c, int
     value = value * transmittance(scene, lit, leave_surface(x, w), w,
                                   select(outline, s.view.distance - contact, whole), rays);
     if (any(outline & lit))
-        value = select(outline,
-                       value * transmittance(scene, lit & outline, beside_outline(s, w * contact), w,
-                                             whole - (s.view.distance + contact), rays),
-                       value);
+        value = select(
+            outline,
+            value *
+                stopped_by_field(scene, outline & lit, load(c.field + at), s.point, s.normal, w, kShadowRay) *
+                transmittance(scene, lit & outline, beside_outline(s, w * contact), w,
+                              whole - (s.view.distance + contact), rays),
+            value);
     if (any(clear & lit))
         value = select(clear, value * transparent_jump(scene, p, lit & clear, s.u, across, w), value);
     jump = select(lit, value, jump);

@@ -220,13 +220,16 @@ static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task,
         s.random = path_index(paths, lane_index() + at);
         EdgeSample outlined = s;
         outlined.active &= at_outline(c, at, count);
-        s.active &= ~outlined.active;
+        EdgeSample crossed = s;
+        crossed.active &= at_line(c, at, count);
+        s.active &= ~(outlined.active | crossed.active);
         if (any(outlined.active)) queued = see_outline(scene, task, c, at, outlined, p, work, queued);
+        if (any(crossed.active)) queued = see_line(scene, task, c, at, crossed, p, work, queued);
         Sides sides = visible_faces(scene, s);
         s.active &= (sides.plus.face >= 0) | (sides.minus.face >= 0);
         Behind behind;
         if (any(s.active)) behind = look_behind(scene, s, sides, task.limits.transparent, EdgeFaces{});
-        Mask seen = s.active | parted | outlined.active;
+        Mask seen = s.active | parted | outlined.active | crossed.active;
         // -dg/dp = t x D and -dg/dD = -N, with D the direction of the recorded ray. Of outlines -n and -r n.
         const Vec3 n = s.normal, r_n = n * sqrt(dot(s.view.across_of, s.view.across_of));
         store3(c.by_point, at,

@@ -151,7 +151,10 @@ EG_INLINE void append_intersection(ChainCrossings& out, int n, int i, int64_t se
     out.edge[n] = curve.edge, out.edge_instance[n] = curve.instance, out.u[n] = curve.u;
     out.field[n] = curve.field, out.contact[n] = curve.contact;
     for (int k = 0; k < 3; ++k)
-        out.outline_point[k][n] = curve.point[k], out.outline_normal[k][n] = curve.normal[k];
+        out.curve_point[k][n] = curve.point[k], out.outline_normal[k][n] = curve.normal[k];
+    for (int k = 0; k < 2; ++k)
+        out.crossed_face[k][n] = curve.crossed[k].face,
+        out.crossed_instance[k][n] = curve.crossed[k].instance;
     out.weight[n] = weight / probability;
 }
 
@@ -237,6 +240,8 @@ EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, Inte
         if (k <= choices.lit[i] && !task.edges) continue;
         TouchedCurve curve;
         if (!horizon || parted) curve = touched_curve(scene, task, chain_p, chain_q, seen, i);
+        if (!curve.found() && !horizon && k <= choices.lit[i])
+            curve = touched_crossing(scene, chain_p, chain_q, k, i);
         if (!curve.found() && (!horizon || parted)) continue;
         out.parted[found] = parted ? -1 : 0;
         const bool twice = s.common[i] <= k || (s.lone[i] && k > choices.lit[i]);

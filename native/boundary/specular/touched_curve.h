@@ -1,11 +1,12 @@
-// The curve that the last ray of a chain touches (boundary/specular/scan_lines.h): an edge of a mesh, or the
-// outline of a distance field as the chain's last vertex sees it.
+// The curve that the last ray of a chain touches (boundary/specular/scan_lines.h): an edge of a mesh, the
+// outline of a distance field as the chain's last vertex sees it, or the line where two surfaces pass through
+// each other.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 
-#include "boundary/samples/outline_samples.h"
+#include "boundary/samples/crossing_samples.h"
 #include "boundary/specular/chain.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -16,9 +17,13 @@ struct TouchedCurve {
     int32_t field = -1;  // the face that stands for a field; -1: none
     // Of its outline: the unit normal points to the side of the rays that pass (sdf/outline_point.h)
     float point[3] = {}, normal[3] = {}, contact = 0.0f;
+    // Two surfaces that pass through each other at the point; -1: none
+    struct {
+        int32_t face = -1, instance = -1;
+    } crossed[2];
     float off = 3e38f;  // angle by which the ray misses the curve
 
-    bool found() const { return edge >= 0 || field >= 0; }
+    bool found() const { return edge >= 0 || field >= 0 || crossed[0].face >= 0; }
 };
 
 // Tries the edges of a face.
@@ -128,6 +133,41 @@ EG_INLINE TouchedCurve touched_curve(const SceneView& scene, const ScanTask& tas
         distance = __builtin_sqrtf(square) < distance ? __builtin_sqrtf(square) : distance;
     }
     return best.found() && best.off > reach_of(p, q, level, i, distance) ? TouchedCurve{} : best;
+}
+
+// The line where two surfaces pass through each other that the last ray touches, for neighbouring chains that
+// meet both of them there.
+EG_INLINE TouchedCurve touched_crossing(const SceneView& scene, const SpecularChain& p,
+                                        const SpecularChain& q, int level, int i) {
+    // The largest distance of the line from the places that the rays meet, in lengths of the ray
+    constexpr double kNear = 1e-2;
+    const SpecularChain* const both[2] = {&p, &q};
+    if (p.key[level][i] < 0 || q.key[level][i] < 0) return {};
+    if (p.face[level][i] == q.face[level][i] && p.instance[level][i] == q.instance[level][i]) return {};
+    TouchedCurve found;
+    CrossedSurface surfaces[2];
+    for (int k = 0; k < 2; ++k) {
+        const Int face = splat(both[k]->face[level][i]), instance = splat(both[k]->instance[level][i]);
+        CrossedSide side;
+        side.face = face;
+        side.field = on_field(scene, splat(-1), face);
+        surfaces[k] = crossed_surface(scene, side, placed_triangle(scene, face, instance).triangle, 0);
+        found.crossed[k].face = face[0], found.crossed[k].instance = instance[0];
+    }
+    const Vector from = vector_of(p.from[level], i), ray = vector_of(p.direction[level], i),
+                 met[2] = {vector_of(p.position[level], i), vector_of(q.position[level], i)};
+    Vector point = (met[0] + met[1]) * 0.5;
+    if (!pull_to_crossing(surfaces, point)) return {};
+    const Vector way = point - from;
+    const double along = dot(way, ray);
+    if (!(along > 0.0)) return {};
+    for (const Vector& x : met)
+        if (!(length(point - x) < kNear * along)) return {};
+    const auto reach = static_cast<double>(reach_of(p, q, level, i, static_cast<float>(along)));
+    if (!(length(way - ray * along) < reach * along)) return {};
+    found.point[0] = static_cast<float>(point.x), found.point[1] = static_cast<float>(point.y),
+    found.point[2] = static_cast<float>(point.z);
+    return found;
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -18,7 +18,7 @@ constexpr float kFollowedByEmitters = 0.0205f, kFollowedAlpha = kWidestFollowed;
 
 // Whether anything moves that followed lobes see, which excludes lights of the table.
 bool moves(const RequestedMotion& motion) {
-    return motion.camera || motion.rotation || motion.any_mesh_moves();
+    return motion.camera || motion.rotation || motion.any_mesh_moves() || motion.any_field_moves();
 }
 
 // Whether any closure is textured, so that radiance may jump within a surface.

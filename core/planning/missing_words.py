@@ -14,10 +14,7 @@ _ABOUT_MESHES = {
                            "for diffuse rays in an environment of one colour",
     "lit from below": "the edges of shadows on {}, where a light lies below the plane of a face that its smooth "
                       "normals let it reach (terminator_offset): they are not sampled",
-    "clear fields": "the shadows of the transparent distance fields {}, and where they hide surfaces from each other",
     "field borders": "the borders where the distance fields {} end at their boxes: they are no edges",
-    "field mirrors": "edges, shadows and outlines of lights that mirrors and smooth glass show by way of the distance "
-                     "fields {}",
     "edges between surfaces": "indirect boundary: edges between two surfaces that light each other are left out, since "
                               "some kinds of scattered rays can hit {} and others cannot",
 }
@@ -81,7 +78,7 @@ def _mirrored(words: SceneWords) -> list[str]:
     if edges.materials:
         longest = words.by_part.get("long chains")
         out.append("seen in mirrors and through smooth glass: features thinner than a quarter of a pixel may be "
-                   "missed; left out are lines where surfaces pass through each other or through lights, seams "
+                   "missed; left out are lines where lights pass through surfaces, seams "
                    "of textures inside of smooth surfaces, borders of spots without blend, and where faces of "
                    "smooth-shaded meshes turn away from lights without size"
                    + (f", and edges seen by chains of more than {longest.limit} surfaces" if longest else ""))

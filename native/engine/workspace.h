@@ -68,6 +68,7 @@ class ChainWorkspace {
             block_.lay_out([&](const auto& take) {
                 take(kBlockPaths / 2 + 2 * kMaxWidth, c.segment, c.horizontal, c.length, c.parted, c.face,
                      c.mesh, c.instance, c.closure, c.event, c.b1, c.b2, c.half, c.edge, c.edge_instance, c.u,
+                     c.field, c.crossed_face, c.crossed_instance, c.curve_point, c.outline_normal, c.contact,
                      c.weight, c.from, c.seen, c.jump, c.by_point, c.by_direction, c.direction, c.by_screen,
                      c.lit, c.light_row, c.light_kind, c.light_face, c.light_instance, c.light_scatters,
                      c.light_blockers, c.light_visible_to, c.light_b1, c.light_b2, c.light_place,

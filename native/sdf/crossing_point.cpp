@@ -34,8 +34,10 @@ bool within(const FieldView& f, Vector p) {
     return true;
 }
 
-// A length in cells: the least number of them among the fields.
+// A length in cells: the least number of them among the fields. 0 for two planes, on which one step
+// converges.
 double cells(const CrossedSurface (&surfaces)[2], Vector d) {
+    if (!surfaces[0].field && !surfaces[1].field) return 0.0;
     double least = 1e300;
     for (const CrossedSurface& s : surfaces)
         if (s.field) least = std::min(least, length(in_grid(*s.field, d)));

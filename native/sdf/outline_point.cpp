@@ -146,12 +146,29 @@ bool pull_to_outline(const FieldView& f, const FieldViewer& viewer, double (&gri
     return false;
 }
 
-bool touches_outside(const FieldView& f, const double (&grid)[3], const double (&v)[3], float& contact) {
+bool move_to_tangency(const FieldView& f, const double (&v)[3], double (&grid)[3]) {
+    const Triple start = {grid[0], grid[1], grid[2]};
+    const double square = dot(v, v);
+    for (int step = 0; step < kMostSteps; ++step) {
+        const SplineJet x = spline_jet(f, grid);
+        Triple bent;
+        times(x.hessian, v, bent);
+        const double bend = dot(v, bent), by = -dot(x.gradient, v) / bend;
+        if (!(bend != 0.0)) return false;
+        for (int k = 0; k < 3; ++k) grid[k] += by * v[k];
+        if (!near(grid, start)) return false;
+        if (by * by * square < kResolved * kResolved) return true;
+    }
+    return false;
+}
+
+bool touches_outside(const FieldView& f, const double (&grid)[3], const double (&v)[3], float& contact,
+                     double side) {
     const double ray = std::sqrt(dot(v, v));
-    for (const double side : {-1.0, 1.0}) {
+    for (const double way : {-kContactCells, kContactCells}) {
         Triple x;
-        for (int k = 0; k < 3; ++k) x[k] = grid[k] + side * kContactCells / ray * v[k];
-        if (within(f, x) && spline_value(f, x) < 0.0) return false;
+        for (int k = 0; k < 3; ++k) x[k] = grid[k] + way / ray * v[k];
+        if (within(f, x) && side * spline_value(f, x) < 0.0) return false;
     }
     Triple view;
     f.vector_in_world(v, view);

@@ -59,10 +59,8 @@ enum class Part : int32_t {
     kSteppedShadows,     // shadows of borders that an image draws in a surface's transmittance
     kClearAbsorption,    // absorption in meshes whose surface is transparent
     kRimLines,           // rims on rough glass, for lights without size
-    kClearFields,        // shadows of transparent distance fields
     kFieldBorders,       // lines where distance fields end at their boxes
     kFieldLines,         // lights that pass through distance fields
-    kFieldMirrors,       // edges seen by mirrors and glass by way of distance fields
     kMirroredOutlines,   // outlines of lights, in mirrors and behind glass
     kTotalReflection,    // borders of total reflection of Refraction closures
     kLongChains,         // chains of too many mirrors
@@ -124,10 +122,8 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kSteppedShadows, "stepped shadows", kShadowTerm},
     {Part::kClearAbsorption, "clear absorption", kInteriorTerm},
     {Part::kRimLines, "rim lines", kInteriorTerm},
-    {Part::kClearFields, "clear fields", kShadowTerm},
     {Part::kFieldBorders, "field borders", kPrimaryTerm},
     {Part::kFieldLines, "field lines", kPrimaryTerm},
-    {Part::kFieldMirrors, "field mirrors", kPrimaryTerm},
     {Part::kMirroredOutlines, "mirrored outlines", kPrimaryTerm},
     {Part::kTotalReflection, "total reflection", kPrimaryTerm},
     {Part::kLongChains, "long chains", kPrimaryTerm},

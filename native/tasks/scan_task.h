@@ -47,14 +47,19 @@ struct ChainCrossings {
     int32_t *face[kMostChain], *mesh[kMostChain], *instance[kMostChain];
     int32_t *closure[kMostChain], *event[kMostChain];
     float *b1[kMostChain], *b2[kMostChain];
-    float* half[3][kMostChain];     // microfacet normal of a followed lobe
-    int32_t *edge, *edge_instance;  // -1: the horizon of the last vertex' face
+    float* half[3][kMostChain];  // microfacet normal of a followed lobe
+    // The curve. Without any of these it is the horizon of the last vertex' face:
+    int32_t *edge, *edge_instance;  // an edge; -1: none
     float* u;                       // place along the edge
-    float* weight;                  // of the random decisions and of the scan lines
-    float* from[3];                 // origin of the last ray
-    int32_t* seen;                  // whether the edge is visible from there
-    float* jump[3];                 // L- - L+, with the chain's throughput
-    float* by_point[3];             // derivatives of -g by `from` and by the last ray's direction
+    int32_t* field;                 // the face that stands for a field, whose outline it is; -1: none
+    int32_t *crossed_face[2], *crossed_instance[2];  // two surfaces that pass through each other; -1: none
+    float* curve_point[3];                           // of outlines and of lines of two surfaces
+    float *outline_normal[3], *contact;              // of outlines (sdf/outline_point.h)
+    float* weight;                                   // of the random decisions and of the scan lines
+    float* from[3];                                  // origin of the last ray
+    int32_t* seen;                                   // whether the edge is visible from there
+    float* jump[3];                                  // L- - L+, with the chain's throughput
+    float* by_point[3];  // derivatives of -g by `from` and by the last ray's direction
     float* by_direction[3];
     float* direction[3];  // of the last ray, if it leaves a face along its horizon
     float* by_screen[2];  // of g by the place in the picture

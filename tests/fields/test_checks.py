@@ -89,9 +89,7 @@ def test_wrong_tangents_are_refused(path: str, value: object, message: str) -> N
 def test_the_plan_names_what_derivatives_by_fields_lack(path: str) -> None:
     need("native")
     assert edgegrad.plan(scene(), [path]).missing == ()
-    clear = scene(materials={"clay": replace(matte(), alpha=0.5)})
-    missing = edgegrad.plan(clear, [path]).missing
-    assert any("shadows of the transparent distance fields ball" in said for said in missing)
+    assert edgegrad.plan(scene(materials={"clay": replace(matte(), alpha=0.5)}), [path]).missing == ()
 
 
 def test_paths_of_fields_are_listed_and_can_be_put() -> None:

@@ -18,6 +18,7 @@ from tests.support.picture_differences import check_agreement, check_equal_bits,
 from tests.support.small_scenes import camera, matte, rectangle
 
 DARK = World(np.zeros(3))
+VEIL = Material(np.array([0.8, 0.3, 0.3]), kind="PRINCIPLED", alpha=0.5)
 Change = Callable[[Scene, float], tuple[Scene, Mapping[str, Floats]]]
 
 
@@ -228,6 +229,29 @@ def test_the_plan_names_what_is_computed_and_what_is_missing() -> None:
     assert "the shadows of the distance fields body" in str(said)
     assert "what the distance fields body hide of one surface from another" in str(said)
     assert not any("distance field" in sentence and "shadow" in sentence for sentence in said.missing)
-    clear = replace(scene, materials={**scene.materials, "clay": Material(
-        np.ones(3) * 0.5, kind="PRINCIPLED", alpha=0.5)})
-    assert any("transparent distance fields body" in s for s in plan(clear, ["fields.body.values"]).missing)
+    clear = replace(scene, materials={**scene.materials, "clay": VEIL})
+    assert "the shadows of the distance fields body" in str(plan(clear, ["fields.body.values"], max_depth=3))
+    assert not plan(clear, ["fields.body.values"], max_depth=3).missing
+
+
+@pytest.mark.parametrize("change", [values, light])
+@pytest.mark.parametrize("kind", ["point", "sun", "area", "ball"])
+def test_the_shadow_of_a_transparent_field(kind: str, change: Change) -> None:
+    """Lines below its outline pass the surface twice."""
+    scene = over_a_floor(kind, materials={"floor": matte(0.7, 0.6, 0.5), "clay": VEIL})
+    check_agreement(partial(change, scene), max_depth=2, eps=0.04, seeds=8)
+
+
+def test_a_transparent_field_in_an_environment() -> None:
+    scene = over_a_floor("none", world=World(np.array([0.6, 0.8, 1.0])),
+                         materials={"floor": matte(0.7, 0.6, 0.5), "clay": VEIL})
+    check_agreement(partial(values, scene), max_depth=2, eps=0.04, seeds=8)
+
+
+def test_a_transparent_field_between_surfaces() -> None:
+    scene = between_walls()
+    scene.materials["clay"] = VEIL
+    check_agreement(partial(values, scene), max_depth=3, eps=0.1, seeds=32, spp=128, reference_spp=2048)
+    paths = ["fields.body.values", "fields.body.transform", "meshes.floor.vertices"]
+    check_transpose(lambda _: scene, paths, spp=8, max_depth=4)
+    check_equal_bits(lambda _: scene, paths, spp=4, max_depth=4)

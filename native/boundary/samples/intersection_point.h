@@ -5,6 +5,7 @@
 #pragma once
 
 #include "boundary/samples/moving_points.h"
+#include "boundary/samples/outline_samples.h"
 #include "shading/surface_shader.h"
 #include "shading/surface_transmittance.h"
 
@@ -32,14 +33,15 @@ EG_INLINE void place_in_face(const Triangle& t, Vec3 at, Float& b1, Float& b2) {
     b2 = dot(m, cross(t.p1 - t.p0, d)) * size;
 }
 
-// The fraction of light along w that a face, placed by an instance, absorbs at a point. Transmitted light is
-// not occluded.
+// The fraction of light along w that a face, placed by an instance, or a field absorbs at a point.
+// Transmitted light is not occluded.
 EG_INLINE Vec3 stopped_by(const SceneView& scene, Mask active, Int face, Int instance, Vec3 at, Vec3 w,
                           RayKind rays) {
     if (!(scene.all_flags & kHasTransparency)) return {splat(1.0f), splat(1.0f), splat(1.0f)};
     Float b1, b2;
     const PlacedTriangle t = placed_triangle(scene, face, instance);
     place_in_face(t.triangle, at, b1, b2);
+    set_places(scene, on_field(scene, active, face), face, at, b1, b2);
     const SurfacePoint i = surface_point(scene, active, face, t, b1, b2, w, instance);
     const Vec3 through =
         surface_transmittance(scene, i, texture_point(scene, i, -w, splat(static_cast<int>(rays))));

@@ -15,8 +15,20 @@ EG_INLINE Int field_of_line(const SceneView& scene, Mask active, Int line) {
     return face;
 }
 
+EG_INLINE bool is_on_field(const SceneView& scene, int32_t face) {
+    const int32_t number = face - scene.first_field_face;
+    return number >= 0 && number < scene.field_count;
+}
 EG_INLINE const FieldView& field_of_face(const SceneView& scene, int32_t face) {
     return scene.fields[face - scene.first_field_face];
+}
+
+// A tangent direction, turned a little against the normal, so that rounding does not decide whether a ray
+// meets the front of the surface. With `out` it is turned the other way.
+EG_INLINE Vec3 onto_surface(Vec3 direction, Vec3 normal, bool out = false) {
+    constexpr float kTurn = 1e-4f;
+    const Vec3 turned = direction - normal * splat(out ? -kTurn : kTurn);
+    return turned * (1.0f / sqrt(dot(turned, turned)));
 }
 
 EG_INLINE void set_lane3(Vec3& out, int lane, const float (&p)[3]) {
@@ -29,6 +41,18 @@ EG_INLINE void set_place(const FieldView& field, const double (&grid)[3], int la
     float place[2];
     __builtin_memcpy(place, code, sizeof place);
     b1[lane] = place[0], b2[lane] = place[1];
+}
+
+// The same for the lanes of a mask, at points of the world.
+EG_INLINE void set_places(const SceneView& scene, Mask lanes, Int face, Vec3 at, Float& b1, Float& b2) {
+    for (int i = 0; i < W; ++i) {
+        if (!lanes[i]) continue;
+        const FieldView& field = field_of_face(scene, face[i]);
+        const float point[3] = {at.x[i], at.y[i], at.z[i]};
+        double grid[3];
+        field.place_in_grid(point, grid);
+        set_place(field, grid, i, b1, b2);
+    }
 }
 
 // Calls back with each sample's point of the outline on its segment, seen from viewer(lane, field). Samples

@@ -7,6 +7,7 @@
 #pragma once
 
 #include "boundary/samples/field_patches.h"
+#include "boundary/samples/intersection_point.h"
 #include "boundary/segment/segment.h"
 #include "boundary/segment/silhouette.h"
 
@@ -22,6 +23,18 @@ EG_INLINE CurveExit exit_of_field(const BoundarySegment& s, Vec3 normal, Float c
 EG_INLINE Mask meets_field(const SceneView& scene, const BoundarySegment& s, Int mask) {
     const Int mesh = mesh_of(scene, field_of_line(scene, s.active, s.edge));
     return (gather(scene.mesh_mask, mesh) & mask) != 0;
+}
+
+// The part of light along w that a field stops beside a point at which w touches it. A line a little below
+// that passes the surface twice.
+EG_INLINE Vec3 stopped_by_field(const SceneView& scene, Mask active, Int face, Vec3 at, Vec3 normal, Vec3 w,
+                                RayKind rays) {
+    const Vec3 one = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    if (!(scene.all_flags & kHasTransparency)) return one;
+    const Int known = select(active, face, splat(scene.first_field_face));
+    const Vec3 in = stopped_by(scene, active, known, splat(-1), at, onto_surface(w, normal), rays),
+               out = stopped_by(scene, active, known, splat(-1), at, onto_surface(w, normal, true), rays);
+    return one - (one - in) * (one - out);
 }
 
 // A point of the surface with a line that touches it there.

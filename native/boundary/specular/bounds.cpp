@@ -24,7 +24,7 @@ std::vector<uint8_t> specular_materials(const SceneTables& t, float followed) {
     return out;
 }
 
-// The vertices of a mesh's faces with such materials.
+// The vertices of a mesh's faces with such materials; for a field, the corners of its box.
 std::vector<int64_t> vertices_of(const SceneTables& t, size_t mesh, const std::vector<uint8_t>& materials) {
     const auto first = static_cast<size_t>(t.mesh_first_vertex[mesh]);
     std::vector<uint8_t> used(static_cast<size_t>(t.mesh_first_vertex[mesh + 1]) - first);
@@ -32,6 +32,8 @@ std::vector<int64_t> vertices_of(const SceneTables& t, size_t mesh, const std::v
     for (auto face = static_cast<size_t>(t.mesh_first_face[mesh]); face < last_face; ++face)
         if (materials[static_cast<size_t>(t.face_material[face])])
             for (size_t c = 0; c < 3; ++c) used[static_cast<size_t>(t.faces[3 * face + c]) - first] = 1;
+    if (static_cast<int32_t>(mesh) >= t.first_field() && used[0])
+        std::fill(used.begin(), used.end(), uint8_t{1});
     std::vector<int64_t> out;
     for (size_t k = 0; k < used.size(); ++k)
         if (used[k]) out.push_back(static_cast<int64_t>(first + k));

@@ -152,7 +152,7 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, Mask a
             going &= (key == choices.key[level]) & (hit.instance == choices.instance[level]) &
                      (choices.event[level] != kEventEnds);
         }
-        going &= hit.hit & x.active & ~stops & ~on_field(scene, hit.hit, hit.face);
+        going &= hit.hit & x.active & ~stops;
         // Find what may happen at the surface. On the way to a light, chains only pass transparent surfaces.
         // Most other chains end here, at a surface that neither bends their ray nor can be lit.
         const Mask passes_on = going & to_light;

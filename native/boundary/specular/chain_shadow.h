@@ -17,8 +17,8 @@
 #pragma once
 
 #include "boundary/segment/occluder.h"
-#include "boundary/specular/chain.h"
-#include "boundary/terms/primary.h"
+#include "boundary/segment/touched_field.h"
+#include "boundary/specular/chain_curve.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -88,9 +88,16 @@ EG_OUTLINE Mask shadow_jump(const SceneView& scene, const ChainCrossings& c, int
     p.edge = s.edge, p.instance = s.instance;
     p.a = s.point - s.tangent * s.u, p.t = s.tangent;
     const Vec3 across = s.normal * s.weight;
-    const Mask clear = transparent_occluder(scene, lit, s.edge);
-    const Float sigma = select(clear, splat(1.0f), occluder_side(scene, p, across));
-    lit &= (sigma != 0.0f) & ~on_edge_face(scene, p, x);
+    const Mask outline = lit & (load(c.field + at) >= 0), edge = lit & ~outline;
+    p.active = edge;
+    const Mask clear = transparent_occluder(scene, edge, s.edge);
+    Float sigma = splat(-1.0f);  // the field is on the minus side
+    if (any(edge))
+        sigma = select(outline, sigma, select(clear, splat(1.0f), occluder_side(scene, p, across)));
+    lit &= outline | ((sigma != 0.0f) & ~on_edge_face(scene, p, x));
+    // Rays touch the field over this length
+    const Float contact = select(outline, load(c.contact + at), 0.0f);
+    lit &= (s.view.distance > contact) & (s.view.distance + contact < way.light.distance);
     const Vec3 w = way.light.w;
     lit &= scatters.both_sides | (dot(x.normal, w) > 0.0f);
     if (!any(lit)) return lit;
@@ -104,9 +111,18 @@ EG_OUTLINE Mask shadow_jump(const SceneView& scene, const ChainCrossings& c, int
     if (!any(lit)) return lit;
     const Mask near = way.light.distance < __builtin_inff();
     PassingRays rays{light.blockers};
-    rays.ignored = {s.edge, s.instance};
+    rays.ignored = {select(outline, splat(-1), s.edge), s.instance};
+    const Float whole = select(near, way.light.distance * 0.9999f, splat(__builtin_inff()));
     value = value * transmittance(scene, lit, leave_surface(x, w), w,
-                                  select(near, way.light.distance * 0.9999f, splat(__builtin_inff())), rays);
+                                  select(outline, s.view.distance - contact, whole), rays);
+    if (any(outline & lit))
+        value = select(
+            outline,
+            value *
+                stopped_by_field(scene, outline & lit, load(c.field + at), s.point, s.normal, w, kShadowRay) *
+                transmittance(scene, lit & outline, beside_outline(s, w * contact), w,
+                              whole - (s.view.distance + contact), rays),
+            value);
     if (any(clear & lit))
         value = select(clear, value * transparent_jump(scene, p, lit & clear, s.u, across, w), value);
     jump = select(lit, value, jump);

@@ -16,11 +16,10 @@
 // directions of the curve.
 //
 // The derivatives of p and D are those of the recorded chain (adjoint/vertex.h). The edge contributes
-// N . de/r, r = |e - p|.
+// N . de/r, r = |e - p|. Outlines of distance fields: boundary/specular/chain_curve.h.
 #pragma once
 
 #include "boundary/segment/scattering_chain.h"
-#include "boundary/specular/chain_horizon.h"
 #include "boundary/specular/chain_shadow.h"
 #include "path/recorder.h"
 #include "tasks/boundary_task.h"
@@ -140,34 +139,6 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
     return fine;
 }
 
-// The edge that a chain's last ray touches, as seen from the origin of that ray.
-EG_INLINE EdgeSample chain_edge(const SceneView& scene, const ChainCrossings& c, int at, int count, Vec3 from,
-                                Vec3 origin) {
-    EdgeSample s;
-    s.active = first_lanes(count - at) & (load(c.edge + at) >= 0);
-    s.edge = select(s.active, load(c.edge + at), splat(0));
-    s.instance = select(s.active, load(c.edge_instance + at), splat(-1));
-    s.intersection = splat(0);
-    s.u = select(s.active, load(c.u + at), 0.0f);
-    gather_edges(scene, s.edge, s.instance, s.end, s.tangent);
-    s.point = s.end + s.tangent * s.u;
-    const Vec3 way = s.point - origin;
-    Projection& v = s.view;
-    v.active = s.active;
-    v.origin = origin;
-    v.distance = sqrt(dot(way, way));
-    v.direction = way * (1.0f / max(v.distance, 1e-30f));
-    v.near = splat(0.0f), v.far = splat(__builtin_inff());
-    v.across_of = s.point - from;
-    s.normal = cross(v.across_of, s.tangent);
-    s.weight = 1.0f / max(sqrt(dot(v.across_of, v.across_of)), 1e-30f);
-    s.active &= v.distance > 0.0f;
-    s.random.pixel = splat(0);
-    s.random.sample = bits(lane_index());
-    s.random.stream = bits(splat(0));
-    return s;
-}
-
 EG_INLINE Vec3 load_jump(const ChainCrossings& c, int at) {
     Vec3 jump;
     load3(jump, c.jump, at);
@@ -215,7 +186,7 @@ EG_OUTLINE Mask lit_sides(const SceneView& scene, const BoundaryTask& task, Chai
                           int& queued) {
     const ScatteringPoint end = scattering_point(scene, lit, receiver(scene, c, at, lit, ray));
     const Vec3 x = end.x.position;
-    EdgeSample s = chain_edge(scene, c, at, count, x, x);
+    EdgeSample s = chain_curve(scene, c, at, count, x, x);
     s.random = path_index(side_paths(task), lane_index() + at);
     s.active &= lit;
     Vec3 jump = zero3(), by_x = zero3();
@@ -240,21 +211,30 @@ static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task,
         PathPacket p;
         const Mask fine = record_chains(scene, task, c, at, count, vertices, onwards, ray, p);
         // Find the surfaces on both sides of the edge and behind it
-        EdgeSample s = chain_edge(scene, c, at, count, ray.from, ray.origin);
+        EdgeSample s = chain_curve(scene, c, at, count, ray.from, ray.origin);
         const Mask lit = first_lanes(count - at) & load(c.lit + at);
         s.active &= fine & ~lit;
         const Mask horizon = fine & at_horizon(c, at, count), parted = s.active & load(c.parted + at);
         s.active &= ~parted;
         s.mask = ray_mask(p.kind);
         s.random = path_index(paths, lane_index() + at);
+        EdgeSample outlined = s;
+        outlined.active &= at_outline(c, at, count);
+        EdgeSample crossed = s;
+        crossed.active &= at_line(c, at, count);
+        s.active &= ~(outlined.active | crossed.active);
+        if (any(outlined.active)) queued = see_outline(scene, task, c, at, outlined, p, work, queued);
+        if (any(crossed.active)) queued = see_line(scene, task, c, at, crossed, p, work, queued);
         Sides sides = visible_faces(scene, s);
         s.active &= (sides.plus.face >= 0) | (sides.minus.face >= 0);
         Behind behind;
         if (any(s.active)) behind = look_behind(scene, s, sides, task.limits.transparent, EdgeFaces{});
-        Mask seen = s.active | parted;
-        // -dg/dp = t x D and -dg/dD = -N, with D the direction of the recorded ray.
-        store3(c.by_point, at, select(seen, cross(s.tangent, ray.direction), zero3()));
-        store3(c.by_direction, at, select(seen, -s.normal, zero3()));
+        Mask seen = s.active | parted | outlined.active | crossed.active;
+        // -dg/dp = t x D and -dg/dD = -N, with D the direction of the recorded ray. Of outlines -n and -r n.
+        const Vec3 n = s.normal, r_n = n * sqrt(dot(s.view.across_of, s.view.across_of));
+        store3(c.by_point, at,
+               select(outlined.active, -n, select(seen, cross(s.tangent, ray.direction), zero3())));
+        store3(c.by_direction, at, select(outlined.active, -r_n, select(seen, -n, zero3())));
         store3(c.from, at, select(seen, ray.from, zero3()));
         // Handle horizons and shadow edges
         if (any(horizon)) horizon_slopes(c, at, horizon, ray, p);
@@ -321,7 +301,7 @@ static void chain_forward_kernel(const SceneView& scene, const ChainCrossings& c
     for (int at = 0; at < count; at += W) {
         Vec3 from;
         load3(from, c.from, at);
-        EdgeSample s = chain_edge(scene, c, at, count, from, from);
+        EdgeSample s = chain_curve(scene, c, at, count, from, from);
         const Vec3 jump = load_jump(c, at);
         const Mask jumps = largest_component(jump) > 0.0f, horizon = jumps & at_horizon(c, at, count);
         s.active &= jumps;
@@ -330,8 +310,8 @@ static void chain_forward_kernel(const SceneView& scene, const ChainCrossings& c
         const Vec3 unit = {splat(1.0f), splat(0.0f), splat(0.0f)};
         chain_horizon_blocks(mode, scene, tangent, c, at, horizon, unit);
         light_blocks(mode, scene, tangent, c, at, s, from, unit);
-        const Float g = load(work.radiance[0] + at) +
-                        sweep<MeshCurves>(scene, tangent, TracedSample{s, zero3()}) + mode.value.x;
+        curve_blocks(mode, scene, tangent, c, at, s, unit);
+        const Float g = load(work.radiance[0] + at) + mode.value.x;
         const Vec3 value = jump * g;
         for (int i = 0; i < W; ++i) {
             if (!s.active[i] && !horizon[i]) continue;
@@ -348,7 +328,7 @@ static void chain_backward_kernel(const SceneView& scene, const ChainCrossings& 
     for (int at = 0; at < count; at += W) {
         Vec3 from;
         load3(from, c.from, at);
-        EdgeSample s = chain_edge(scene, c, at, count, from, from);
+        EdgeSample s = chain_curve(scene, c, at, count, from, from);
         const Vec3 jump = load_jump(c, at);
         Mask jumps = largest_component(jump) > 0.0f;
         jumps &= s.active | at_horizon(c, at, count);
@@ -362,7 +342,7 @@ static void chain_backward_kernel(const SceneView& scene, const ChainCrossings& 
         if (!any(jumps)) continue;
         Backward mode{scene, gradient, a};
         chain_horizon_blocks(mode, scene, gradient, c, at, jumps & at_horizon(c, at, count), jump);
-        edge_blocks(mode, scene, gradient, s, jump);
+        curve_blocks(mode, scene, gradient, c, at, s, jump);
         light_blocks(mode, scene, gradient, c, at, s, from, jump);
     }
 }

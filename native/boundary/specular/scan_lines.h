@@ -19,8 +19,7 @@
 
 #include <algorithm>
 
-#include "boundary/samples/segment_sampling.h"
-#include "boundary/specular/chain.h"
+#include "boundary/specular/touched_curve.h"
 #include "tasks/image_task.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -118,86 +117,10 @@ EG_OUTLINE void take(SpecularChain& to, Mask m, const SpecularChain& from) {
     }
 }
 
-// The edge that a ray touches, among those of the faces that neighbouring rays meet.
-struct TouchedEdge {
-    int32_t edge = -1, instance = -1;
-    float u = 0.0f;
-    float off = 3e38f;  // angle by which the ray misses the edge
-};
-
-// Tries the edges of a face.
-EG_INLINE void try_edges(const SceneView& scene, const ScanTask& task, int32_t face, int32_t instance,
-                         const float (&from)[3], const float (&direction)[3], TouchedEdge& best) {
-    for (int c = 0; c < 3; ++c) {
-        const int32_t edge = task.face_edge[3 * static_cast<int64_t>(face) + c];
-        if (edge < 0) continue;
-        float a[3], b[3];
-        edge_end(scene, edge, instance, 0, a);
-        edge_end(scene, edge, instance, 1, b);
-        // Project the edge onto the plane perpendicular to the ray, and find its point nearest to the ray.
-        float w[3], t[3], wd = 0.0f, td = 0.0f;
-        for (int k = 0; k < 3; ++k) {
-            w[k] = a[k] - from[k], t[k] = b[k] - a[k];
-            wd += w[k] * direction[k], td += t[k] * direction[k];
-        }
-        float wt = 0.0f, tt = 0.0f;
-        for (int k = 0; k < 3; ++k) {
-            const float w1 = w[k] - wd * direction[k], t1 = t[k] - td * direction[k];
-            wt += w1 * t1, tt += t1 * t1;
-        }
-        if (!(tt > 0.0f)) continue;
-        const float u = -wt / tt < 0.0f ? 0.0f : -wt / tt > 1.0f ? 1.0f : -wt / tt;
-        float miss = 0.0f;
-        const float along = wd + u * td;
-        for (int k = 0; k < 3; ++k) {
-            const float d = w[k] + u * t[k] - along * direction[k];
-            miss += d * d;
-        }
-        if (!(along > 0.0f)) continue;
-        const float off = __builtin_sqrtf(miss) / along;
-        if (off < best.off) best = {edge, instance, u, off};
-    }
-}
-
-// The largest angle by which a ray may miss an edge that it touches: the distance of the neighbours plus
-// rounding.
-EG_INLINE float reach_of(const SpecularChain& p, const SpecularChain& q, int level, int i, float distance) {
-    const auto gap = [i](const Vec3& a, const Vec3& b) {
-        const float x = a.x[i] - b.x[i], y = a.y[i] - b.y[i], z = a.z[i] - b.z[i];
-        return __builtin_sqrtf(x * x + y * y + z * z);
-    };
-    const Vec3& from = p.from[level];
-    const float size =
-        __builtin_fabsf(from.x[i]) + __builtin_fabsf(from.y[i]) + __builtin_fabsf(from.z[i]) + distance;
-    return 4.0f *
-               (gap(p.direction[level], q.direction[level]) + gap(p.from[level], q.from[level]) / distance) +
-           2e-5f * size / distance;
-}
-
-// The edge that the last ray touches, for neighbouring chains that differ at a vertex.
-EG_INLINE TouchedEdge touched_edge(const SceneView& scene, const ScanTask& task, const SpecularChain& p,
-                                   const SpecularChain& q, int level, int i) {
-    TouchedEdge best;
-    float distance = 3e38f;
-    const SpecularChain* const both[2] = {&p, &q};
-    for (const SpecularChain* c : both) {
-        if (c->key[level][i] == kMissed || c->key[level][i] == kDead) continue;
-        const Vec3 &o = c->from[level], &d = c->direction[level], &x = c->position[level];
-        const float from[3] = {o.x[i], o.y[i], o.z[i]}, direction[3] = {d.x[i], d.y[i], d.z[i]};
-        try_edges(scene, task, c->face[level][i], c->instance[level][i], from, direction, best);
-        float square = 0.0f;
-        const float to[3] = {x.x[i], x.y[i], x.z[i]};
-        for (int k = 0; k < 3; ++k) square += (to[k] - from[k]) * (to[k] - from[k]);
-        distance = __builtin_sqrtf(square) < distance ? __builtin_sqrtf(square) : distance;
-    }
-    if (best.edge >= 0 && best.off > reach_of(p, q, level, i, distance)) best.edge = -1;
-    return best;
-}
-
 // Appends the crossing of lane i.
 EG_INLINE void append_intersection(ChainCrossings& out, int n, int i, int64_t segment, Mask horizontal,
                                    const PicturePoint& place, const ChainChoices& choices,
-                                   const SpecularChain& chain, int level, const TouchedEdge& edge,
+                                   const SpecularChain& chain, int level, const TouchedCurve& curve,
                                    float weight) {
     const ChainLight& light = choices.light;
     const bool lit = level > choices.lit[i];
@@ -225,7 +148,13 @@ EG_INLINE void append_intersection(ChainCrossings& out, int n, int i, int64_t se
         out.half[0][k][n] = half.x[i], out.half[1][k][n] = half.y[i], out.half[2][k][n] = half.z[i];
         probability *= choices.probability[k][i];
     }
-    out.edge[n] = edge.edge, out.edge_instance[n] = edge.instance, out.u[n] = edge.u;
+    out.edge[n] = curve.edge, out.edge_instance[n] = curve.instance, out.u[n] = curve.u;
+    out.field[n] = curve.field, out.contact[n] = curve.contact;
+    for (int k = 0; k < 3; ++k)
+        out.curve_point[k][n] = curve.point[k], out.outline_normal[k][n] = curve.normal[k];
+    for (int k = 0; k < 2; ++k)
+        out.crossed_face[k][n] = curve.crossed[k].face,
+        out.crossed_instance[k][n] = curve.crossed[k].instance;
     out.weight[n] = weight / probability;
 }
 
@@ -303,19 +232,23 @@ EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, Inte
         // If the two chains end on different faces, the edge between these faces is the cause.
         const bool parted = horizon && (chain_p.face[k - 1][i] != chain_q.face[k - 1][i] ||
                                         chain_p.instance[k - 1][i] != chain_q.instance[k - 1][i]);
+        // Horizons of fields, whose rays a normal map turns below their surface, have no estimator.
+        if (horizon && is_on_field(scene, chain_p.face[k - 1][i])) continue;
         // Edges seen directly or only through transparent surfaces belong to the primary term.
         const int seen = parted ? k - 1 : k;
         bool bent = false;
         for (int j = 0; j < seen; ++j) bent |= choices.event[j][i] != kEventPasses;
         if (!bent || chain_p.key[k][i] == kDead || chain_q.key[k][i] == kDead) continue;
         if (k <= choices.lit[i] && !task.edges) continue;
-        TouchedEdge edge;
-        if (!horizon || parted) edge = touched_edge(scene, task, chain_p, chain_q, seen, i);
-        if (edge.edge < 0 && (!horizon || parted)) continue;
+        TouchedCurve curve;
+        if (!horizon || parted) curve = touched_curve(scene, task, chain_p, chain_q, seen, i);
+        if (!curve.found() && !horizon && k <= choices.lit[i])
+            curve = touched_crossing(scene, chain_p, chain_q, k, i);
+        if (!curve.found() && (!horizon || parted)) continue;
         out.parted[found] = parted ? -1 : 0;
         const bool twice = s.common[i] <= k || (s.lone[i] && k > choices.lit[i]);
         append_intersection(out, found++, i, s.number[i], s.horizontal, below ? q : p, choices,
-                            below ? chain_q : chain_p, k, edge,
+                            below ? chain_q : chain_p, k, curve,
                             s.share[i] * weight[i] * (twice ? 2.0f : 1.0f));
     }
     return found;

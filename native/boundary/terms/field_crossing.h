@@ -107,6 +107,17 @@ EG_OUTLINE TracedCrossing* trace_crossing_sides(const SceneView& scene, const Bo
     return traced;
 }
 
+// Adds the motion of points of a curve, with the weight of `s`, times `color`.
+template <typename Mode>
+EG_INLINE void crossing_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion, Mask active,
+                               const EdgeSample& s, const CrossingSample& curve, Vec3 color) {
+    Float mu[2];
+    part_normals(s.normal * s.weight, curve.side[0].normal, curve.side[1].normal, mu[0], mu[1]);
+    for (int k = 0; k < 2; ++k)
+        plane_point_blocks(mode, scene, motion, active, curve.side[k].face, curve.side[k].instance, s.point,
+                           curve.side[k].normal * mu[k], color);
+}
+
 struct CrossingCurves {
     using Traced = TracedCrossing;
 
@@ -119,13 +130,8 @@ struct CrossingCurves {
     EG_INLINE static void blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                                  const TracedCrossing& traced, Vec3 color) {
         const EdgeSample& s = traced.sample;
-        const CrossingSample& curve = traced.curve;
         view_blocks(mode, scene, motion, s, color);
-        Float mu[2];
-        part_normals(s.normal * s.weight, curve.side[0].normal, curve.side[1].normal, mu[0], mu[1]);
-        for (int k = 0; k < 2; ++k)
-            plane_point_blocks(mode, scene, motion, s.active, curve.side[k].face, curve.side[k].instance,
-                               s.point, curve.side[k].normal * mu[k], color);
+        crossing_blocks(mode, scene, motion, s.active, s, traced.curve, color);
     }
 };
 

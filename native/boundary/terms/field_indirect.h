@@ -27,8 +27,12 @@ EG_OUTLINE int sample_field_indirect(const SceneView& scene, const BoundaryTask&
         y.distance = select(y.hit.hit, y.hit.distance + line.exit.gap, 0.0f);
         return y;
     };
-    return connect_indirect(
-        scene, task, p, line.exit, requested, line.measure * splat(kTurn), at, work, queued, find, [] {}, s);
+    const auto jump = [&]() EG_INLINE_LAMBDA {
+        s.color = s.color * stopped_by_field(scene, s.active, field_of_line(scene, s.active, s.edge), s.point,
+                                             line.at.normal, s.towards, kDiffuseRay);
+    };
+    return connect_indirect(scene, task, p, line.exit, requested, line.measure * splat(kTurn), at, work,
+                            queued, find, jump, s);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -89,15 +89,12 @@ EG_OUTLINE TracedSample* trace_outline_sides(const SceneView& scene, const Bound
             behind = look_behind(scene, s, {none, none, splat(0)}, task.limits.transparent,
                                  GrazedField{outline.hit.face, outline.contact});
         if (!any(s.active)) continue;
-        // Start a path on each side. The ray to the surface is turned a little, so that rounding does not
-        // decide whether it meets the front.
-        constexpr float kTurn = 1e-4f;
+        // Start a path on each side
         Closest hit = outline.hit;
         hit.hit = s.active;
         hit.mesh = mesh_of(scene, select(s.active, hit.face, splat(0)));
         hit.distance = s.view.distance;
-        const Vec3 turned = outline.grazing - outline.normal * splat(kTurn);
-        const Vec3 direction = turned * (1.0f / sqrt(dot(turned, turned)));
+        const Vec3 direction = onto_surface(outline.grazing, outline.normal);
         const Int plus_path = lane_index() + at, minus_path = plus_path + count;
         Closest other = hit;
         other.hit = splat(0);

@@ -24,7 +24,8 @@ namespace edgegrad::EDGEGRAD_ISA {
 // Light of one row of the table or of one emissive face, which a segment meets.
 struct MetLight {
     LightSample& sample;  // what is known of the light; its radiance is set
-    Float weight;         // one over the density of the choice of light and direction
+    // The part of its light that the field stops, over the density of the choice of light and direction
+    Vec3 weight;
 
     EG_INLINE Int blockers() const { return sample.blockers; }
     EG_INLINE Int visible_to(const SceneView&, const BoundaryTask&) const { return sample.visible_to; }
@@ -96,7 +97,7 @@ struct MetLight {
 
 // The same for the environment.
 struct MetEnvironment {
-    Float weight;
+    Vec3 weight;
     Int rays;
 
     EG_INLINE Int blockers() const { return rays; }
@@ -110,6 +111,12 @@ struct MetEnvironment {
                transmittance(scene, s.active, exit.before, s.towards, splat(__builtin_inff()), {rays});
     }
 };
+
+// The part of the light that the field of each sample stops.
+EG_INLINE Vec3 stopped(const SceneView& scene, const BoundarySegment& s, Vec3 normal) {
+    return stopped_by_field(scene, s.active, field_of_line(scene, s.active, s.edge), s.point, normal,
+                            s.towards, kShadowRay);
+}
 
 // Samples segments from lights without size through the outlines that these see. A line lists its light
 // beside its field.
@@ -153,8 +160,8 @@ EG_OUTLINE BoundarySegment sample_field_outline_shadow(const SceneView& scene, c
     const Vec3 across = cross(tangent, s.towards);
     s.sweep = -normal * sqrt(dot(across, across));
     connect_shadow(scene, task, p, exit_of_field(s, normal, contact), requested, adjoint,
-                   sign * (p.u1 - p.u0) / p.density, MetLight{light, select(distant, splat(1.0f), 1.0f / r2)},
-                   s);
+                   sign * (p.u1 - p.u0) / p.density,
+                   MetLight{light, stopped(scene, s, normal) * select(distant, splat(1.0f), 1.0f / r2)}, s);
     return s;
 }
 
@@ -241,7 +248,7 @@ EG_OUTLINE BoundarySegment sample_field_tangent_shadow(const SceneView& scene, c
         s.y.environment = splat(scene.environment_image.pixels ? -1 : 0);
         if (any(s.active))
             connect_shadow(scene, task, p, line.exit, requested, adjoint, line.measure,
-                           MetEnvironment{splat(kTurn), rays}, s);
+                           MetEnvironment{stopped(scene, s, line.at.normal) * splat(kTurn), rays}, s);
         return s;
     }
     // Choose a light
@@ -271,7 +278,7 @@ EG_OUTLINE BoundarySegment sample_field_tangent_shadow(const SceneView& scene, c
         select(s.y.kind == splat(static_cast<int>(kConeLight)), splat(__builtin_inff()), splat(0.0f));
     if (any(s.active))
         connect_shadow(scene, task, p, line.exit, requested, adjoint, line.measure,
-                       MetLight{light, angle / choice.probability}, s);
+                       MetLight{light, stopped(scene, s, line.at.normal) * (angle / choice.probability)}, s);
     return s;
 }
 

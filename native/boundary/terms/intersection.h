@@ -245,12 +245,8 @@ EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& t
     const Int hider_mask = gather(scene.mesh_mask, mesh_of(scene, pair.hider));
     s.active &= ((hider_mask & links.blockers) != 0) & (largest_component(light) > 0.0f);
     if (!any(s.active)) return queued;
-    // Fields of these lines are opaque
-    const Mask clear = s.active & ~on_field(scene, s.active, pair.hider);
-    light = select(clear,
-                   light * stopped_by(scene, clear, select(clear, pair.hider, splat(0)), pair.hider_instance,
-                                      s.point, w, scatters ? kDiffuseRay : kShadowRay),
-                   light);
+    light = light * stopped_by(scene, s.active, select(s.active, pair.hider, splat(0)), pair.hider_instance,
+                               s.point, w, scatters ? kDiffuseRay : kShadowRay);
 
     // Find the receiver
     Float probability;

@@ -139,12 +139,11 @@ void decide_field_outlines(const BoundaryFacts& f, Decisions& decided) {
     decided[Part::kFieldOutlines].meshes = std::move(seen);
 }
 
-// Fields that rays of `kinds` meet, except transparent ones, whose shadows are not computed.
-std::vector<int32_t> opaque_fields(const SceneTables& tables, int32_t kinds) {
+// Fields that rays of `kinds` meet.
+std::vector<int32_t> fields_met(const SceneTables& tables, int32_t kinds) {
     std::vector<int32_t> out;
     for (int32_t mesh = tables.first_field(); mesh < tables.visible_meshes; ++mesh)
-        if ((tables.mesh_mask[static_cast<size_t>(mesh)] & kinds) && !is_clear_field(tables, mesh))
-            out.push_back(mesh);
+        if (tables.mesh_mask[static_cast<size_t>(mesh)] & kinds) out.push_back(mesh);
     return out;
 }
 
@@ -163,7 +162,7 @@ void decide_shadows(const BoundaryFacts& f, Reason black, Decisions& decided) {
     decide(Part::kLightShadows, unless(lights, Reason::kNoLight), meshes || m.camera || m.lights, alone);
     decide(Part::kEnvironmentShadows, unless(scene.has_environment, Reason::kNoLight),
            meshes || m.camera || m.rotation, alone);
-    std::vector<int32_t> fields = opaque_fields(f.tables, ~(1 << kCameraRay));
+    std::vector<int32_t> fields = fields_met(f.tables, ~(1 << kCameraRay));
     if (decide(Part::kFieldShadows,
                first_of({unless(!fields.empty(), Reason::kNone),
                          unless(lights || scene.has_environment, Reason::kNoLight)}),
@@ -220,7 +219,7 @@ void decide_indirect(const BoundaryFacts& f, Reason black, const std::vector<int
         decided[Part::kIndirectEdges].meshes = partly_met;
     decided[Part::kIndirectEdges].edges.of = static_cast<int64_t>(f.tables.edge_vertices.size() / 2);
     decide(Part::kCameraSampledIndirect, moves);
-    std::vector<int32_t> fields = opaque_fields(f.tables, kScatteredRays);
+    std::vector<int32_t> fields = fields_met(f.tables, kScatteredRays);
     decide(Part::kFieldsBetween, moves);
     if (fields.empty())
         decided.none(Part::kFieldsBetween, Reason::kNone);

@@ -18,7 +18,7 @@ constexpr float kFollowedByEmitters = 0.0205f, kFollowedAlpha = kWidestFollowed;
 
 // Whether anything moves that followed lobes see, which excludes lights of the table.
 bool moves(const RequestedMotion& motion) {
-    return motion.camera || motion.rotation || motion.any_mesh_moves();
+    return motion.camera || motion.rotation || motion.any_mesh_moves() || motion.any_field_moves();
 }
 
 // Whether any closure is textured, so that radiance may jump within a surface.
@@ -34,14 +34,13 @@ bool lights_jump(const SceneTables& tables, const LightView& lights) {
     return !hard_cones(tables.lights).empty();
 }
 
-// Whether surfaces pass through each other or through lights anywhere in the scene.
-bool surfaces_cross(const EdgeList& edges) {
+// Whether surfaces pass through lights anywhere in the scene.
+bool lights_cross(const EdgeList& edges) {
     RequestedMotion all;
     all.moving.assign(static_cast<size_t>(edges.tables.visible_meshes), 1);
     all.camera = all.instances = all.lights = true;
     const Intersections found = find_intersections(edges, all, kScatteredRays | 1 << kShadowRay);
-    return found.size() > 0 ||
-           find_light_intersections(edges.tables, all, found, nullptr, edges.threads).size() > 0 ||
+    return find_light_intersections(edges.tables, all, found, nullptr, edges.threads).size() > 0 ||
            find_disk_intersections(edges.tables, edges.threads).size() > 0;
 }
 
@@ -54,7 +53,7 @@ float followed_alpha(const EdgeList& edges, const RequestedMotion& motion) {
     if (!moves(motion) || !may_be_specular(tables, widest) || any_textured(tables) ||
         lights_jump(tables, lights))
         return 0.0f;
-    return *edges.kept.cross.get(true, [&] { return surfaces_cross(edges); }) ? 0.0f : widest;
+    return *edges.kept.cross.get(true, [&] { return lights_cross(edges); }) ? 0.0f : widest;
 }
 
 }  // namespace edgegrad

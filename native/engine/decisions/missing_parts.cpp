@@ -105,24 +105,16 @@ class Search {
 
     // What fields lack.
     void fields() {
-        const bool lit = any_moves_ && f_.options.max_depth >= 2, bends = motion_.any_field_moves();
-        std::vector<int32_t> clear, all, ended;
+        std::vector<int32_t> all, ended;
         for (int32_t mesh = tables_.first_field(); mesh < tables_.visible_meshes; ++mesh) {
             const auto m = static_cast<size_t>(mesh);
             all.push_back(mesh);
             if (may_end_at_its_box(tables_.fields[m - static_cast<size_t>(tables_.first_field())].view()))
                 ended.push_back(mesh);
-            if (lit && (tables_.mesh_mask[m] & ~(1 << kCameraRay)) && is_clear_field(tables_, mesh))
-                clear.push_back(mesh);
         }
-        meshes(Part::kClearFields, std::move(clear));
-        if (motion_.camera || motion_.any_mesh_moves() || bends)
+        if (motion_.camera || motion_.any_mesh_moves() || motion_.any_field_moves())
             meshes(Part::kFieldBorders, std::move(ended));
         if (any_moves_) lights_in_fields(all);
-        const std::vector<int32_t> smooth = used_materials(
-            tables_, [&](size_t k) { return may_be_specular(tables_, k, f_.scene.followed_alpha); });
-        if ((f_.chains || bends) && f_.options.max_depth >= 2 && !smooth.empty())
-            meshes(Part::kFieldMirrors, std::move(all));
     }
 
     void mirrored() {

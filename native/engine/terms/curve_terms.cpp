@@ -136,7 +136,7 @@ void add_field_outlines(const SceneView& scene, const EdgeList& edges, const Ren
     out.push_back({kFieldOutline, std::move(candidates), std::move(lines)});
 }
 
-// Curves where opaque fields pass through surfaces that scatter light or emit it.
+// Curves where fields pass through surfaces that scatter light or emit it.
 void add_crossed_surfaces(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
                           const RequestedMotion& motion, Decisions& decided, std::vector<CurveTerm>& out) {
     const bool lights = decided.computes(Part::kCrossedLights),
@@ -151,13 +151,8 @@ void add_crossed_surfaces(const SceneView& scene, const EdgeList& edges, const R
         Intersections found;
         for (int64_t k = 0; k < all.size(); ++k) {
             const auto at = 2 * static_cast<size_t>(k);
-            const auto one = static_cast<int32_t>(all.faces[at]),
-                       other = static_cast<int32_t>(all.faces[at + 1]);
-            const auto clear = [&](int32_t face) {
-                const int32_t field = face - edges.tables.first_field_face();
-                return field >= 0 && is_clear_field(edges.tables, edges.tables.first_field() + field);
-            };
-            if (!clear(one) && !clear(other) && counts(other)) found.add(all, k);
+            const auto other = static_cast<int32_t>(all.faces[at + 1]);
+            if (counts(other)) found.add(all, k);
         }
         return found;
     };

@@ -31,7 +31,7 @@ constexpr float kRounding = 1e-5f;
 
 bool moves_chains(const SceneTables& t, const Requested& requested) {
     if (requested.any("vertices") || requested.any("normals") || requested.any("camera") ||
-        requested.any("instance_to_world"))
+        requested.any("instance_to_world") || requested.moves_fields())
         return true;
     // Of a closure's floats, the index and the normal map change the directions of rays.
     constexpr uint64_t bending =

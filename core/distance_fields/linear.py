@@ -19,3 +19,14 @@ def sampled(grid: NDArray[np.floating], place: F64) -> NDArray[np.float32]:
         weight = np.prod(np.where(np.array(corner) == 1, u, 1.0 - u), axis=1)
         out += weight[:, None] * grid[tuple(np.minimum(cell + corner, most).T)]
     return out.astype(np.float32)
+
+
+def axis_weights(count: int, place: F64) -> F64:
+    """(n, count) weights of the values along one axis at places (n,) in [0, 1]."""
+    at = place * (count - 1)
+    cell = np.clip(np.floor(at).astype(np.int64), 0, max(count - 2, 0))
+    out = np.zeros((len(place), count))
+    rows = np.arange(len(place))
+    out[rows, cell] = 1.0 - (at - cell)
+    out[rows, np.minimum(cell + 1, count - 1)] += at - cell
+    return out

@@ -20,8 +20,8 @@ class Attribute(Expression):
     Attributes
     ----------
     required
-        True: a scene is invalid if no mesh or field with the material has the attribute. False: a missing attribute is 0,
-        as in Blender.
+        True: a scene is invalid if no mesh or field with the material has the attribute. False: a missing attribute is
+        0, as in Blender.
     is_position
         Whether the attribute is a position of the surface. `Bump` takes the slope of positions on both sides of a
         surface alike. Bumps of other attributes that rise on the front sink on the back, as in Cycles.

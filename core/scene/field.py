@@ -47,8 +47,8 @@ class Field(Checked):
     outermost ones lie one cell outside of the box. A surface that leaves the box ends there, like a mesh with an open
     border.
 
-    Derivatives exist by `values`, `attributes`, `transform`, `lower` and `upper`. They have the motion of hits and normals; the plan
-    names what they lack (`edgegrad.plan`).
+    Derivatives exist by `values`, `attributes`, `transform`, `lower` and `upper`. They have the motion of hits and
+    normals; the plan names what they lack (`edgegrad.plan`).
 
     Attributes
     ----------

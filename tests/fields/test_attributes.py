@@ -23,7 +23,7 @@ from edgegrad.expression import (
     Transform,
     VectorMath,
 )
-from tests.support.fields.splines import Floats, exact_sphere, sampled
+from tests.support.fields.splines import Floats, sampled
 from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose
 from tests.support.small_scenes import camera, matte, need, rectangle
 
@@ -109,7 +109,8 @@ def test_numbers_of_components() -> None:
 
 def test_meshes_of_fields_look_the_same() -> None:
     rng = np.random.default_rng(3)
-    field = replace(egg(), attributes={"paint": rng.uniform(0.1, 0.9, (6, 5, 4, 3)), "x": rng.uniform(size=(3, 3, 3, 1))})
+    field = replace(egg(), attributes={"paint": rng.uniform(0.1, 0.9, (6, 5, 4, 3)),
+                                       "x": rng.uniform(size=(3, 3, 3, 1))})
     scene = shown(field, Attribute("paint"), Attribute("x"))
     found = edgegrad.render(scene, spp=256, max_depth=3)
     mesh = to_mesh(field, finer=2)
@@ -175,7 +176,7 @@ def test_derivatives(path: str, step: float, depth: int) -> None:
     check_agreement(at, max_depth=depth, eps=step, seeds=8)
 
 
-@pytest.mark.parametrize("path", ["fields.waves.attributes.paint", "fields.waves.attributes.x", "fields.waves.transform"])
+@pytest.mark.parametrize("path", [f"fields.waves.{name}" for name in ("attributes.paint", "attributes.x", "transform")])
 def test_modes_agree_and_repeat(path: str) -> None:
     def scene(_: float = 0.0) -> Scene:
         return over_waves(path, 0.0, tangent_of(path), materials={

@@ -83,11 +83,12 @@ def test_attributes_that_no_surface_has_are_refused() -> None:
 def test_paths_of_attributes() -> None:
     """The text behind the last ".attributes." is the name, dots and all; values are single-precision."""
     found = scene(changed("attributes", {"a.b": np.ones((2, 1, 2, 3))}))
+    found.validate()
     path = "fields.ball.attributes.a.b"
     assert path in parameters.paths(found)
     parameters.put(found, path, np.zeros((2, 1, 2, 3)))
     assert not parameters.get(found, path).any() and parameters.get(found, path).dtype == np.float32
-    with pytest.raises(ValueError, match="fields.ball.attributes.c.*is not one of the fields"):
+    with pytest.raises(ValueError, match=r"fields\.ball\.attributes\.c.*is not one of the fields"):
         parameters.get(found, "fields.ball.attributes.c")
 
 

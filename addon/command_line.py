@@ -28,7 +28,7 @@ from .animated.parameter import Wanted
 from .animated.stored import stored_wanted, wanted_of
 from .blend_file import open_blend
 from .export import export_scene, render_export
-from .field_fit import FieldRequest
+from .field_fit import options as field_options
 from .fit_output import FitOutput
 from .fit_setup import stored_request, stored_settings, with_setup
 from .json_lines import write_line
@@ -115,13 +115,7 @@ def _parser() -> argparse.ArgumentParser:
     vertex_options.add_arguments(fit)
     fit.add_argument("--slide", type=float, metavar="F",
                      help="factor in [0, 1] for the motion of vertices along the surface")  # fmt: skip
-    fit.add_argument("--field", metavar="OBJECT",
-                     help="fit this object as a distance field, whose topology may change; an empty that shows a cube "
-                     "is a box in which the shape begins as a ball")  # fmt: skip
-    fit.add_argument("--resolution", type=_resolution, metavar="N", help="cells of the field along its longest side "
-                     "(default: 64)")  # fmt: skip
-    fit.add_argument("--field-start", choices=["shape", "ball"], help="begin with the shape of the object (default), "
-                     "or with a ball in its bounding box")  # fmt: skip
+    field_options.add_arguments(fit)
     fit.add_argument("--out", type=Path, metavar="DIR",
                      help="folder for pictures before and after the fit, and report.json")  # fmt: skip
     fit.add_argument("--save", type=Path, metavar="BLEND", help="save the fitted scene as this .blend")
@@ -198,13 +192,6 @@ def _frames(text: str) -> FrameRange:
         raise argparse.ArgumentTypeError(str(error)) from None
 
 
-def _resolution(text: str) -> int:
-    value = int(text)
-    if not 16 <= value <= 512:
-        raise argparse.ArgumentTypeError(f"must be 16 to 512, not {value}")
-    return value
-
-
 def _names(arguments: argparse.Namespace) -> Names:
     return Names(tuple(arguments.vertices), tuple(arguments.base_color), tuple(arguments.emission),
                  tuple(arguments.power))  # fmt: skip
@@ -233,7 +220,7 @@ def _request(arguments: argparse.Namespace) -> Request:
     """The fit of the arguments; without a target, that of the .blend, of which arguments change parts."""
     own = has_targets(arguments)
     request = Request(pictures(arguments), Names()) if own else stored_request()
-    names, animated, field = _names(arguments), _wanted(arguments), _field(arguments)
+    names, animated, field = _names(arguments), _wanted(arguments), field_options.field_request(arguments)
     if own or names != Names() or arguments.parameter or arguments.keyed or arguments.all_of or field is not None:
         request = replace(request, names=names, animated=animated, field=field)
     own_options = vertex_options.of_arguments(arguments, request.names.vertices, request.vertex_options)
@@ -254,17 +241,6 @@ def _film(arguments: argparse.Namespace, stored: FrameRange | None) -> FrameRang
     if given and film is None:
         raise Problem("--frame-smoothness and --first-every belong to a film; name its frames by --frames FIRST:LAST")
     return None if film is None else replace(film, **given)
-
-
-def _field(arguments: argparse.Namespace) -> FieldRequest | None:
-    if arguments.field is None:
-        for option in ("resolution", "field_start"):
-            if getattr(arguments, option) is not None:
-                raise Problem(f"--{option.replace('_', '-')}: there is no --field; name the object to fit as a field")
-        return None
-    if arguments.field in arguments.vertices:
-        raise Problem(f"object '{arguments.field}': is named by --field and --vertices; leave one of them out")
-    return FieldRequest(arguments.field, arguments.resolution or 64, (arguments.field_start or "shape").upper())
 
 
 def _fit(arguments: argparse.Namespace) -> list[str]:

@@ -167,6 +167,11 @@ class Settings(bpy.types.PropertyGroup):
     field_start: bpy.props.EnumProperty(  # type: ignore[valid-type]
         name="Start", items=(("SHAPE", "Shape", "The shape of the object"),
                              ("BALL", "Ball", "A ball in the object's bounding box")))  # fmt: skip
+    field_values: bpy.props.EnumProperty(  # type: ignore[valid-type]
+        name="Fit Too", options={"ENUM_FLAG"}, default=set(), description="Values of the field's material that are "
+        "fitted as well, where they vary over the surface",
+        items=(("base_color", "Color", "Base color"), ("roughness", "Roughness", "Roughness"),
+               ("metallic", "Metallic", "Metallic")))  # fmt: skip
     quality: bpy.props.EnumProperty(  # type: ignore[valid-type]
         name="Quality", items=QUALITY_ITEMS, get=quality.get, set=quality.put,
         description="Sets iterations, samples and pictures per iteration")

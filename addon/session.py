@@ -173,7 +173,7 @@ class Session:
         wrt = names.paths(export, may_be_empty=driver is not None or replaced is not None)
         targets, notes = [], list[str]()
         if replaced is not None:
-            wrt.append(replaced.path)
+            wrt += [replaced.path, *replaced.attributes]
             notes += replaced.notes
         for picture, camera, view in zip(request.pictures, cameras, export.views, strict=True):
             target, found = read_picture(scene, picture, camera, view, export)
@@ -182,7 +182,9 @@ class Session:
         export.scene.validate()
         before = {path: np.array(values.get(export.scene, path), np.float64) for path in wrt}
         places: dict[str, Destination] = {} if replaced is None else {replaced.path: replaced}
-        places |= {path: parameters.destination(export, path, request.in_place) for path in wrt if path not in places}
+        of_field = () if replaced is None else replaced.attributes  # the new object has them
+        places |= {path: parameters.destination(export, path, request.in_place) for path in wrt
+                   if path not in places and path not in of_field}  # fmt: skip
         if driver is not None:
             before |= {one.path: one.value.copy() for one in driver.variables}
             before |= {one.path: one.read() for one in driver.controls}
@@ -191,7 +193,7 @@ class Session:
             places |= {one.path: VerticesOf.of(one.object, np.eye(4), request.in_place) for one in driver.controls}
         rules: dict[str, edgegrad.VertexRules] = {}
         for path in wrt:
-            place = places[path]
+            place = places.get(path)
             if isinstance(place, VerticesOf):
                 ob = place.object.get()
                 one = _options(request, ob).rules(ob, place.matrix)
@@ -309,6 +311,8 @@ class Session:
 
     def _results(self, result: edgegrad.FitResult) -> Iterator[tuple[Destination, Any, Any]]:
         """Yield the destination of each parameter, and its values before and after the fit."""
+        if self.field is not None:
+            self.field.take(result.values)
         for path, place in self.destinations.items():
             yield place, self.before[path], result.values[path]
 

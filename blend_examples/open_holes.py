@@ -1,10 +1,12 @@
 """A ball becomes a body with two holes: a distance field is fitted to 12 pictures by Cycles, without masks.
 
     python blend_examples/open_holes.py
+    python blend_examples/open_holes.py --painted
 
-The picture goes to blend_examples/output/open_holes.png. The last line printed is JSON: the Chamfer distance as a
+With --painted, the body has colours that vary over its surface, and the fit finds them as well. The picture goes to
+blend_examples/output/open_holes.png, or painted_holes.png. The last line printed is JSON: the Chamfer distance as a
 fraction of the diagonal of the body's bounding box, the Euler number (-2 for two holes) and the number of parts of
-start and result, and the seconds and CPU seconds of the fit.
+start and result, the root mean square error of the colours, and the seconds and CPU seconds of the fit.
 """
 
 from __future__ import annotations
@@ -31,13 +33,15 @@ from edgegrad_addon.export import export_scene
 
 F64 = NDArray[np.float64]
 OUTPUT = build_sculpt.OUTPUT
-BODY, CLAY = "Body", "Clay"
+BODY, CLAY, PAINT = "Body", "Clay", "Paint"
 SIZE = 80  # pixels along each side of the pictures
 CELLS = 32  # of the field, along each axis of its box from -1 to 1
 TRUTH_CELLS = 40
 VIEWS, DISTANCE = 12, 4.0
 ITERATIONS, SAMPLES, VIEWS_PER_ITERATION = 72, 4, 4
 TOPOLOGY_EVERY = 8
+# Values of the colours along each axis, for a grid whose cells are twice as large as those of the field.
+COLORS = CELLS // 2 + 1
 # Weight against roughness: a larger one is smoother, and rounds the shape.
 LAPLACIAN = 0.03
 
@@ -63,14 +67,29 @@ def turned(p: F64) -> F64:
     return np.asarray(p @ np.array([[1, 0, 0], [0, c, s], [0, -s, c]]) @ np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]))
 
 
-def build() -> tuple[Scene, list[Target], Mesh]:
+def paint(p: F64) -> F64:
+    """Colours of places of the painted body."""
+    return np.asarray(0.45 + 0.35 * np.sin(5.0 * turned(p) + [0.0, 2.0, 4.0]))
+
+
+def build(is_painted: bool) -> tuple[Scene, list[Target], Mesh]:
     """Build the scene in Blender and render it with Cycles; returns the scene, its pictures and the true body."""
     truth = distance_fields.to_mesh(Field(two_holes(turned(grid(TRUTH_CELLS))).astype(np.float32), CLAY))
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     mesh = bpy.data.meshes.new(BODY)
     mesh.from_pydata(truth.vertices.tolist(), [], truth.faces.tolist())
-    mesh.materials.append(build_sculpt.diffuse(CLAY, (0.7, 0.7, 0.7)))
+    clay = build_sculpt.diffuse(CLAY, (0.7, 0.7, 0.7))
+    mesh.materials.append(clay)
+    if is_painted:
+        colors = np.concatenate([paint(truth.vertices), np.ones((len(truth.vertices), 1))], axis=1)
+        mesh.color_attributes.new(PAINT, "FLOAT_COLOR", "POINT").data.foreach_set(
+            "color", colors.astype(np.float32).ravel())  # fmt: skip
+        tree = clay.node_tree
+        node = tree.nodes.new("ShaderNodeVertexColor")
+        node.layer_name = PAINT
+        [shader] = [one for one in tree.nodes if one.type == "BSDF_DIFFUSE"]
+        tree.links.new(node.outputs["Color"], shader.inputs["Color"])
     mesh.shade_smooth()
     build_sculpt.add(BODY, mesh)
     scene.world = coloured_sky()
@@ -119,25 +138,30 @@ def main() -> int:
     """Build, fit, measure and draw; returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--iterations", type=int, default=ITERATIONS)
+    parser.add_argument("--painted", action="store_true")
     given = parser.parse_args()
     OUTPUT.mkdir(parents=True, exist_ok=True)
-    scene, targets, truth = build()
+    scene, targets, truth = build(given.painted)
     [material] = {mesh.materials[0] for mesh in scene.meshes.values()}
     scene.meshes = {}
     ball = Field((np.linalg.norm(grid(CELLS), axis=-1) - 0.7).astype(np.float32), material)
+    wrt = ["fields.body.values"]
+    if given.painted:
+        ball.attributes = {PAINT: np.full((COLORS, COLORS, COLORS, 3), 0.5)}
+        wrt.append(f"fields.body.attributes.{PAINT}")
     scene.fields = {"body": ball}
     before = pictures_of(scene, targets)
     start = distance_fields.to_mesh(ball)
     steps = FieldSteps(topology_every=TOPOLOGY_EVERY, laplacian=LAPLACIAN, smoothness=2.0)
     cpu, seconds = time.process_time(), time.monotonic()
     with ProgressBar("Fitting") as bar:
-        fit(scene, targets, ["fields.body.values"], iterations=given.iterations, spp=SAMPLES,
+        fit(scene, targets, wrt, iterations=given.iterations, spp=SAMPLES,
             views_per_iteration=VIEWS_PER_ITERATION, field_steps=steps, progress=bar.update)  # fmt: skip
     cpu, seconds = time.process_time() - cpu, time.monotonic() - seconds
     found = distance_fields.to_mesh(scene.fields["body"])
     rows = {"start": before, "target (Cycles)": [np.asarray(t.image)[..., :3] for t in targets],
             "fitted": pictures_of(scene, targets)}  # fmt: skip
-    draw(rows, OUTPUT / "open_holes.png")
+    draw(rows, OUTPUT / ("painted_holes.png" if given.painted else "open_holes.png"))
     result: dict[str, float] = {}
     for name, mesh in (("start", start), ("result", found)):
         shape = distance_fields.topology(mesh)
@@ -145,6 +169,9 @@ def main() -> int:
         apart = distance_fields.chamfer_distance(mesh, truth, samples=2000)
         result[f"chamfer_{name}"] = round(apart / diagonal, 5)
         result[f"euler_number_{name}"], result[f"parts_{name}"] = shape.euler_number, shape.components
+    if given.painted:
+        away = found.attributes[PAINT] - paint(found.vertices)[found.faces]
+        result["color_error"] = round(float(np.sqrt(np.mean(away**2))), 4)
     print(json.dumps(result | {"seconds": round(seconds, 1), "cpu_seconds": round(cpu, 1)}), flush=True)
     return 0
 

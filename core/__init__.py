@@ -6,7 +6,7 @@ from . import calibration, distance_fields
 from .expression import procedural
 from .fitting import losses, optimisers
 from .fitting.checkpoints import Checkpoint, read_checkpoint
-from .fitting.fields.variables import FieldSteps
+from .fitting.fields.schedule import FieldSteps
 from .fitting.film.film import Film
 from .fitting.findings import Finding
 from .fitting.fit_step import FitStep

@@ -25,5 +25,6 @@ class FieldPanel(Tab, bpy.types.Panel):
         row = layout.row()
         row.active = ob is None or ob.type != "EMPTY"
         row.prop(settings, "field_start")
+        layout.prop(settings, "field_values")
         text = "Select an object or an empty" if ob is None else f"Fit '{ob.name}' as Field"
         layout.operator("edgegrad.fit_as_field", text=text, icon="META_BALL")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -18,6 +19,7 @@ from ..problem import Problem
 from ..write_back.held import Held
 from ..write_back.new_object import check_object, make_object
 from . import start_shapes
+from .fitted_values import FittedValues, fit_values
 from .plain_material import plain_material
 
 SHAPE, BALL = "SHAPE", "BALL"
@@ -39,11 +41,14 @@ class FieldRequest:
         Number of cells along the longest side.
     start
         "SHAPE": the fit begins with the object's shape; "BALL": with a ball in its box, as for empties.
+    values
+        Fields of its material that are fitted too, where they vary (`fitted_values.WORDS`).
     """
 
     object: str
     resolution: int = 64
     start: str = SHAPE
+    values: tuple[str, ...] = ()
 
 
 @dataclass
@@ -60,6 +65,8 @@ class Replacement:
         The field at the start.
     steps
         How the fit changes it.
+    fitted
+        Values of its material that are fitted too; None: there are none.
     notes
         Sentences on what the field lacks of the object.
     newest
@@ -72,6 +79,7 @@ class Replacement:
     held: Held
     start: edgegrad.Field
     steps: FieldSteps
+    fitted: FittedValues | None = None
     notes: list[str] = field(default_factory=list)
     live: bool = False
     newest: edgegrad.Mesh | None = None
@@ -80,6 +88,17 @@ class Replacement:
     def path(self) -> str:
         """Path of the coefficients in the exported scene."""
         return f"fields.{self.object}.values"
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """Paths of the fitted attributes in the exported scene -> their names."""
+        names = () if self.fitted is None else self.fitted.grids
+        return {f"fields.{self.object}.attributes.{name}": name for name in names}
+
+    def take(self, values: Mapping[str, Any]) -> None:
+        """Take the fitted attributes over from the values of a fit, for the objects that are made from now on."""
+        found = {name: np.asarray(values[path]) for path, name in self.attributes.items()}
+        self.start = replace(self.start, attributes=found)
 
     def tell(self, step: edgegrad.FitStep) -> None:
         """Make a mesh for the viewport every few iterations. The thread of the fit calls it."""
@@ -100,13 +119,26 @@ class Replacement:
     def write(self, before: NDArray[Any], after: NDArray[Any]) -> None:
         """Make a new object from the fitted coefficients; keep and hide the old one."""
         surface = self.mesh(after)
-        make_object(self.held.get(), surface.vertices, surface.faces)
+        make_object(self.held.get(), surface.vertices, surface.faces, *self._painted(surface))
 
     def entry(self, before: NDArray[Any], after: NDArray[Any]) -> dict[str, Any]:
         """Return the surface in world space, from which an object can be made later."""
         found, surface = self.held.find(), self.mesh(after)
+        layers, material = self._painted(surface)
         return {"surface": self.held.name if found is None else found.name_full,
-                "points": np.round(surface.vertices, 9).tolist(), "triangles": surface.faces.tolist()}
+                "points": np.round(surface.vertices, 9).tolist(), "triangles": surface.faces.tolist(),
+                "layers": {name: np.round(values, 6).tolist() for name, values in layers.items()},
+                "material": material}
+
+    def _painted(self, surface: edgegrad.Mesh) -> tuple[dict[str, NDArray[Any]], str | None]:
+        """Return the fitted values at the vertices of a surface, and the material that they replace."""
+        if self.fitted is None:
+            return {}, None
+        layers = dict[str, NDArray[Any]]()
+        for name, corners in surface.attributes.items():
+            layers[name] = np.zeros((len(surface.vertices), corners.shape[2]))
+            layers[name][surface.faces] = corners
+        return layers, self.fitted.material
 
 
 def replace_by_field(scene: Any, export: Export, request: FieldRequest) -> Replacement:
@@ -136,6 +168,7 @@ def replace_by_field(scene: Any, export: Export, request: FieldRequest) -> Repla
     if ob.mode == "EDIT":
         raise Problem(f"{where}: is in edit mode; leave it first")
     notes: list[str] = []
+    exported: str | None = None
     if ob.type == "EMPTY" and ob.instance_type != "COLLECTION":
         export.scene.materials = {**export.scene.materials}
         export.scene.materials.setdefault(NO_MATERIAL, edgegrad.Material())
@@ -144,7 +177,7 @@ def replace_by_field(scene: Any, export: Export, request: FieldRequest) -> Repla
     else:
         key = _exported_as(ob, export)
         mesh = export.scene.meshes[key]
-        material, notes = _material(export.scene, mesh, where)
+        exported, material, notes = _material(export.scene, mesh, where)
         if request.start == BALL:
             box = start_shapes.box_around(mesh)
             found = start_shapes.ball_in(box, request.resolution, material, where)
@@ -156,6 +189,9 @@ def replace_by_field(scene: Any, export: Export, request: FieldRequest) -> Repla
         found = replace(found, visible_to=mesh.visible_to)
         export.scene.meshes = {one: other for one, other in export.scene.meshes.items() if one != key}
         del export.meshes[key]
+    fitted = None
+    if request.values:
+        found, fitted = fit_values(export, found, exported, request.values, where)
     if ob.animation_data is not None or ob.constraints:
         notes.append(f"{where}: its animation and its constraints are not carried over to the new object, which stays "
                      "where the old one is at this frame")  # fmt: skip
@@ -167,7 +203,7 @@ def replace_by_field(scene: Any, export: Export, request: FieldRequest) -> Repla
     from_ball = request.start == BALL or ob.type == "EMPTY"
     coarser = start_shapes.coarser_grids(found) if from_ball else 0
     steps = FieldSteps(coarser=coarser, most_memory=start_shapes.MOST_MEMORY)
-    return Replacement(name, Held.of("objects", ob), found, steps, notes)
+    return Replacement(name, Held.of("objects", ob), found, steps, fitted, notes)
 
 
 def _exported_as(ob: Any, export: Export) -> str:
@@ -187,8 +223,8 @@ def _exported_as(ob: Any, export: Export) -> str:
     return first
 
 
-def _material(scene: edgegrad.Scene, mesh: edgegrad.Mesh, where: str) -> tuple[str, list[str]]:
-    """Return the material of the field, and notes on what it lacks of the mesh's."""
+def _material(scene: edgegrad.Scene, mesh: edgegrad.Mesh, where: str) -> tuple[str, str, list[str]]:
+    """Return the name of the mesh's material, the one of the field, and notes on what it lacks of the mesh's."""
     notes = []
     names = list(mesh.materials)
     if mesh.face_material is not None and len(names) > 1:
@@ -200,5 +236,5 @@ def _material(scene: edgegrad.Scene, mesh: edgegrad.Mesh, where: str) -> tuple[s
             notes.append(f"{where}: a field has one material; the fit uses '{used[0]}', and the new object all of them")
         names = used
     found, lacks = plain_material(scene, names[0])
-    return found, [*notes, *(f"{where}: while it is a field, its material '{names[0]}' is simplified: {one}"
+    return names[0], found, [*notes, *(f"{where}: while it is a field, its material '{names[0]}' is simplified: {one}"
                              for one in lacks)]  # fmt: skip

@@ -8,6 +8,7 @@ from typing import Any
 import bpy
 
 from ..field_fit import FieldRequest
+from ..field_fit.fitted_values import WORDS
 from ..problem import Problem
 from ..properties import request
 from ..session import Request
@@ -29,4 +30,5 @@ class FitAsField(RunsFit, bpy.types.Operator):
         plain = request(context)
         settings = context.scene.edgegrad
         return replace(plain, names=replace(plain.names, vertices=()),
-                       field=FieldRequest(ob.name, settings.field_resolution, settings.field_start))  # fmt: skip
+                       field=FieldRequest(ob.name, settings.field_resolution, settings.field_start,
+                                          tuple(key for key in WORDS if key in settings.field_values)))  # fmt: skip

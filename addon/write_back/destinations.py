@@ -179,12 +179,13 @@ class StoredEntry:
             write_move(ob, np.array(entry["move"], np.float64).reshape(-1, 3), entry["in_place"])
         elif "surface" in entry:
             points, triangles = np.array(entry["points"], np.float64), np.array(entry["triangles"], np.int32)
-            ob = bpy.data.objects.get(entry["surface"])
+            layers = {name: np.array(values, np.float64) for name, values in entry.get("layers", {}).items()}
+            ob, material = bpy.data.objects.get(entry["surface"]), entry.get("material")
             if ob is None:
-                make_free_object(entry["surface"], points, triangles)
+                make_free_object(entry["surface"], points, triangles, layers, material)
             else:
                 check_object(ob)
-                make_object(ob, points, triangles)
+                make_object(ob, points, triangles, layers, material)
         elif "material" in entry:
             material = _found(find_material(entry["material"]), self.name)
             sockets = {name: None if path is None else SocketPath(*path) for name, path in entry["sockets"].items()}

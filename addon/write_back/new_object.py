@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..export.geometry.mesh import positions
 from ..problem import Problem
+from .painted import Layers, paint
 
 F64 = NDArray[np.float64]
 
@@ -24,11 +25,12 @@ def check_object(ob: Any) -> None:
         raise Problem(f"object '{ob.name}': is in Edit Mode; leave it")
 
 
-def make_object(ob: Any, points: F64, triangles: NDArray[Any]) -> Any:
+def make_object(ob: Any, points: F64, triangles: NDArray[Any], layers: Layers, material: str | None) -> Any:
     """Make an object of the surface, which is in world space, beside the object `ob`, and hide that one.
 
     The new object has the place and the parent of the old one, but none of its modifiers. An empty stays visible, since
-    it is not rendered.
+    it is not rendered. `layers` and `material` are fitted values of the material (`painted.paint`); none: the object
+    has the old one's materials.
     """
     mesh = bpy.data.meshes.new(f"{ob.name}{SUFFIX}")
     matrix = np.linalg.inv(np.array(ob.matrix_world, np.float64))
@@ -48,14 +50,20 @@ def make_object(ob: Any, points: F64, triangles: NDArray[Any]) -> Any:
         carry_over(ob, mesh)
         ob.hide_render = True
         ob.hide_viewport = True
+    if layers:
+        paint(mesh, layers, material)
     return made
 
 
-def make_free_object(name: str, points: F64, triangles: NDArray[Any]) -> None:
+def make_free_object(
+    name: str, points: F64, triangles: NDArray[Any], layers: Layers, material: str | None
+) -> None:
     """Make an object of a surface in world space, whose old object is gone, in the scene's own collection."""
     mesh = bpy.data.meshes.new(f"{name}{SUFFIX}")
     fill(mesh, points, triangles)
     bpy.context.scene.collection.objects.link(bpy.data.objects.new(mesh.name, mesh))
+    if layers:
+        paint(mesh, layers, material)
 
 
 def fill(mesh: Any, vertices: F64, faces: NDArray[Any]) -> None:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 from numpy.typing import NDArray
 
-from .._check import array, flag, instance, mapping, number, whole
+from .._check import flag, instance, number, whole
 from ..scene.field import Field
 from ..scene.mesh import Mesh
-from . import spline
+from . import linear, spline
 from .cell_cases import EDGES, triangles
 from .ragged import rows_and_places
 
@@ -29,7 +27,6 @@ def to_mesh(
     *,
     finer: int = 0,
     open_border: bool = False,
-    attributes: Mapping[str, NDArray[np.floating]] | None = None,
     most_memory: float = 4e9,
 ) -> Mesh:
     """Make a triangle mesh of the surface of a field.
@@ -45,16 +42,12 @@ def to_mesh(
         How often the cells are halved before: 0 to 4. Features between two nodes of the grid are missed.
     open_border
         Whether the surface may leave the box of the field: the mesh then has an open border there.
-    attributes
-        Values by name, each (ax, ay, az, c) with 2 or more along each axis, c from 1 to 4: at places that are spread
-        evenly over the box, with the first and last on its faces. They become attributes of the mesh, interpolated
-        linearly.
     most_memory
         Bytes that the conversion may need.
 
     Returns
     -------
-    A mesh in world space, with the material of the field.
+    A mesh in world space, with the material of the field, and with its attributes at the vertices.
 
     Raises
     ------
@@ -65,7 +58,6 @@ def to_mesh(
     instance("to_mesh", "field", field, Field)
     field.validate("to_mesh")
     finer = whole("to_mesh", "finer", finer, 0, 4)
-    layers = _checked_layers(attributes)
     most = number("to_mesh", "most_memory", most_memory, above=0.0)
     count = field.cells << finer
     if (needed := _BYTES * int(np.prod(count + 1))) > most:
@@ -91,7 +83,7 @@ def to_mesh(
     if np.linalg.det(to_world[:, :3]) < 0.0:
         faces = faces[:, ::-1]
     corners = np.ascontiguousarray(faces, np.int32)
-    held = {name: _sampled(layer, grid / count)[corners] for name, layer in layers.items()}
+    held = {name: linear.sampled(layer, grid / count)[corners] for name, layer in field.attributes.items()}
     return Mesh(vertices, corners, (field.material,), smoothing=corners, normals=normals / length if usable else None,
                 attributes=held, visible_to=field.visible_to)
 
@@ -166,27 +158,3 @@ def _zero_on_edges(values: F64, edges: I64, axis: int) -> F64:
             break
         t = new
     return np.clip(t, _MARGIN, 1.0 - _MARGIN)
-
-
-def _checked_layers(attributes: Mapping[str, NDArray[np.floating]] | None) -> dict[str, F64]:
-    found = {}
-    for name, layer in mapping("to_mesh", "attributes", {} if attributes is None else attributes).items():
-        values = array("to_mesh", f"attributes['{name}']", layer, (None, None, None, None), np.float64)
-        if min(values.shape[:3]) < 2 or not 1 <= values.shape[3] <= 4:
-            raise ValueError(f"to_mesh: attributes['{name}'] must have 2 or more values along each axis, of 1 to 4 "
-                             f"numbers, not the shape {values.shape}")
-        found[name] = values
-    return found
-
-
-def _sampled(layer: F64, place: F64) -> NDArray[np.float32]:
-    """Interpolate values linearly at places (n, 3) within the unit cube."""
-    most = np.array(layer.shape[:3]) - 1
-    at = place * most
-    cell = np.clip(np.floor(at).astype(np.int64), 0, most - 1)
-    u = at - cell
-    out = np.zeros((len(place), layer.shape[3]))
-    for corner in np.ndindex(2, 2, 2):
-        weight = np.prod(np.where(np.array(corner) == 1, u, 1.0 - u), axis=1)
-        out += weight[:, None] * layer[tuple((cell + corner).T)]
-    return out.astype(np.float32)

@@ -13,15 +13,15 @@ LIGHT_PATHS = ("CAMERA", "DIFFUSE", "GLOSSY", "TRANSMISSION", "SHADOW")
 
 @dataclass(frozen=True)
 class Attribute(Expression):
-    """An interpolated attribute of the mesh (UV map, colour, other values); 0 if the mesh does not have it.
+    """An interpolated attribute of the mesh or field (UV map, colour, other values); 0 if that does not have it.
 
     Attributes of one value repeat it; two values become (u, v, 0, 1), three become (x, y, z, 1).
 
     Attributes
     ----------
     required
-        True: a scene is invalid if no mesh with the material has the attribute. False: a missing attribute is 0,
-        as in Blender.
+        True: a scene is invalid if no mesh or field with the material has the attribute. False: a missing attribute is
+        0, as in Blender.
     is_position
         Whether the attribute is a position of the surface. `Bump` takes the slope of positions on both sides of a
         surface alike. Bumps of other attributes that rise on the front sink on the back, as in Cycles.
@@ -104,5 +104,5 @@ class LayerWeight(Expression):
 
 
 def required_attributes(node: Expression) -> set[str]:
-    """Names of the attributes that at least one mesh with the material must have."""
+    """Names of the attributes that at least one mesh or field with the material must have."""
     return {found.name for found in nodes_of(node) if isinstance(found, Attribute) and found.required}

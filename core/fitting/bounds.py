@@ -83,7 +83,7 @@ def kind_of(scene: Scene, path: str) -> Kind:
         # The image of the environment is radiance. Any other image within [0, 1] is a colour, a weight or a normal map.
         return _POWER if scene.world.image == name else _COLOR if within else Kind(_ANY, RELATIVE_STEP, relative=True)
     if parameters.layer_of(field) is not None:
-        uv = value.shape[-1] == 2
+        uv = collection == "meshes" and value.shape[-1] == 2
         return Kind(_ANY, SHIFT_STEP) if uv else _COLOR if within else Kind(_ANY, RELATIVE_STEP, relative=True)
     if field.startswith(parameters.TEXTURES):
         return Kind(_ANY, RELATIVE_STEP, relative=True)
@@ -108,5 +108,5 @@ def first_step(scene: Scene, path: str) -> float:
     value = np.abs(np.asarray(parameters.get(scene, path), np.float64))
     # Large arrays use the mean, so that one bright texel does not set the step. A parameter that starts at 0 has no
     # scale: its step is in its own unit.
-    scale = float(value.mean() if parameters.split(path)[0] in ("images", "meshes") else value.max())
+    scale = float(value.mean() if parameters.split(path)[0] in ("images", "meshes", "fields") else value.max())
     return kind.step * (scale or 1.0)

@@ -53,11 +53,11 @@ class Run:
         self, work: Scene, renderer: Renderer, seen: list[View], unknowns: list[Unknown], loss: Loss, *,
         schedule: Schedule, spp: int, gradient_spp: int, limits: dict[str, Any], seed: int, started: float,
         progress: Progress | None, driven: Driven | None = None, placement: Placement | None = None,
-        silhouettes: Silhouettes | None = None, keyed: KeyedFrames | None = None,
+        silhouettes: Silhouettes | None = None, keyed: KeyedFrames | None = None, field_edges: str = "outlines",
     ) -> None:
         self.work, self.renderer, self.seen, self.unknowns, self.loss = work, renderer, seen, unknowns, loss
         self.schedule, self.iterations = schedule, schedule.iterations
-        self.spp, self.gradient_spp, self.limits = spp, gradient_spp, limits
+        self.spp, self.gradient_spp, self.limits, self.field_edges = spp, gradient_spp, limits, field_edges
         self.seed, self.started, self.progress = seed, started, progress
         self.driven, self.placement, self.silhouettes, self.keyed = driven, placement, silhouettes, keyed
         self.gains = Gains(seen)
@@ -220,7 +220,7 @@ class Run:
             renderer = self._renderer(j)
             part = renderer.render_backward(
                 adjoint, wrt, spp=self.gradient_spp, **self._limits(j), seed=self._seed(k, j, 1),
-                camera=camera_of_gradient(renderer, view.camera, wrt),
+                camera=camera_of_gradient(renderer, view.camera, wrt), field_edges=self.field_edges,
                 progress=self._part(done(len(turn) + n), 0.0, part_of_view),
             )
             part = part | {path: np.zeros(np.shape(parameters.get(self.work, path)))
@@ -364,7 +364,8 @@ class Run:
         paths = dict.fromkeys(item.path for item in self.unknowns)
         for of_view in () if self.placement is None else self.placement.paths:
             paths |= dict.fromkeys(of_view)
-        return plan(self.renderer, list(paths), max_depth=self.limits["max_depth"], measure=CAUSTIC_SAMPLES)
+        return plan(self.renderer, list(paths), max_depth=self.limits["max_depth"], measure=CAUSTIC_SAMPLES,
+                    field_edges=self.field_edges)
 
     @cached_property
     def missing(self) -> tuple[str, ...]:

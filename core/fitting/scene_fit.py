@@ -21,7 +21,7 @@ from .._fields import optional
 from ..derivatives.table_derivatives import requested_tables, with_requested
 from ..reference import diffuse_tables
 from ..rendering.engine import engine_class
-from ..rendering.options import MOST_THREADS, Progress, checked_bounces, checked_progress
+from ..rendering.options import MOST_THREADS, Progress, checked_bounces, checked_field_edges, checked_progress
 from ..rendering.renderer import MAX_DERIVATIVE_DEPTH, Cancelled, Renderer
 from ..scene import parameters
 from ..scene.bounces import MAX_DEPTH, Bounces
@@ -31,7 +31,7 @@ from . import fingerprint
 from .checkpoint_file import check_checkpoint
 from .checkpoints import Checkpoints
 from .driven import Driven, Placement
-from .fields.variables import FieldSteps
+from .fields.schedule import FieldSteps
 from .film.checked_film import check_film
 from .film.film import Film
 from .film.film_schedule import FilmSchedule
@@ -111,6 +111,7 @@ def fit(
     slide: float | None = None,
     vertex_rules: Mapping[str, VertexRules] | None = None,
     field_steps: FieldSteps | None = None,
+    field_edges: str = "outlines",
     step_sizes: Mapping[str, float] | None = None,
     views_per_iteration: int | None = None,
     seed: int = 0,
@@ -162,7 +163,9 @@ def fit(
     vertex_rules
         Maps a parameter path of vertices to what they may do (`VertexRules`): weights, locked axes, symmetry.
     field_steps
-        How the coefficients of distance fields change (`FieldSteps`); None: its defaults.
+        How the coefficients and attributes of distance fields change (`FieldSteps`); None: its defaults.
+    field_edges
+        What estimates how outlines of distance fields change the pictures, as for `edgegrad.render_backward`.
     step_sizes
         Maps a parameter path to the length of its first step. Vertices: the largest displacement of a vertex, as a
         fraction of the diagonal of the mesh's bounding box. Coefficients of fields: the largest change, in cells, up to
@@ -265,6 +268,7 @@ def fit(
         slide = number("fit", "slide", slide, least=0.0, greatest=1.0)
     if field_steps is not None:
         instance("fit", "field_steps", field_steps, FieldSteps)
+    field_edges = checked_field_edges(field_edges)
     steps = _checked_steps(paths, step_sizes)
     rules = checked_rules(paths, vertex_rules)
     unknowns = [unknown(work, path, steps.get(path), smoothness, slide, iterations, field_steps, rules.get(path))
@@ -285,6 +289,7 @@ def fit(
         every = whole("fit", "checkpoint_every", checkpoint_every, 1, 1_000_000)
         options = {"wrt": paths, "iterations": iterations, "spp": spp, "gradient_spp": samples, "max_depth": max_depth,
                    "bounces": bounces, "smoothness": smoothness, "slide": slide, "field_steps": field_steps,
+                   "field_edges": field_edges,
                    "step_sizes": steps, "vertex_rules": fingerprint.digest(rules),
                    "views_per_iteration": per_iteration or len(seen), "seed": seed, "film": film}  # fmt: skip
         checkpoints = Checkpoints(
@@ -300,7 +305,7 @@ def fit(
         work, renderer, seen, unknowns, loss,
         schedule=schedule, spp=spp, gradient_spp=samples,
         limits={"max_depth": max_depth, "bounces": bounces}, seed=seed, started=started, progress=progress,
-        driven=driven, placement=placement, silhouettes=silhouettes, keyed=keyed,
+        driven=driven, placement=placement, silhouettes=silhouettes, keyed=keyed, field_edges=field_edges,
     )
     if checkpoints is not None:
         checkpoints.attach(run, resume)

@@ -11,7 +11,9 @@ from ..scene import parameters
 from ..scene.mesh import Mesh
 from ..scene.scene import Scene
 from .bounds import first_step, limits
-from .fields.variables import Coefficients, FieldSteps
+from .fields.grids import Attribute
+from .fields.schedule import FieldSteps
+from .fields.variables import Coefficients
 from .optimisers import Adam
 from .resumable import Resumable, State
 from .rigid_variables import BETA2, Directions, Poses, Positions
@@ -65,6 +67,8 @@ def unknown(
     collection, _, field = parameters.split(path)
     if collection == "fields" and field == "values":
         return Coefficients(scene, path, step, iterations, field_steps)
+    if collection == "fields" and parameters.layer_of(field) is not None:
+        return Attribute(scene, path, step, iterations, field_steps)
     if field == "vertices":
         mesh: Mesh = parameters.owner(scene, path)[0]
         return Vertices(path, mesh.vertices, mesh.faces, step, smoothness, slide, iterations, rules)

@@ -58,8 +58,8 @@ def untouched_part(scene: Scene, cameras: Sequence[Camera], path: str, touched: 
         Array of the parameter's shape: True where some gradient was not 0.
     """
     collection, name, fieldname = parameters.split(path)
-    if collection == "fields" and fieldname == "values":
-        return None  # coefficients away from the surface never have a gradient
+    if collection == "fields" and (fieldname == "values" or parameters.layer_of(fieldname) is not None):
+        return None  # what is away from the surface never has a gradient
     if not touched.any() or touched.mean() > 1.0 - WORTH_A_NOTE:
         return None
     found = f"{np.mean(~touched):.0%} of the gradient of '{path}' is exactly 0"

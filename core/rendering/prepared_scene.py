@@ -119,9 +119,8 @@ class PreparedScene:
                 if self._taken_over is not None:
                     self._taken_over.note(self.scene, paths)
                 return
-        images = paths is None or any(path.startswith(("images.", "meshes.")) and _vertices_of(path) is None
-                                      for path in paths)
-        tables = flat.flatten(self.scene, self._tables.origin, None if images else self._tables.textures)
+        textures = None if paths is None or any(map(_changes_textures, paths)) else self._tables.textures
+        tables = flat.flatten(self.scene, self._tables.origin, textures)
         tables = with_requested(self.scene, tables, self._wrt)
         same = np.array_equal(tables.faces, self._tables.faces) and tables.mesh_names == self._tables.mesh_names
         same = same and tables.same_fields(self._tables)
@@ -219,6 +218,14 @@ def _vertices_of(path: str) -> str | None:
     """Return the name of the mesh if the path means its vertices, else None."""
     collection, name, field = parameters.split(path)
     return name if collection == "meshes" and field == "vertices" else None
+
+
+def _changes_textures(path: str) -> bool:
+    """Whether a parameter may be a part of the images or attributes that textures read."""
+    collection, _, field = parameters.split(path)
+    if collection == "fields":
+        return parameters.layer_of(field) is not None
+    return collection == "images" or (collection == "meshes" and field != "vertices")
 
 
 def _held(scene: Scene, path: str) -> Any:

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .._check import LARGEST_LENGTH, RAYS, array, rays, text
+from .._check import LARGEST_LENGTH, RAYS, array, mapping, rays, text
 from .._fields import Check, Checked, by
 
 # Fewest coefficients along an axis: those that one cell reads.
@@ -29,6 +29,14 @@ def _values(where: str, name: str, value: Any) -> NDArray[np.float32]:
     return out
 
 
+def _attribute(where: str, name: str, value: Any) -> NDArray[np.float32]:
+    out = array(where, name, value, (None, None, None, None), np.float32)
+    if 0 in out.shape or max(out.shape[:3]) > LARGEST_SIZE or out.shape[3] > 4:
+        raise ValueError(f"{where}: {name} must have the shape (ax, ay, az, c) with 1 to {LARGEST_SIZE:,} values along "
+                         f"each axis, of 1 to 4 numbers, not {out.shape}")
+    return out
+
+
 @dataclass
 class Field(Checked):
     """A surface where a distance field is zero. The field is negative inside and positive outside.
@@ -39,20 +47,24 @@ class Field(Checked):
     outermost ones lie one cell outside of the box. A surface that leaves the box ends there, like a mesh with an open
     border.
 
-    Derivatives exist by `values`, `transform`, `lower` and `upper`. They have the motion of hits and normals; the plan
-    names what they lack (`edgegrad.plan`).
+    Derivatives exist by `values`, `attributes`, `transform`, `lower` and `upper`. They have the motion of hits and
+    normals; the plan names what they lack (`edgegrad.plan`).
 
     Attributes
     ----------
     values
         (nx, ny, nz) coefficients, at least 4 along each axis.
     material
-        Name of the material in the scene. It must not emit light. Its textures may use positions and normals, but not
-        attributes such as UV maps, which fields do not have.
+        Name of the material in the scene. It must not emit light. Its textures may use positions, normals and the
+        field's `attributes`, but nothing that needs a UV map (normal maps, anisotropy).
     lower, upper
         (3,) corners of the box in the field's own space. The cells need not be cubes.
     transform
         (4, 4) affine transform from the field's own space to the world. The last row is ignored.
+    attributes
+        Name -> (ax, ay, az, c) values on a grid of its own, c = 1 to 4, for `expression.Attribute`: colours, roughness
+        and other values. The value (i, j, k) stands at the fractions i / (ax - 1), j / (ay - 1), k / (az - 1) of the
+        box; values in between are interpolated linearly along each axis. One value along an axis is constant there.
     visible_to
         Kinds of rays that can hit the field: a subset of "camera", "diffuse", "glossy", "transmission", "shadow".
     """
@@ -62,6 +74,7 @@ class Field(Checked):
     lower: NDArray[np.float64] = field(default_factory=lambda: np.full(3, -1.0))
     upper: NDArray[np.float64] = field(default_factory=lambda: np.ones(3))
     transform: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
+    attributes: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
     visible_to: frozenset[str] = frozenset(RAYS)
 
     checks: ClassVar[Mapping[str, Check]] = {
@@ -70,6 +83,7 @@ class Field(Checked):
         "lower": by(array, (3,), np.float64, most=LARGEST_LENGTH),
         "upper": by(array, (3,), np.float64, most=LARGEST_LENGTH),
         "transform": by(array, (4, 4), np.float64, most=LARGEST_LENGTH),
+        "attributes": by(mapping, _attribute),
         "visible_to": rays,
     }
 

@@ -6,11 +6,12 @@ Grammar::
            | "meshes." NAME "." FIELD | "meshes." NAME ".attributes." LAYER
            | "meshes." NAME ".instance_attributes." LAYER
            | "materials." NAME "." FIELD | "materials." NAME ".textures." FIELD
-           | "lights." NAME "." FIELD | "images." NAME ".pixels" | "fields." NAME "." FIELD
+           | "lights." NAME "." FIELD | "images." NAME ".pixels"
+           | "fields." NAME "." FIELD | "fields." NAME ".attributes." LAYER
 
 Names may contain dots ("Cube.001"): the text before the first dot is the collection, the text after the last dot is
 the field. The name of a LAYER (UV map, colours, other values) may contain dots too: it is the text after the last
-".attributes." or ".instance_attributes.". A mesh or layer whose name contains one of these has no valid path.
+".attributes." or ".instance_attributes.". An object or layer whose name contains one of these has no valid path.
 
 The parameter "textures.FIELD" is the vector of all numbers in the expression of this field (`expression.numbers`).
 """
@@ -33,13 +34,13 @@ COLLECTIONS = ("meshes", "materials", "lights", "images", "fields")
 SINGLE = ("camera", "world")
 # Fields that hold a dict of parameters, and the collections whose objects have such a field.
 ATTRIBUTES, INSTANCE_ATTRIBUTES, TEXTURES = "attributes.", "instance_attributes.", "textures."
-_HOLDERS = {"meshes": (ATTRIBUTES, INSTANCE_ATTRIBUTES), "materials": (TEXTURES,)}
+_HOLDERS = {"meshes": (ATTRIBUTES, INSTANCE_ATTRIBUTES), "materials": (TEXTURES,), "fields": (ATTRIBUTES,)}
 
 
 def split(path: str) -> tuple[str, str, str]:
     """Split a path into (collection, name, field).
 
-    The name is empty for ``camera`` and ``world``. The field of a mesh layer is "attributes.LAYER", the field of an
+    The name is empty for ``camera`` and ``world``. The field of a layer is "attributes.LAYER", the field of an
     expression is "textures.FIELD".
 
     Raises
@@ -61,7 +62,8 @@ def split(path: str) -> tuple[str, str, str]:
         return collection, name, fieldname
     raise ValueError(f"unknown parameter path {shown(path)}; a path is camera.FIELD, world.FIELD, meshes.NAME.FIELD, "
                      "meshes.NAME.attributes.LAYER, meshes.NAME.instance_attributes.LAYER, materials.NAME.FIELD, "
-                     "materials.NAME.textures.FIELD, lights.NAME.FIELD, images.NAME.pixels or fields.NAME.FIELD")
+                     "materials.NAME.textures.FIELD, lights.NAME.FIELD, images.NAME.pixels, fields.NAME.FIELD or "
+                     "fields.NAME.attributes.LAYER")
 
 
 def owner(scene: Scene, path: str) -> tuple[Any, str]:
@@ -111,7 +113,7 @@ def put(scene: Scene, path: str, value: Any) -> None:
 
 
 def layer_of(fieldname: str) -> tuple[str, str] | None:
-    """The dict and the name of a mesh's layer, if the field (as `split` returns it) is one."""
+    """The dict and the name of a layer of a mesh or field, if the field (as `split` returns it) is one."""
     for holder in (ATTRIBUTES, INSTANCE_ATTRIBUTES):
         if fieldname.startswith(holder):
             return holder[:-1], fieldname[len(holder) :]

@@ -158,8 +158,8 @@ class Scene(Checked):
         for name, mesh in self.meshes.items():
             for slot in mesh.materials:
                 _check_known(f"mesh '{name}': material", slot, self.materials)
-        self._check_attributes()
         self._check_fields()
+        self._check_attributes()
         for name, light in self.lights.items():
             for field_name in ("receivers", "blockers"):
                 for key in getattr(light, field_name) or ():
@@ -169,38 +169,32 @@ class Scene(Checked):
             _check_known("world: image", self.world.image, self.images)
 
     def _check_attributes(self) -> None:
-        """Refuse a texture that reads an attribute which no mesh with the material has; most likely it is misspelt."""
+        """Refuse a texture that reads an attribute which no surface with the material has: likely it is misspelt."""
         needed = {name: {key for value in material.textures.values() for key in required_attributes(value)}
                   for name, material in self.materials.items() if material.textures}
         if not needed:
             return
-        meshes: dict[str, list[Mesh]] = {}
-        for mesh in self.meshes.values():
-            for slot in mesh.materials:
+        held: dict[str, list[set[str]]] = {}  # by material: the attributes of each surface
+        surfaces = [(mesh.materials, {*mesh.attributes, *mesh.instance_attributes}) for mesh in self.meshes.values()]
+        surfaces += [((one.material,), {*one.attributes}) for one in self.fields.values()]
+        for slots, attributes in surfaces:
+            for slot in slots:
                 material = self.materials[slot]
                 for part in (slot, *(material.parts if isinstance(material, Mixture) else ())):
-                    meshes.setdefault(part, []).append(mesh)
+                    held.setdefault(part, []).append(attributes)
         for name, keys in needed.items():
-            for key in sorted(keys) if name in meshes else ():
-                if not any(key in mesh.attributes or key in mesh.instance_attributes for mesh in meshes[name]):
-                    there = {other for mesh in meshes[name] for other in (*mesh.attributes, *mesh.instance_attributes)}
-                    raise ValueError(f"material '{name}': textures read the attribute {shown(key)}, which is not in "
-                                     f"attributes of any mesh with the material{near(key, there)}")
+            there = set().union(*held.get(name, ()))
+            for key in sorted(keys - there) if name in held else ():
+                raise ValueError(f"material '{name}': textures read the attribute {shown(key)}, which is not in "
+                                 f"attributes of any mesh or field with the material{near(key, there)}")
 
     def _check_fields(self) -> None:
-        """Refuse materials of fields that need light samples on the surface, or coordinates that it lacks."""
+        """Refuse materials of fields that need light samples on the surface, or a UV map."""
         for name, one in self.fields.items():
             where = f"field '{name}'"
             if name in self.meshes:
                 raise ValueError(f"{where}: a mesh has this name too; rename one of them")
             _check_known(f"{where}: material", one.material, self.materials)
-            material = self.materials[one.material]
-            held = [material, *self.closures(one.material)]
-            read = sorted({key for part in held for value in part.textures.values()
-                           for key in required_attributes(value)})
-            if read:
-                raise ValueError(f"{where}: textures of its material '{one.material}' read the attribute "
-                                 f"{shown(read[0])}, which a field does not have; use positions instead")
             for closure in self.closures(one.material):
                 if _emits(closure):
                     raise ValueError(f"{where}: its material '{one.material}' emits light, which fields cannot do; "

@@ -97,6 +97,21 @@ std::vector<TextureAttribute> read_attributes(nb::handle t) {
     return attributes;
 }
 
+std::vector<TextureGrid> read_grids(nb::handle t, size_t values) {
+    const auto offset = column<int64_t>(t, "grid_offset");
+    const auto shape = column<int32_t>(t, "grid_shape");
+    require(shape.size() == 4 * offset.size());
+    std::vector<TextureGrid> grids(offset.size());
+    for (size_t k = 0; k < grids.size(); ++k) {
+        const int32_t* s = shape.data() + 4 * k;
+        grids[k] = {offset[k], {s[0], s[1], s[2]}, s[3]};
+        const int64_t size = int64_t{s[0]} * s[1] * s[2] * s[3];
+        require(s[3] >= 0 && s[3] <= 4 && (s[3] == 0 || (s[0] > 0 && s[1] > 0 && s[2] > 0)));
+        require(offset[k] >= 0 && static_cast<size_t>(offset[k] + size) + 4 <= values);
+    }
+    return grids;
+}
+
 // Programs, and the points at which to run them (fields of `points` as in TextureTask).
 class Points {
  public:
@@ -216,7 +231,8 @@ TextureTables read_textures(nb::handle t) {
     s.tables = read_lookups(t, s.lookups.size());
     s.mesh_attributes = read_attributes(t);
     s.attributes = shared_floats(t, "attributes");
-    require_narrow(s.attributes.size(), "the meshes' attributes have");
+    require_narrow(s.attributes.size(), "the attributes of meshes and fields have");
+    s.field_grids = read_grids(t, s.attributes.size());
     s.face_mesh = column<int32_t>(t, "face_mesh");
     s.mesh_box = column<float>(t, "mesh_box");
     return s;

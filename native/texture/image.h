@@ -138,7 +138,19 @@ EG_INLINE Color4 lookup_table(const TextureView& textures, int32_t number, Float
     return r;
 }
 
-// Interpolates a mesh attribute, or takes the value of the instance; 0 where the mesh has none.
+// Components that an attribute of `components` values lacks: one value is repeated, the third of two is 0,
+// and the fourth is 1. All are 0 where there is no attribute.
+EG_INLINE Color4 with_all_components(Color4 r, Int components) {
+    const Mask single = components == 1;
+    for (int k = 0; k < 4; ++k) {
+        const Float missing = select((components == 0) | (k == 2 ? splat(-1) : splat(0)), splat(0.0f), 1.0f);
+        r.c[k] = select(components > k, r.c[k], select(single, r.c[0], missing));
+    }
+    return r;
+}
+
+// Interpolates a mesh attribute, or takes the value of the instance; 0 where the mesh has none, or for the
+// face -1.
 EG_INLINE Color4 lookup_attribute(const TextureView& textures, int32_t number, Int face, Int instance,
                                   Float b1, Float b2) {
     const TextureAttribute* of_mesh = textures.mesh_attributes + number * textures.mesh_count;
@@ -148,7 +160,7 @@ EG_INLINE Color4 lookup_attribute(const TextureView& textures, int32_t number, I
     int most = 0;
     for (int lane = 0; lane < W; ++lane) {
         const int64_t f = face[lane];
-        const TextureAttribute& a = of_mesh[textures.face_mesh[f]];
+        const TextureAttribute a = f < 0 ? TextureAttribute{} : of_mesh[textures.face_mesh[f]];
         const bool one_value = a.components < 0;
         // Inactive lanes may have no instance.
         const int n = !one_value ? a.components : instance[lane] >= 0 ? -a.components : 0;
@@ -163,13 +175,7 @@ EG_INLINE Color4 lookup_attribute(const TextureView& textures, int32_t number, I
     // The weights of corners add to 1 but for rounding; one value must keep its bits.
     const Float weight[3] = {select(by_instance, splat(1.0f), 1.0f - b1 - b2),
                              select(by_instance, splat(0.0f), b1), select(by_instance, splat(0.0f), b2)};
-    Color4 r = sum_texels(textures.attributes, index, weight, most);
-    const Mask single = components == 1;
-    for (int k = 0; k < 4; ++k) {
-        const Float missing = select((components == 0) | (k == 2 ? splat(-1) : splat(0)), splat(0.0f), 1.0f);
-        r.c[k] = select(components > k, r.c[k], select(single, r.c[0], missing));
-    }
-    return r;
+    return with_all_components(sum_texels(textures.attributes, index, weight, most), components);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

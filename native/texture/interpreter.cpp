@@ -7,6 +7,7 @@
 #include "scene/textures/opcodes.h"
 #include "texture/bump.h"
 #include "texture/color.h"
+#include "texture/field_grid.h"
 #include "texture/image.h"
 #include "texture/normal_map.h"
 #include "texture/procedural.h"
@@ -45,6 +46,16 @@ EG_INLINE Float square_scale(Vec3 v) {
                   select(square <= std::numeric_limits<float>::max(), splat(0x1p-32f), 0.0f));
 }
 
+// An attribute of the surfaces that the lanes have hit: of meshes at barycentrics, of fields at a position.
+EG_INLINE Color4 surface_attribute(const SceneView& scene, int32_t number, Mask field, Int face, Int instance,
+                                   Float b1, Float b2, Vec3 position) {
+    if (!any(field)) return lookup_attribute(scene.textures, number, face, instance, b1, b2);
+    const Color4 on_fields = lookup_grid(scene, number, field, face, position);
+    Color4 r = lookup_attribute(scene.textures, number, select(field, splat(-1), face), instance, b1, b2);
+    for (int k = 0; k < 4; ++k) r.c[k] = select(field, on_fields.c[k], r.c[k]);
+    return r;
+}
+
 }  // namespace
 
 void interpret(const SceneView& scene, const Mask& active, int32_t program, const TexturePoint& point,
@@ -55,6 +66,7 @@ void interpret(const SceneView& scene, const Mask& active, int32_t program, cons
     // Faces of inactive lanes may belong to no mesh of the scene.
     const Int face = select(active, point.face, splat(0));
     const Int instance = select(active, point.instance, splat(-1));
+    const Mask field = on_field(scene, active, point.face);
     const TextureInstruction* end = textures.code + textures.program_first[program + 1];
     for (r.at = textures.code + textures.program_first[program]; r.at != end; ++r.at) {
         const int32_t data = r.at->data;
@@ -84,7 +96,8 @@ void interpret(const SceneView& scene, const Mask& active, int32_t program, cons
                 break;
             // Read attributes, images and tables
             case TextureOp::ATTRIBUTE:
-                r.out(lookup_attribute(textures, data, face, instance, point.b1, point.b2));
+                r.out(surface_attribute(scene, data, field, face, instance, point.b1, point.b2,
+                                        point.position));
                 break;
             case TextureOp::IMAGE:
                 r.out(lookup_image(textures, data, r.in(0), r.in(1)));
@@ -244,9 +257,14 @@ void interpret(const SceneView& scene, const Mask& active, int32_t program, cons
             case TextureOp::BARYCENTRICS:
                 r.out(shifted_barycentrics(scene, face, point, r.in3(), data != 0));
                 break;
-            case TextureOp::ATTRIBUTE_AT:
-                r.out(lookup_attribute(textures, data, face, instance, r.in(0), r.in(1)));
+            case TextureOp::ATTRIBUTE_AT: {
+                // in 2 to 4: the shift of the point, mirrored as that of its barycentrics (bump.h)
+                const Vec3 shift{r.in(2), r.in(3), r.in(4)};
+                const Mask back = point.backside & (r.in(5) != 0.0f);
+                r.out(surface_attribute(scene, data, field, face, instance, r.in(0), r.in(1),
+                                        point.position + select(back, -shift, shift)));
                 break;
+            }
             case TextureOp::BUMP:
                 r.out(bumped_normal(point.true_normal, r.in3(), r.in(3), r.in(4), r.in(5)));
                 break;

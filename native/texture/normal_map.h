@@ -68,6 +68,7 @@ EG_INLINE UvMap uv_map(const TextureView& textures, Int closure) {
 EG_INLINE UvTangent uv_tangent(const SceneView& scene, Mask active, const UvMap& map,
                                const TexturePoint& point, Vec3 n) {
     const TextureView& textures = scene.textures;
+    active &= ~on_field(scene, active, point.face);  // fields have no UV maps
     UvTangent r{splat(0), zero3(), splat(1.0f)};
     const Int face = select(active, point.face, splat(0));
     Mask made = splat(0), own = splat(0);  // lanes with stored tangents, lanes with UVs only

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -162,6 +163,69 @@ def test_materials_uv_maps_and_colours_are_carried_over(target: Path) -> None:
         if np.sort(np.abs(expected))[-2] < 0.75:
             assert np.array(tone[loop.vertex_index].color[:3]) == pytest.approx(0.5 + 0.5 * expected, abs=0.05)
             assert np.array(uv[loop.index].uv) == pytest.approx(expected[:2], abs=0.1)
+
+
+def principled(color: tuple[float, float, float] = (0.5, 0.5, 0.5)) -> Any:
+    """Give the cube a material with one Principled BSDF."""
+    material = bpy.data.materials.new("Paint")
+    if material.node_tree is None:
+        material.use_nodes = True
+    shader = material.node_tree.nodes["Principled BSDF"]
+    shader.inputs["Base Color"].default_value = (*color, 1.0)
+    bpy.data.objects["Cube"].data.materials[0] = material
+    return material
+
+
+def test_colours_are_fitted_and_written(target: Path) -> None:
+    """A grey cube takes the colours of its picture; the new material reads them, and the old one stays."""
+    material = principled()
+    session = prepare(target, iterations=24, values=("base_color", "roughness"))
+    color, rough = (f"fields.Cube.attributes.Fitted {name}" for name in ("Color", "Roughness"))
+    assert session.wrt == ["fields.Cube.values", color, rough]
+    result = session.run()
+    assert session.write(result) and not session.unwritten
+    made = bpy.data.objects["Cube (field)"]
+    [paint] = made.data.materials
+    assert paint.name == "Paint (fitted)"
+    assert not material.node_tree.nodes["Principled BSDF"].inputs["Base Color"].is_linked
+    assert bpy.data.objects["Cube"].data.materials[0] is material
+    red, green, blue = np.mean([one.color[:3] for one in made.data.color_attributes["Fitted Color"].data], axis=0)
+    assert red > green + 0.1 and green > blue + 0.02  # the picture's cube is (0.6, 0.3, 0.2)
+    # What Blender renders now is what was fitted.
+    fitted = session.export.scene
+    mesh = distance_fields.to_mesh(fitted.fields["Cube"])
+    found = edgegrad.render(bs.export().scene, spp=64)
+    wanted = edgegrad.render(replace(fitted, fields={}, meshes={"Cube": mesh}), spp=64)
+    assert np.linalg.norm(found - wanted) < 0.03 * np.linalg.norm(wanted)
+
+
+def test_colours_that_have_no_place_are_kept(target: Path) -> None:
+    principled()
+    session = prepare(target, values=("base_color", "metallic"))
+    result = session.run()
+    bpy.data.objects.remove(bpy.data.objects["Cube"])
+    assert not session.write(result)
+    assert kept.write_kept() == (["object 'Cube'"], [])
+    data = bpy.data.objects["Cube (field)"].data
+    assert {"Fitted Color", "Fitted Metallic"} <= {one.name for one in data.attributes}
+    assert data.materials[0].name == "Paint (fitted)"
+
+
+def test_colours_of_an_empty_make_a_new_material(target: Path) -> None:
+    bpy.data.objects.remove(bpy.data.objects["Cube"])
+    box = bs.add("Box", None)
+    box.empty_display_type, box.empty_display_size = "CUBE", 1.2
+    bpy.context.view_layer.update()
+    session = prepare(target, "Box", values=("base_color",))
+    assert session.write(session.run())
+    [paint] = bpy.data.objects["Box (field)"].data.materials
+    assert paint.node_tree.nodes["Principled BSDF"].inputs["Base Color"].is_linked
+
+
+def test_colours_of_other_shaders_are_refused(target: Path) -> None:
+    with pytest.raises(Problem, match="object 'Cube': values of its material can be fitted only where that has one "
+                                      "Principled BSDF and no other shader, unlike 'Clay'"):
+        prepare(target, values=("base_color",))
 
 
 def test_a_uv_mapped_colour_is_a_mean_while_the_object_is_a_field(target: Path) -> None:

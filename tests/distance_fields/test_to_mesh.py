@@ -91,10 +91,11 @@ def test_there_and_back(mesh: Mesh, genus: int) -> None:
 
 def test_attributes() -> None:
     """Linear values stay linear; the bounds of the box are the first and last values."""
-    field = exact_sphere(0.6, 16)
     places = np.stack(np.meshgrid(*[np.linspace(-1, 1, n) for n in (2, 3, 5)], indexing="ij"), axis=-1)
-    mesh = to_mesh(field, attributes={"where": places})
+    field = exact_sphere(0.6, 16, attributes={"where": places, "one": np.full((1, 1, 1, 2), 0.5)})
+    mesh = to_mesh(field, finer=1)
     np.testing.assert_allclose(mesh.attributes["where"], mesh.vertices[mesh.faces], atol=1e-6)
+    assert np.all(mesh.attributes["one"] == 0.5)
     mesh.validate("ball")
 
 
@@ -103,7 +104,6 @@ def test_attributes() -> None:
     (exact_sphere(1.2), {}, "leaves the grid"),
     (exact_sphere(0.5), {"finer": 5}, "finer must be between 0 and 4"),
     (exact_sphere(0.5, 64), {"finer": 3, "most_memory": 1e9}, "more than most_memory"),
-    (exact_sphere(0.5), {"attributes": {"c": np.ones((1, 2, 2, 3))}}, "2 or more values"),
     (Field(np.full((6, 6, 6), np.nan), "clay"), {}, "non-finite"),
 ])  # fmt: skip
 def test_errors(field: Field, options: dict[str, object], words: str) -> None:

@@ -47,6 +47,11 @@ NAN[2, 3, 4] = np.nan
         ("transform", np.zeros((4, 4)), "field 'ball': transform flattens the box"),
         ("transform", np.diag([1e18, 1e18, 1e18, 1.0]) * 3, "field 'ball': transform must not exceed"),
         ("visible_to", {"cameras"}, "field 'ball': visible_to must be a set of camera"),
+        ("attributes", {"paint": np.ones((2, 2, 3))}, r"field 'ball': attributes\['paint'\] must have the shape"),
+        ("attributes", {"paint": np.ones((2, 0, 2, 3))}, r"field 'ball': attributes\['paint'\] must have the shape"),
+        ("attributes", {"paint": np.ones((2, 2, 2, 5))}, r"field 'ball': attributes\['paint'\] must have the shape"),
+        ("attributes", {"paint": np.full((1, 1, 1, 3), np.inf)}, r"attributes\['paint'\] has 3 non-finite values"),
+        ("attributes", [np.ones((2, 2, 2, 3))], "field 'ball': attributes must be a"),
     ],
 )
 def test_wrong_values_are_refused(name: str, value: object, message: str) -> None:
@@ -58,7 +63,6 @@ def test_wrong_values_are_refused(name: str, value: object, message: str) -> Non
     ("material", "message"),
     [
         (edgegrad.Material(emission=np.ones(3)), "emits light, which fields cannot do"),
-        (edgegrad.Material(textures={"base_color": Attribute("UVMap")}), "read the attribute 'UVMap', which a field"),
         (edgegrad.Material(anisotropy=0.5), "has an anisotropy, whose direction needs a UV map"),
         (edgegrad.Material(textures={"normal": Coordinates("NORMAL")}), "has a normal map, which needs a UV map"),
     ],
@@ -66,6 +70,26 @@ def test_wrong_values_are_refused(name: str, value: object, message: str) -> Non
 def test_materials_that_fields_cannot_have_are_refused(material: edgegrad.Material, message: str) -> None:
     with pytest.raises(ValueError, match=f"field 'ball': .*{message}"):
         scene(materials={"clay": material}).validate()
+
+
+def test_attributes_that_no_surface_has_are_refused() -> None:
+    painted = {"clay": edgegrad.Material(textures={"base_color": Attribute("paint")})}
+    with pytest.raises(ValueError, match="material 'clay': textures read the attribute 'paint', which is not in "
+                                         "attributes of any mesh or field with the material; did you mean 'paints'"):
+        scene(changed("attributes", {"paints": np.ones((2, 2, 2, 3))}), materials=painted).validate()
+    scene(changed("attributes", {"paint": np.ones((2, 2, 2, 3))}), materials=painted).validate()
+
+
+def test_paths_of_attributes() -> None:
+    """The text behind the last ".attributes." is the name, dots and all; values are single-precision."""
+    found = scene(changed("attributes", {"a.b": np.ones((2, 1, 2, 3))}))
+    found.validate()
+    path = "fields.ball.attributes.a.b"
+    assert path in parameters.paths(found)
+    parameters.put(found, path, np.zeros((2, 1, 2, 3)))
+    assert not parameters.get(found, path).any() and parameters.get(found, path).dtype == np.float32
+    with pytest.raises(ValueError, match=r"fields\.ball\.attributes\.c.*is not one of the fields"):
+        parameters.get(found, "fields.ball.attributes.c")
 
 
 def test_a_field_and_a_mesh_need_different_names() -> None:

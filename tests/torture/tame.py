@@ -64,7 +64,7 @@ SHADERS: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
 }  # fmt: skip
 PARAMETERS = ("color", "own", "texel", "uv", "vertices", "transform", "floor", "light strength", "light place",
               "light size", "light direction", "camera pose", "camera lens", "sky color", "sky rotation",
-              "sky texel", "field values", "field transform", "field box")  # fmt: skip
+              "sky texel", "field values", "field transform", "field box", "field grid")  # fmt: skip
 # Shaders have several parameters of their own, so that these come more often.
 CYCLE = (*PARAMETERS, "own", "own", "own")
 # Fields of materials by how far they may move to each side.
@@ -150,6 +150,7 @@ def _put_field(draw: Draw, scene: Scene, shader: str) -> None:
     place = pose(0.55 * turn(*draw.rng.normal(scale=0.5, size=3)), 0.1, 0.0, 0.5)
     field: Field = draw.one((lambda: sampled(torus, 16), lambda: exact_sphere(0.75, 12)))()
     field.transform = place
+    field.attributes = {"paint": draw.rng.uniform(0.2, 0.8, (*draw.rng.integers(1, 6, 3), 3))}
     if shader == "emissive":
         field.material, field.transform[:3, 3] = "floor", [-1.8, 1.8, 0.6]
     else:
@@ -169,6 +170,8 @@ def _materials(draw: Draw, shader: str, parameter: str) -> dict[str, Material | 
         "diffuse_roughness": draw.uniform(0.2, 0.8), "anisotropy": draw.one((0.0, 0.0, 0.5)),
         "specular_tint": draw.rng.uniform(0.3, 0.9, 3), "coat_tint": draw.rng.uniform(0.3, 0.9, 3),
     } | fixed  # fmt: skip
+    if parameter == "field grid" or (parameter.startswith("field") and draw.chance(0.5)):
+        made["textures"] = {"base_color": e.Attribute("paint", required=False)}  # 0 on a body beside the field
     if parameter in ("texel", "uv"):
         made["textures"] = {"base_color": e.ImageTexture("colors", e.Attribute("UVMap"))}
     if shader == "PRINCIPLED dielectric":
@@ -239,7 +242,7 @@ def _path(draw: Draw, scene: Scene, shader: str, parameter: str) -> str:
         "light direction": ("lights.lamp.direction",), "camera pose": ("camera.to_world",),
         "camera lens": ("camera.aperture_radius", "camera.focus_distance"), "sky color": ("world.color",),
         "field values": ("fields.solid.values",), "field transform": ("fields.solid.transform",),
-        "field box": ("fields.solid.lower", "fields.solid.upper"),
+        "field grid": ("fields.solid.attributes.paint",), "field box": ("fields.solid.lower", "fields.solid.upper"),
         "sky rotation": ("world.rotation",), "sky texel": ("images.sky.pixels",),
     }  # fmt: skip
     return draw.one(choices[parameter])

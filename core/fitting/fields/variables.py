@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._check import number, whole
-from ..._fields import Check, Checked, by
 from ...distance_fields import spline
 from ...distance_fields.redistancing import coefficients_without, distance_coefficients
 from ...distance_fields.regularisers import eikonal_of, laplacian_of
@@ -20,6 +16,8 @@ from ...scene.scene import Scene
 from ..optimisers import AdamUniform
 from ..resumable import Resumable, State
 from ..rigid_variables import BETA2
+from .filters import filters, smoothed
+from .schedule import FieldSteps, refinements
 
 F64 = NDArray[np.float64]
 
@@ -27,62 +25,12 @@ F64 = NDArray[np.float64]
 # of a distance's, the surface moves by less than a cell.
 STEP = 0.25
 MOST_STEP = 0.5
-# The coarser grids of a fit together take this fraction of its iterations.
-COARSE_PART = 0.5
 # Fewest cells along an axis of a coarser grid.
 LEAST_CELLS = 8
 # Least value, in cells, of the outermost coefficients of a field that is positive there: the surface stays in the box.
 _BORDER = 0.5
 # Bytes per coefficient: the scene's array, gradients, means of the optimiser, and what a step and a redistancing need.
 _BYTES = 250
-
-
-@dataclass
-class FieldSteps(Checked):
-    """How a fit changes the coefficients of distance fields.
-
-    Attributes
-    ----------
-    coarser
-        Number of coarser grids with which the fit begins, each with cells twice as large as the next. The field keeps
-        its own grid, on which every spline of a coarser grid is represented exactly. The coarser grids together take
-        the first half of the iterations. A fit from a simple shape converges faster from 2 or 3; the details of a
-        field that is already good are lost with any but 0.
-    redistance_every
-        After how many steps the field is made a distance again (`distance_fields.redistanced`).
-    smoothness
-        lambda of the filter (1 + lambda L)^-2 of gradients along each axis, L the second difference: a change at the
-        surface spreads over about sqrt(lambda) cells. 0: no filter.
-    topology_every
-        After how many turns through all pictures a fit tries to carve holes and to add parts (`proposals`); 0:
-        never. A change is kept only if it lowers the loss. A try renders each picture at least four times.
-    laplacian, eikonal
-        Weights of `distance_fields.laplacian` and `distance_fields.eikonal`, in units of the loss. The gradient of a
-        step includes them; the reported losses do not.
-    most_memory
-        Bytes that the variables of one field may need.
-    """
-
-    coarser: int = 0
-    redistance_every: int = 5
-    smoothness: float = 1.0
-    topology_every: int = 5
-    laplacian: float = 0.0
-    eikonal: float = 0.0
-    most_memory: float = 4e9
-
-    checks: ClassVar[Mapping[str, Check]] = {
-        "coarser": by(whole, 0, 8),
-        "redistance_every": by(whole, 1, 1_000_000),
-        "smoothness": by(number, least=0.0, greatest=1e6),
-        "topology_every": by(whole, 0, 1_000_000),
-        "laplacian": by(number, least=0.0),
-        "eikonal": by(number, least=0.0),
-        "most_memory": by(number, above=0.0),
-    }
-
-    def __post_init__(self) -> None:
-        self.check_fields("FieldSteps")
 
 
 class Coefficients(Resumable):
@@ -114,7 +62,7 @@ class Coefficients(Resumable):
                              "the same at all nodes; start with a shape")
         levels = _levels(field, self.options.coarser, path)
         self._level = levels
-        self._turns = [round(iterations * COARSE_PART * (k + 1) / levels) for k in range(levels)]
+        self._turns = refinements(levels, iterations)
         self._spacing = (field.upper - field.lower) / field.cells * 2.0**levels
         self._values = np.asarray(field.values, np.float64)
         if levels:
@@ -125,7 +73,7 @@ class Coefficients(Resumable):
         self._enclosed = bool((self._values[_shell(self._values)] > 0.0).all())
         self._count = 0
         self._optimiser = AdamUniform(1.0, beta2=BETA2)
-        self._filters = self._new_filters()
+        self._filters = filters(self._values.shape, self.options.smoothness)
 
     def take_step(self, gradient: F64, factor: float) -> Any:
         while self._turns and self._count >= self._turns[0]:
@@ -133,7 +81,7 @@ class Coefficients(Resumable):
             self._refine()
         for _ in range(self._level):
             gradient = spline.coarsened_gradient(gradient)
-        smooth = self._smooth(gradient + self._regulariser())
+        smooth = smoothed(gradient + self._regulariser(), self._filters)
         move = self._optimiser.update(np.zeros_like(smooth), smooth, factor)
         most = factor * self.step
         largest = float(np.abs(move).max(initial=0.0))
@@ -189,7 +137,7 @@ class Coefficients(Resumable):
 
     def restore(self, state: State) -> None:
         super().restore(state)
-        self._filters = self._new_filters()
+        self._filters = filters(self._values.shape, self.options.smoothness)
 
     def _accept(self, values: F64) -> None:
         """Take the new coefficients over. A step by which the surface would vanish is not made."""
@@ -218,24 +166,7 @@ class Coefficients(Resumable):
         self._spacing = 0.5 * self._spacing
         self._level -= 1
         self._optimiser = AdamUniform(1.0, beta2=BETA2)
-        self._filters = self._new_filters()
-
-    def _new_filters(self) -> list[F64]:
-        """(1 + lambda L)^-2 along each axis, with free ends: constants stay."""
-        found = []
-        for n in self._values.shape:
-            second = 2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
-            second[0, 0] = second[-1, -1] = 1.0
-            inverse = np.linalg.inv(np.eye(n) + self.options.smoothness * second)
-            found.append(inverse @ inverse)
-        return found
-
-    def _smooth(self, gradient: F64) -> F64:
-        if self.options.smoothness == 0.0:
-            return gradient
-        for axis, matrix in enumerate(self._filters):
-            gradient = np.moveaxis(np.tensordot(matrix, gradient, axes=(1, axis)), 0, axis)
-        return np.ascontiguousarray(gradient)
+        self._filters = filters(self._values.shape, self.options.smoothness)
 
 
 def _levels(field: Field, coarser: int, path: str) -> int:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...expression import EXTENSIONS, INTERPOLATIONS
+from ...scene.field import Field
 from ...scene.image import Image
 from ...scene.mesh import Mesh
 from .lowering import Resources
@@ -110,13 +111,24 @@ def bounding_boxes(meshes: Sequence[Mesh], origin: NDArray[np.float64]) -> F32:
     return boxes
 
 
-def attribute_tables(meshes: Sequence[Mesh], resources: Resources, earlier: TextureTables | None) -> dict[str, Any]:
+def attribute_tables(
+    meshes: Sequence[Mesh], fields: Sequence[Field], resources: Resources, earlier: TextureTables | None
+) -> dict[str, Any]:
+    """The attributes of meshes at corners, or one value of each instance, and those of fields on grids."""
     parts: list[F32] = []
     end = 0
     first_face = np.cumsum([0] + [len(mesh.faces) for mesh in meshes])
     first_instance = np.cumsum([0] + [0 if mesh.instances is None else len(mesh.instances) for mesh in meshes])
     offsets, components = [], []
+    grid_offsets, grid_shapes = [], []
     for name in resources.attributes:
+        for one in fields:
+            grid = one.attributes.get(name)
+            grid_offsets.append(end)
+            grid_shapes.append((0, 0, 0, 0) if grid is None else grid.shape)
+            if grid is not None:
+                parts.append(grid)
+                end += grid.size
         for mesh, face, instance in zip(meshes, first_face, first_instance, strict=False):
             values = mesh.attributes.get(name)
             count, before = (0, 0) if values is None else (values.shape[2], 3 * int(face))
@@ -132,6 +144,8 @@ def attribute_tables(meshes: Sequence[Mesh], resources: Resources, earlier: Text
     return {
         "attribute_offset": np.array(offsets, np.int64),
         "attribute_components": np.array(components, np.int32),
+        "grid_offset": np.array(grid_offsets, np.int64),
+        "grid_shape": np.array(grid_shapes, np.int32).reshape(-1, 4),
         "attributes": earlier.attributes if earlier is not None and same else np.concatenate(
             [*(np.ascontiguousarray(part, np.float32).reshape(-1) for part in parts), np.zeros(_PADDING, np.float32)]
         ),

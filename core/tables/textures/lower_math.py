@@ -23,8 +23,9 @@ def _attribute(low: Lowering, node: e.Attribute) -> Components:
     number = low.resources.attribute(node.name)
     if low.shift is None:
         return low.build.emit_all("ATTRIBUTE", data=number)
-    place = low.build.emit_all("BARYCENTRICS", *low.displacement(), data=int(not node.is_position), count=2)
-    return low.build.emit_all("ATTRIBUTE_AT", *place, data=number)
+    shift, mirrored = low.displacement(), not node.is_position
+    place = low.build.emit_all("BARYCENTRICS", *shift, data=int(mirrored), count=2)
+    return low.build.emit_all("ATTRIBUTE_AT", *place, *shift, float(mirrored), data=number)
 
 
 @rule(e.Coordinates)

@@ -107,7 +107,7 @@ def compile_textures(
         closure_tangent=np.array(closure_tangent, np.int32),
         **image_tables(scene.images, resources, with_alpha, earlier),
         **lookup_tables(resources),
-        **attribute_tables(placed, resources, earlier),
+        **attribute_tables(placed, list(scene.fields.values()), resources, earlier),
         mesh_box=bounding_boxes(placed, start),
         numbers={key: _places(own, programs, resources) for key, own in tracked.items()},
         with_alpha=frozenset(with_alpha),

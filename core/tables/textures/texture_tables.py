@@ -76,6 +76,8 @@ class TextureTables:
     lookups: F32
     attribute_offset: I64  # (A * S) where the data of face 0, or of instance 0, would be in `attributes`
     attribute_components: I32  # (A * S) 0: the mesh has no such attribute; -c: c values of each instance
+    grid_offset: I64  # (A * K) first float of the attribute's grid on each of K fields
+    grid_shape: I32  # (A * K, 4) sizes along the axes, and numbers of each value; 0: the field has no such attribute
     attributes: F32
     face_mesh: I32  # (F) mesh of each face
     mesh_box: F32  # (S, 2, 3) centre and size of the bounding box, relative to the origin
@@ -84,3 +86,9 @@ class TextureTables:
     numbers: Mapping[tuple[str, str], NumberPlaces]  # by material and field: where requested numbers are
     with_alpha: frozenset[str]  # images that were stored with an alpha though it is 1 everywhere
     with_tangents: frozenset[str]  # materials that have tangents though their anisotropy is 0
+
+    def grid_place(self, name: str, field: int) -> int | None:
+        """Index in `attributes` of the first float of an attribute of a field; None: no texture reads it."""
+        if name not in self.attribute_names:
+            return None
+        return int(self.grid_offset.reshape(len(self.attribute_names), -1)[self.attribute_names.index(name), field])

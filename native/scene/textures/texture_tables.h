@@ -41,6 +41,7 @@ struct TextureTables {
     std::vector<TextureLookup> tables;
     std::vector<float> lookups;
     std::vector<TextureAttribute> mesh_attributes;
+    std::vector<TextureGrid> field_grids;
     SharedFloats attributes;
     std::vector<int32_t> face_mesh;
     std::vector<float> mesh_box;
@@ -61,6 +62,7 @@ struct TextureTables {
         v.tables = rows_of(tables);
         v.lookups = rows_of(lookups);
         v.mesh_attributes = rows_of(mesh_attributes);
+        v.field_grids = rows_of(field_grids);
         v.attributes = rows_of(attributes);
         v.face_mesh = rows_of(face_mesh);
         v.mesh_count = static_cast<int32_t>(mesh_box.size() / 6);

@@ -38,6 +38,13 @@ struct TextureAttribute {
     int32_t components;  // 0: the mesh does not have it
 };
 
+// One attribute on one distance field (texture/field_grid.h).
+struct TextureGrid {
+    int64_t offset;      // in `attributes`
+    int32_t size[3];     // numbers of values along the field's axes
+    int32_t components;  // 0: the field does not have it
+};
+
 struct TextureView {
     const TextureInstruction* code;
     const int32_t* program_first;  // (programs + 1)
@@ -48,6 +55,7 @@ struct TextureView {
     const TextureLookup* tables;
     const float* lookups;
     const TextureAttribute* mesh_attributes;  // (attributes, meshes)
+    const TextureGrid* field_grids;           // (attributes, fields)
     const float* attributes;
     const int32_t* face_mesh;  // by face of the scene's meshes
     int32_t mesh_count;

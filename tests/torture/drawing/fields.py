@@ -13,9 +13,13 @@ from edgegrad import Field, Material, Mixture
 from tests.support.fields.splines import points
 from tests.torture.drawing.draw import Draw
 from tests.torture.drawing.meshes import affine
+from tests.torture.drawing.textures import LAYERS
 
 F64 = NDArray[np.float64]
 SIZES = (4, 5, 7, 8, 11, 12, 13, 20)
+# Of the grids of attributes, and factors of their values.
+GRIDS = (1, 2, 2, 3, 5, 30)
+FACTORS = (1.0, 1.0, 1.0, 1e-30, 1e6, 1e30)
 
 
 def _length(p: F64) -> F64:
@@ -56,8 +60,15 @@ def field(draw: Draw, material: str, scale: float) -> Field:
     high = np.array(draw.one(((1.0, 1.0, 1.0), (1.0, 1.0, 1.0), (1.0, 0.02, 1.0), (5.0, 0.5, 0.5))))
     middle = draw.one((0.0, 0.0, 0.3, -2.0)) * draw.rng.normal(size=3)
     extras: dict[str, Any] = {"transform": affine(draw, scale)} if draw.chance(0.6) else {}
+    attributes = {name: _grid(draw, count) for name, count in LAYERS.items() if draw.chance(0.4)}
     return Field(values.astype(np.float32), material, scale * (middle - high), scale * (middle + high),
-                 visible_to=draw.rays(0.15), **extras)  # fmt: skip
+                 visible_to=draw.rays(0.15), attributes=attributes, **extras)  # fmt: skip
+
+
+def _grid(draw: Draw, components: int) -> F64:
+    """Values of an attribute: grids of one value to many, and values far beyond those of colours now and then."""
+    size = (draw.one(GRIDS), draw.one(GRIDS), draw.one(GRIDS), components)
+    return draw.rng.uniform(draw.one((0.0, 0.0, -1.0)), 1.0, size) * draw.one(FACTORS)
 
 
 def plain_materials(

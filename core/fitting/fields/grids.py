@@ -1,0 +1,81 @@
+"""Optimised variables for the attributes of distance fields."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...distance_fields.linear import axis_weights
+from ...scene import parameters
+from ...scene.scene import Scene
+from ..bounds import first_step, limits
+from ..optimisers import Adam
+from ..resumable import Resumable, State
+from ..rigid_variables import BETA2
+from .filters import filters, smoothed
+from .schedule import FieldSteps, refinements
+
+F64 = NDArray[np.float64]
+
+
+class Attribute(Resumable):
+    """Values of an attribute on its grid: Adam on filtered gradients, from coarse grids to the attribute's own.
+
+    Only values beside the surface have a gradient. The filter and the coarse grids carry it on to values off the
+    surface, which the surface may reach later. The values stay in their range.
+    """
+
+    changing = ("_values", "_level", "_turns", "_count", "_optimiser")
+
+    def __init__(
+        self, scene: Scene, path: str, step: float | None, iterations: int, options: FieldSteps | None
+    ) -> None:
+        self.path = path
+        self.step = first_step(scene, path) if step is None else step
+        self.limits = limits(scene, path)
+        self.options = FieldSteps() if options is None else options
+        own = np.array(parameters.get(scene, path), np.float64)
+        self._size = own.shape[:3]
+        self._level = self.options.coarser
+        self._turns = refinements(self._level, iterations)
+        self._values = _mapped(own, self._maps(self._level, self._size))
+        self._count = 0
+        self._restart()
+
+    def take_step(self, gradient: F64, factor: float) -> Any:
+        while self._turns and self._count >= self._turns[0]:
+            self._turns.pop(0)
+            self._values = _mapped(self._values, self._maps(self._level - 1))
+            self._level -= 1
+            self._restart()
+        up = self._maps(0)
+        smooth = smoothed(_mapped(gradient, [one.T for one in up]), self._filters)
+        self._values = np.clip(self._optimiser.update(self._values, smooth, factor), *self.limits)
+        self._count += 1
+        return _mapped(self._values, up)
+
+    def restore(self, state: State) -> None:
+        super().restore(state)
+        self._filters = filters(self._values.shape[:3], self.options.smoothness)
+
+    def _restart(self) -> None:
+        self._optimiser = Adam(self.step, beta2=BETA2)
+        self._filters = filters(self._values.shape[:3], self.options.smoothness)
+
+    def _size_at(self, level: int) -> tuple[int, ...]:
+        """Numbers of values of a coarser grid: its cells are as large as 2^level cells, or a little smaller."""
+        return tuple(1 - ((1 - n) >> level) for n in self._size)
+
+    def _maps(self, level: int, size: tuple[int, ...] | None = None) -> list[F64]:
+        """Interpolation along each axis from the present grid, or one of another size, to that of a level."""
+        start = self._values.shape[:3] if size is None else size
+        return [axis_weights(n, np.linspace(0.0, 1.0, to)) for n, to in zip(start, self._size_at(level), strict=True)]
+
+
+def _mapped(values: F64, maps: list[F64]) -> F64:
+    """Apply a matrix along each of the first axes."""
+    for axis, matrix in enumerate(maps):
+        values = np.moveaxis(np.tensordot(matrix, values, axes=(1, axis)), 0, axis)
+    return np.ascontiguousarray(values)

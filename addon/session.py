@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 
 import edgegrad
-from edgegrad.fitting.findings import OPEN
+from edgegrad.fitting.outcome.findings import OPEN
 from edgegrad.scene import parameters as values
 
 from . import parameters

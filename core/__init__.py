@@ -8,9 +8,11 @@ from .fitting import losses, optimisers
 from .fitting.checkpoints import Checkpoint, read_checkpoint
 from .fitting.fields.schedule import FieldSteps
 from .fitting.film.film import Film
-from .fitting.findings import Finding
 from .fitting.fit_step import FitStep
-from .fitting.scene_fit import FitResult, fit
+from .fitting.outcome.findings import Finding
+from .fitting.outcome.result import FitResult
+from .fitting.outcome.uncertainty import Exchange, Uncertainty
+from .fitting.scene_fit import fit
 from .fitting.targets import Target
 from .fitting.vertices.rules import VertexRules
 from .planning.scene_plan import Plan, plan
@@ -40,6 +42,7 @@ __all__ = [
     "Camera",
     "Cancelled",
     "Checkpoint",
+    "Exchange",
     "Field",
     "FieldSteps",
     "Film",
@@ -58,6 +61,7 @@ __all__ = [
     "SpotLight",
     "SunLight",
     "Target",
+    "Uncertainty",
     "VertexRules",
     "World",
     "calibration",

@@ -91,6 +91,7 @@ class Driver:
         self._memory.without_normals = {name for name in controls if not bpy.data.objects[name].data.has_custom_normals}
         self._control_paths: dict[str, str] = {}
         self._placements = 0
+        self._moving: set[Key] = set()  # arrays that some placement has changed
         self._start: Export | None = None
         self._last: dict[str, F64] = {}
         self._before: dict[str, Any] = {}  # the state before the last placement
@@ -114,6 +115,25 @@ class Driver:
         """
         self._begin_placement()
         return evaluate(self.scene, lambda evaluation: self._place(evaluation, values), self.cameras[0])
+
+    def look(self, values: Mapping[str, F64]) -> Placed | None:
+        """Evaluate Blender with these values, without derivatives; None if the structure differs."""
+        self.renew()
+
+        def work(evaluation: Evaluation) -> Placed | None:
+            assert self._start is not None
+            with self._kept():
+                self._set(values)
+                try:
+                    export = self._export(evaluation)
+                    changed = set(moved(self._start, export))
+                except StructureChange:
+                    return None
+                now = {one.path: one.read() for one in self._owned}
+                self._moving |= changed
+                return _placement(export, now, {}, {}, self._moving, len(self.cameras))
+
+        return evaluate(self.scene, work, self.cameras[0])
 
     def _begin_placement(self) -> None:
         """Find all datablocks again, and keep the state before this placement."""
@@ -211,7 +231,8 @@ class Driver:
                 self._find_map(evaluation, one)
         maps = {one.path: ((-1, self._control_paths[one.path]), one.map)
                 for one in self.controls if one.map is not None}  # fmt: skip
-        return _placement(base, now, quotients, maps, set(changed), len(self.cameras))
+        self._moving |= set(changed)
+        return _placement(base, now, quotients, maps, self._moving, len(self.cameras))
 
     def _stepped(self, evaluation: Evaluation, values: Mapping[str, F64]) -> tuple[Export, Iterable[Key]]:
         """Set the values, or nearer ones to the last if these change the structure; return the export."""
@@ -306,6 +327,10 @@ def _placement(base: Export, now: dict[str, F64], quotients: dict[str, list[Quot
                for path, of_path in quotients.items()}  # fmt: skip
         return out | {path: one.pull(gradient[name]) for path, ((_, name), one) in maps.items()}
 
+    def push(path: str, number: int, view: int) -> dict[str, F64]:
+        return {name: value for (of, name), value in quotients[path][number].items()
+                if of in (-1, view) and without_derivative(name) is None}  # fmt: skip
+
     return Placed(
         now,
         {path: value_of(base, (view, path)) for view, path in sorted(keys) if view < 0},
@@ -313,6 +338,7 @@ def _placement(base: Export, now: dict[str, F64], quotients: dict[str, list[Quot
          for k in range(views)],
         [[path for view, path in usable if view in (-1, k)] for k in range(views)],
         pull,
+        push=push,
         columns=quotients,
     )  # fmt: skip
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from edgegrad.fitting.driven import Numbers, Placement, Variable
@@ -24,8 +24,8 @@ class Relay:
     def __init__(self, driver: Driver) -> None:
         self._driver = driver
         self.latest: Placement | None = None
-        self._wanted: tuple[Mapping[str, Any], Sequence[int] | None] | None = None
-        self._answer: Placement | BaseException | None = None
+        self._wanted: Callable[[], Placement | None] | None = None
+        self._answer: tuple[Placement | BaseException | None] | None = None
         self._changed = threading.Condition()
         self._closed = False
 
@@ -36,17 +36,27 @@ class Relay:
 
     def place(self, values: Mapping[str, Any], views: Sequence[int] | None = None) -> Placement:
         """Set the variables and return what follows for some of the pictures; None: for all."""
+        placed = self._served(lambda: self._driver.place(values, views))
+        assert placed is not None
+        return placed
+
+    def look(self, values: Mapping[str, Any]) -> Placement | None:
+        """Return what would follow from some values (`edgegrad.fitting.driven.Looking`)."""
+        return self._served(lambda: self._driver.look(values))
+
+    def _served(self, work: Callable[[], Placement | None]) -> Placement | None:
+        """Return what a call gives in the main thread."""
         if threading.current_thread() is threading.main_thread():
-            return self._driver.place(values, views)
+            return work()
         with self._changed:
-            self._wanted = values, views
+            self._wanted = work
             self._changed.wait_for(lambda: self._answer is not None or self._closed)
             answer, self._answer = self._answer, None
         if answer is None:
             raise Cancelled
-        if isinstance(answer, BaseException):
-            raise answer
-        return answer
+        if isinstance(answer[0], BaseException):
+            raise answer[0]
+        return answer[0]
 
     def state(self) -> dict[str, Any]:
         """Return the state of the driver."""
@@ -61,14 +71,15 @@ class Relay:
         with self._changed:
             if self._wanted is None:
                 return
-            (values, views), self._wanted = self._wanted, None
-        answer: Placement | BaseException
+            work, self._wanted = self._wanted, None
+        answer: Placement | BaseException | None
         try:
-            answer = self.latest = self._driver.place(values, views)
+            answer = work()
+            self.latest = answer or self.latest
         except BaseException as error:
             answer = error
         with self._changed:
-            self._answer = answer
+            self._answer = (answer,)
             self._changed.notify_all()
 
     def close(self) -> None:

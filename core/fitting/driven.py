@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,9 @@ class Placement:
         For each picture: parameter paths of the scene, except of the camera, and the values that only this picture
         has; all have the same paths. Empty: all pictures show the same scene. What belongs to pictures that were not
         asked for is empty.
+    push
+        The transpose of `pull`: maps a variable's path, the number of one of its numbers, and a picture to the
+        derivative of the picture's parameters by that number. None: not known.
     """
 
     values: dict[str, F64]
@@ -48,6 +51,7 @@ class Placement:
     paths: Sequence[Sequence[str]]
     pull: Callable[[Mapping[str, F64], int], dict[str, F64]]
     own: Sequence[Mapping[str, Any]] = ()
+    push: Callable[[str, int, int], Mapping[str, Any]] | None = None
 
 
 class Variable(Protocol):
@@ -88,6 +92,18 @@ class Driven(Protocol):
 
     def restore(self, state: State) -> None:
         """Take over what `state` has returned, so that the same call of `place` gives the same again."""
+        ...
+
+
+@runtime_checkable
+class Looking(Protocol):
+    """Driven variables that can be tried out."""
+
+    def look(self, values: Mapping[str, F64]) -> Placement | None:
+        """Return what would follow from some values, without derivatives; None: values that can't be set.
+
+        It changes neither the variables nor the state.
+        """
         ...
 
 

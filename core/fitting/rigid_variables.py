@@ -86,6 +86,16 @@ class Poses(Resumable):
         self._pivot, self._extent = pivot_and_extent(scene, path, self.value)
         self._optimiser = AdamMatrix(self.step)
 
+    @property
+    def pivot(self) -> F64:
+        """The points about which steps rotate."""
+        return self._pivot
+
+    @property
+    def extent(self) -> float:
+        """The unit of translations."""
+        return self._extent
+
     def take_step(self, gradient: F64, factor: float) -> Any:
         columns = self.value[..., :3, :].copy()
         change = gradient[..., :3, :]
@@ -118,8 +128,13 @@ def rotations(vectors: F64) -> F64:
 
 def scene_extent(scene: Scene) -> float:
     """Diagonal of the bounding box of all meshes, metres; 1 for a scene without meshes or extent."""
-    corners = [corner for mesh in placed_meshes(scene) for corner in _box(mesh)]
+    corners = [corner for box in boxes_of(scene) for corner in box]
     return float(np.linalg.norm(np.ptp(corners, axis=0))) or 1.0 if corners else 1.0
+
+
+def boxes_of(scene: Scene) -> list[F64]:
+    """Corners of the bounding box of each mesh, with all of its instances, in world space."""
+    return [_box(mesh) for mesh in placed_meshes(scene)]
 
 
 def _box(mesh: Mesh) -> F64:

@@ -31,11 +31,11 @@ from .film.keyed import KeyedFrames, KeyedNumbers
 from .fit_step import Callback, FitStep, ending
 from .gains import Gains
 from .losses import Loss
+from .outcome.zero_gradients import why_untouched
 from .schedule import Schedule
 from .silhouettes import Silhouettes, is_negative, moves_silhouettes
 from .targets import View, camera_of_gradient, checked_loss
 from .variables import Unknown
-from .zero_gradients import why_untouched
 
 F64 = NDArray[np.float64]
 
@@ -100,7 +100,7 @@ class Run:
             if self.driven is not None:
                 values = self.steps.take(gradient, turn.factor)
                 changed += self.place(values) if self.keyed is None else self._go_on(k, values, gradient, changed)
-            self._update(changed)
+            self.update(changed)
             self._change_topology(k, full_turn)
             self.done = k + 1
             if k == full_turn - 1:
@@ -125,17 +125,17 @@ class Run:
                 view = self.seen[j]
                 if without and view.objects is not None:
                     return np.full(view.image.shape, is_negative(self.work, view.objects), np.float32)
-                image = self._renderer(j).render(spp=self.spp, **self._limits(j), seed=self._seed(k, j, 5 + twin),
+                image = self.renderer_of(j).render(spp=self.spp, **self.limits_of(j), seed=self.seed_of(k, j, 5 + twin),
                                                  camera=view.camera)
                 return np.asarray(self.gains.values[j] * image, np.float32) if isinstance(view.gain, str) else image
 
-            step = TopologicalStep(item, self.work, self._update, self.seen, self.loss, render)
+            step = TopologicalStep(item, self.work, self.update, self.seen, self.loss, render)
             if last:
                 step.simplify()
             else:
                 step.take()
 
-    def _update(self, changed: list[str] | None) -> None:
+    def update(self, changed: list[str] | None) -> None:
         """Take over changed parameters, in the scene's renderer and in those of silhouettes.
 
         None: all changes of the scene other than parameters, which silhouettes do not have.
@@ -172,12 +172,12 @@ class Run:
         if len(ways) > 1:
             losses.clear()
             for way in ways:
-                self._update([*changed, *self.place(way, following.views)])
+                self.update([*changed, *self.place(way, following.views)])
                 pictures = {j: self._pictures(k + 1, j, 0.0, len(following.views)) for j in following.views}
                 losses.append(sum(value for value, _ in self._compare(k + 1, self.loss, pictures)[1].values()))
         return self.place(ways[int(np.argmin(losses))], following.views)
 
-    def _see(self, j: int) -> None:
+    def see(self, j: int) -> None:
         """Bring the scene to the state in which picture j shows it."""
         if self.placement is None or not self.placement.own:
             return
@@ -186,7 +186,7 @@ class Run:
         for path in changed:
             parameters.put(self.work, path, self.placement.own[j][path])
         if changed:
-            self._update(changed)
+            self.update(changed)
 
     def measure_end(self) -> None:
         """Render all pictures once more and record the loss after the last step, unless this was done."""
@@ -216,10 +216,10 @@ class Run:
             wrt = [path for path in dict.fromkeys((*own, *moving)) if view.objects is None or moves_silhouettes(path)]
             if not adjoint.any() or not wrt:
                 continue
-            self._see(j)
-            renderer = self._renderer(j)
+            self.see(j)
+            renderer = self.renderer_of(j)
             part = renderer.render_backward(
-                adjoint, wrt, spp=self.gradient_spp, **self._limits(j), seed=self._seed(k, j, 1),
+                adjoint, wrt, spp=self.gradient_spp, **self.limits_of(j), seed=self.seed_of(k, j, 1),
                 camera=camera_of_gradient(renderer, view.camera, wrt), field_edges=self.field_edges,
                 progress=self._part(done(len(turn) + n), 0.0, part_of_view),
             )
@@ -240,7 +240,7 @@ class Run:
             self.effects = {item.path: effect(item, total[item.path]) for item in (*self.unknowns, *driven)}
         return total
 
-    def _renderer(self, j: int) -> Renderer:
+    def renderer_of(self, j: int) -> Renderer:
         """The renderer of picture j: that of the scene, or of a silhouette."""
         objects = self.seen[j].objects
         if objects is None:
@@ -248,7 +248,7 @@ class Run:
         assert self.silhouettes is not None
         return self.silhouettes.renderers[objects]
 
-    def _limits(self, j: int) -> dict[str, Any]:
+    def limits_of(self, j: int) -> dict[str, Any]:
         """Path length and bounces of picture j; a silhouette is seen directly."""
         return self.limits if self.seen[j].objects is None else self.limits | {"max_depth": 1}
 
@@ -257,15 +257,15 @@ class Run:
 
         It is one of `among` pictures of this iteration.
         """
-        self._see(j)
+        self.see(j)
         view = self.seen[j]
         halves = 2 if isinstance(view.gain, str) else 1
         out = []
         for half in range(halves):
             part = 0.5 / (among * halves)
-            image = self._renderer(j).render(
-                spp=max(1, self.spp // halves), **self._limits(j), seed=self._seed(k, j, 4 * half), camera=view.camera,
-                progress=self._part(done, half * part, part),
+            image = self.renderer_of(j).render(
+                spp=max(1, self.spp // halves), **self.limits_of(j), seed=self.seed_of(k, j, 4 * half),
+                camera=view.camera, progress=self._part(done, half * part, part),
             )
             if not np.isfinite(image).all():
                 raise FloatingPointError(f"fit: the picture of target {j} is not finite in iteration {k + 1}")
@@ -344,10 +344,11 @@ class Run:
             time.monotonic() - self.started, self._values(), *self.rendered, gradient, self.effects,
         )
 
-    def _seed(self, k: int, j: int, kind: int) -> int:
+    def seed_of(self, k: int, j: int, kind: int) -> int:
         """Seed of iteration k, picture j and kind; all seeds are independent.
 
-        Kinds are 0: picture, 1: derivative, 4: second half of the picture, 5 and 6: pictures of a topological step.
+        Kinds are 0: picture, 1: derivative, 4: second half of the picture, 5 and 6: pictures of a topological step,
+        7 to 10: pictures and derivatives of `outcome.uncertainty`, 11 and 12: coarse pictures.
         """
         return int(np.random.SeedSequence([self.seed, k, j, kind]).generate_state(1)[0])
 

@@ -9,12 +9,10 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .._check import choice, flag, function, instance, mapping, names, number, whole
 from .._fields import optional
@@ -37,63 +35,22 @@ from .film.film import Film
 from .film.film_schedule import FilmSchedule
 from .film.keyed import KeyedFrames, KeyedNumbers
 from .film.keyed_parameters import KeyedParameters
-from .findings import Finding, findings, open_depths
 from .fit_step import ON_CANCEL, Callback
 from .large_steps import MOST_SMOOTHNESS
 from .losses import Loss, Pyramid
+from .outcome.findings import findings, open_depths
+from .outcome.result import FitResult
+from .outcome.uncertainty import Exchange, Uncertainty
+from .outcome.uncertainty import uncertainty as measured_uncertainty
+from .outcome.zero_gradients import untouched_part
 from .run import Run
 from .schedule import Cycle, Schedule
+from .search.begin import Stages, begin
 from .silhouettes import Silhouettes
 from .targets import Targets, views
-from .variables import unknown
+from .variables import Unknown, unknown
 from .vertices.rules import VertexRules, checked_rules
 from .vertices.variables import Vertices
-from .zero_gradients import untouched_part
-
-
-@dataclass(frozen=True)
-class FitResult:
-    """Result of a fit.
-
-    Attributes
-    ----------
-    values
-        Maps a parameter path to the value that the scene has now. Keyed parameters of a film: to (frames, ...) values,
-        in the order of `Film.times`; the scene keeps its own.
-    losses
-        Loss before each step and, unless the fit was cancelled, after the last step.
-    best
-        Index into `losses` of the best values: those with the smallest smoothed loss. Among values whose losses
-        differ by less than the noise, the latest.
-    seconds
-        Duration of the whole fit.
-    cancelled
-        Whether the callback or the progress function stopped it.
-    untouched
-        Maps a parameter path to the fraction of its entries whose gradient was 0 in every iteration: no picture
-        depended on these entries. The preconditioner may still have moved such vertices with their neighbours.
-    notes
-        Sentences that name terms of the derivative which were not computed although they may be non-zero
-        (`Plan.missing`), and parameters of which a part has no gradient, with the reason.
-    first_gradient
-        Gradient of the loss by the driven variables at the start.
-    gains
-        (3,) factors of the channels by which each target is brighter than the scene: those that were given, or those
-        that were found for the best values.
-    findings
-        Parameters about which the pictures say nothing, and those that a limit holds (`Finding`).
-    """
-
-    values: dict[str, Any]
-    losses: list[float]
-    best: int
-    seconds: float
-    cancelled: bool
-    untouched: dict[str, float]
-    notes: tuple[str, ...]
-    first_gradient: dict[str, NDArray[np.float64]] = field(default_factory=dict)
-    gains: tuple[NDArray[np.float64], ...] = ()
-    findings: tuple[Finding, ...] = ()
 
 
 def fit(
@@ -125,6 +82,9 @@ def fit(
     checkpoint: str | Path | None = None,
     checkpoint_every: int = 25,
     resume: bool = False,
+    uncertainty: bool = False,
+    search: int | None = None,
+    restarts: int = 0,
 ) -> FitResult:
     """Change parameters of the scene until its pictures match the targets.
 
@@ -203,6 +163,16 @@ def fit(
     resume
         Whether to go on from `checkpoint`, if there is such a file. Scene, targets and options must be those with which
         the fit began; the result then has the same bits as that of a fit without an interruption.
+    uncertainty
+        Whether to measure how well the pictures determine the result (`FitResult.uncertainty`). For each target, this
+        renders two pictures, and two derivatives by each number of colours, values and poses. Films have none.
+    search
+        Number of coarse pictures of random poses, positions and directions (and of driven numbers), from the best of
+        which the fit begins if they are much closer to the targets. None: enough of them if no small move of the start
+        brings the pictures closer, as for an object that is out of view; 0: none.
+    restarts
+        Number of other starts from the search that are fitted for a quarter of the iterations each, besides the
+        scene's own. The fit then goes on from the best.
 
     Returns
     -------
@@ -271,12 +241,20 @@ def fit(
     field_edges = checked_field_edges(field_edges)
     steps = _checked_steps(paths, step_sizes)
     rules = checked_rules(paths, vertex_rules)
-    unknowns = [unknown(work, path, steps.get(path), smoothness, slide, iterations, field_steps, rules.get(path))
-                for path in paths]  # fmt: skip
-    for item in unknowns:
-        if isinstance(item, Vertices):
-            parameters.put(work, item.path, item.value)  # which symmetry may have changed
+    search = None if search is None else whole("fit", "search", search, 0, 1_000_000)
+    restarts = whole("fit", "restarts", restarts, 0, 100)
+    if film is not None and (search or restarts):
+        raise ValueError("fit: search and restarts are not for films; find the first frame's pose by a fit of its own")
 
+    def made(schedule: Schedule) -> list[Unknown]:
+        unknowns = [unknown(work, path, steps.get(path), smoothness, slide, schedule.iterations, field_steps,
+                            rules.get(path)) for path in paths]  # fmt: skip
+        for item in unknowns:
+            if isinstance(item, Vertices):
+                parameters.put(work, item.path, item.value)  # which symmetry may have changed
+        return unknowns
+
+    made(schedule)  # checks options of single variables before anything is rendered
     # No other code can change the copy
     requested = [*paths, *(moving or ())]
     renderer = Renderer(work, threads=threads, engine=engine, learn=True, wrt=requested, watched=False)
@@ -291,7 +269,8 @@ def fit(
                    "bounces": bounces, "smoothness": smoothness, "slide": slide, "field_steps": field_steps,
                    "field_edges": field_edges,
                    "step_sizes": steps, "vertex_rules": fingerprint.digest(rules),
-                   "views_per_iteration": per_iteration or len(seen), "seed": seed, "film": film}  # fmt: skip
+                   "views_per_iteration": per_iteration or len(seen), "seed": seed, "film": film, "search": search,
+                   "restarts": restarts}  # fmt: skip
         checkpoints = Checkpoints(
             Path(checkpoint), every,
             fingerprint.of_scene(work) | fingerprint.of_views(seen) | {"the loss": fingerprint.digest(loss)}
@@ -301,16 +280,26 @@ def fit(
         )
     elif resume:
         raise ValueError("fit: resume needs a checkpoint; name its file")
-    run = Run(
-        work, renderer, seen, unknowns, loss,
-        schedule=schedule, spp=spp, gradient_spp=samples,
-        limits={"max_depth": max_depth, "bounces": bounces}, seed=seed, started=started, progress=progress,
-        driven=driven, placement=placement, silhouettes=silhouettes, keyed=keyed, field_edges=field_edges,
-    )
-    if checkpoints is not None:
-        checkpoints.attach(run, resume)
+    def run_of(schedule: Schedule, progress: Progress | None) -> Run:
+        """Make a run from the present values of the scene."""
+        unknowns = made(schedule)
+        return Run(
+            work, renderer, seen, unknowns, loss,
+            schedule=schedule, spp=spp, gradient_spp=samples,
+            limits={"max_depth": max_depth, "bounces": bounces}, seed=seed, started=started, progress=progress,
+            driven=driven, placement=placement, silhouettes=silhouettes, keyed=keyed, field_edges=field_edges,
+        )
+
+    stages = Stages(progress)
+    run = run_of(schedule, progress)
+    begun: list[str] = []
     stop = None
     try:
+        if film is None:
+            run, begun = begin(run, run_of, stages, search=search, restarts=restarts,
+                               per_iteration=per_iteration or len(seen))
+        if checkpoints is not None:
+            checkpoints.attach(run, resume)
         stop = run.iterate(callback)
         if stop is None:
             run.measure_end()
@@ -326,7 +315,14 @@ def fit(
         if driven is not None:
             for path in run.place({item.path: kept[item.path] for item in driven.variables}):
                 parameters.put(scene, path, parameters.get(work, path))
-    variables = [*unknowns, *(() if driven is None else driven.variables)]
+    known: tuple[Uncertainty, ...] = ()
+    exchanges: tuple[Exchange, ...] = ()
+    if flag("fit", "uncertainty", uncertainty) and stop is None and film is None:
+        for path in paths:
+            parameters.put(work, path, kept[path])
+        run.update(paths)
+        known, exchanges = measured_uncertainty(run, kept)
+    variables = [*run.unknowns, *(() if driven is None else driven.variables)]
     found = findings(run.touched, kept, variables)
     if own_frames is not None:
         kept = kept | {item.path: own_frames.values(item.path, kept[item.path]) for item in own_frames.variables}
@@ -335,12 +331,15 @@ def fit(
         run.losses, run.best, time.monotonic() - run.started, stop is not None,
         {path: float(np.mean(~touched)) for path, touched in run.touched.items()},
         (*(() if checkpoints is None else checkpoints.notes),
+         *begun,
          *(f"not computed: {sentence}" for sentence in run.missing),
          *open_depths(variables, cameras),
          *(part for part in parts if part is not None)),
         run.first_gradient,
         tuple(np.copy(gain) for gain in run.best_gains),
         found,
+        known,
+        exchanges,
     )
 
 

@@ -9,9 +9,9 @@ import pytest
 
 from edgegrad import Material, Scene, plan
 from edgegrad.derivatives.table_derivatives import pull_back
+from edgegrad.fitting.outcome.zero_gradients import why_untouched
 from edgegrad.fitting.rigid_variables import depth_seen, rotations, scene_extent
 from edgegrad.fitting.variables import unknown
-from edgegrad.fitting.zero_gradients import why_untouched
 from edgegrad.scene import parameters
 from edgegrad.tables import tables
 from tests.support import shapes as solids

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.camera import Camera
-from .control_vertices import ControlVertices
-from .driven import Numbers, Variable
-from .variables import Unknown, Values
-from .vertices.variables import Vertices
+from ...scene.camera import Camera
+from ..control_vertices import ControlVertices
+from ..driven import Numbers, Variable
+from ..variables import Unknown, Values
+from ..vertices.variables import Vertices
 
 # Kinds of findings.
 OPEN, LOW, HIGH = "open", "at the lower limit", "at the upper limit"

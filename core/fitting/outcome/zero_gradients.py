@@ -7,14 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.camera_view import in_picture
-from ..planning.scene_plan import Plan
-from ..planning.term import UNREAD
-from ..scene import parameters
-from ..scene.camera import Camera
-from ..scene.material import Mixture
-from ..scene.placement import expanded
-from ..scene.scene import Scene
+from ...geometry.camera_view import in_picture
+from ...planning.scene_plan import Plan
+from ...planning.term import UNREAD
+from ...scene import parameters
+from ...scene.camera import Camera
+from ...scene.material import Mixture
+from ...scene.placement import expanded
+from ...scene.scene import Scene
 
 # Smallest fraction of zero entries that is reported: the cameras rarely see all sides of a mesh.
 WORTH_A_NOTE = 0.01

@@ -1,0 +1,1 @@
+"""What a fit has found, and how well it knows it."""

@@ -1,0 +1,106 @@
+"""Standard errors of fitted values: what a fit states is how much the results of many fits differ."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+import edgegrad
+from edgegrad import FitResult, Material, Scene, Target
+from edgegrad.scene import parameters
+from tests.support.fits import COLOR, POWER, VERTICES, ball
+from tests.support.small_scenes import need
+
+NOISE = 0.05
+ITERATIONS = 60
+DARK = {"world/color": np.zeros(3)}
+
+
+def small(**values: Any) -> Scene:
+    scene = ball()
+    scene.camera.width, scene.camera.height = 24, 18
+    for path, value in values.items():
+        parameters.put(scene, path.replace("/", "."), value)
+    return scene
+
+
+def noisy(seed: int, **values: Any) -> np.ndarray:
+    """The picture at the true values, with noise of its own in each pixel."""
+    picture = edgegrad.render(small(**values), spp=256, seed=4321)
+    noise = np.random.default_rng(seed).standard_normal(picture.shape)
+    return np.asarray(picture + NOISE * noise, np.float32)
+
+
+def fitted(seed: int, wrt: list[str], target: Any = None, world: float = 0.2, **options: Any) -> FitResult:
+    scene = small(**{COLOR.replace(".", "/"): np.array([0.5, 0.5, 0.5]), "world/color": np.full(3, world)})
+    target = noisy(seed) if target is None else target
+    return edgegrad.fit(scene, target, wrt, iterations=ITERATIONS, spp=8, seed=seed, uncertainty=True, **options)
+
+
+@cache
+def many() -> tuple[np.ndarray, np.ndarray]:
+    """Colours of fits to targets of different noise, and their standard errors."""
+    results = [fitted(seed, [COLOR]) for seed in range(24)]
+    return (np.array([one.values[COLOR] for one in results]), np.array([one.uncertainty[0].errors for one in results]))
+
+
+def test_the_spread_of_fits_is_the_stated_error() -> None:
+    """With n fits, the standard deviation of their results is known to a part of 1 / sqrt(2 (n - 1)) of it; all three
+    channels together, to a third of its square."""
+    need("native")
+    values, errors = many()
+    stated = np.sqrt((errors**2).mean(axis=0))
+    ratio = np.log(values.std(axis=0, ddof=1) / stated)
+    chance = 1.0 / np.sqrt(2.0 * (len(values) - 1))
+    assert np.abs(ratio).max() < 4.0 * chance
+    assert abs(ratio.mean()) < 4.0 * chance / np.sqrt(3.0)
+
+
+def test_the_stated_error_holds_without_a_loss_of_squares() -> None:
+    """Of a picture with normal noise, a fit of absolute differences has errors that are larger by sqrt(pi / 2)."""
+    need("native")
+    squares = np.array([fitted(seed, [COLOR], loss=edgegrad.losses.l2).uncertainty[0].errors for seed in range(4)])
+    absolute = np.array([fitted(seed, [COLOR], loss=edgegrad.losses.l1).uncertainty[0].errors for seed in range(4)])
+    assert np.mean(absolute / squares) == pytest.approx(np.sqrt(np.pi / 2.0), rel=0.15)
+
+
+def test_a_lamp_and_a_colour_can_be_exchanged() -> None:
+    need("native")
+    result = fitted(0, [COLOR, POWER], noisy(0, **DARK), world=0.0)
+    assert not any(np.isfinite(one.errors).any() for one in result.uncertainty)
+    said = [str(one) for one in result.exchanges]
+    assert len(said) == 1
+    assert all(path in said[0] for path in (COLOR, POWER))
+    assert said[0].endswith("can be exchanged for one another: changed together, they hardly change the pictures")
+    assert "open" in str(result.uncertainty[1])
+
+
+def test_an_unknown_exposure_can_be_exchanged_for_a_lamp() -> None:
+    need("native")
+    result = fitted(0, [POWER], Target(noisy(0, **DARK), gain="exposure"), world=0.0)
+    assert np.isinf(result.uncertainty[0].errors).all()
+    assert "the exposure of target 1" in str(result.exchanges[0])
+
+
+def test_poses_and_arrays_have_errors() -> None:
+    """A ball's turn about itself shows in nothing but its facets; its place is well known."""
+    need("native")
+    result = fitted(0, ["meshes.object.transform", VERTICES])
+    pose, array = result.uncertainty
+    assert pose.names[3:] == tuple(f"translation along {axis}" for axis in "xyz")
+    assert (pose.errors[3::2] < 0.05).all()
+    assert array.errors.shape == result.values[VERTICES].shape
+    hidden = result.values[VERTICES][:, 1] > 0.6  # behind, as the camera sees it
+    assert np.isinf(array.errors[hidden]).mean() > np.isinf(array.errors[~hidden]).mean()
+    assert str(array).startswith(f"'{VERTICES}': standard error ")
+
+
+def test_numbers_at_a_limit_have_no_error() -> None:
+    scene = small()
+    scene.materials["clay"] = Material(np.array([0.9, 0.5, 0.5]))
+    seen = edgegrad.render(scene, spp=16)
+    result = edgegrad.fit(scene, Target(seen * (9.0, 1.0, 1.0)), [COLOR], iterations=20, spp=2, uncertainty=True)
+    assert result.uncertainty[0].names == ("[1]", "[2]")

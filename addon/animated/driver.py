@@ -21,8 +21,8 @@ from edgegrad.fitting.driven import Numbers, Placement, Variable
 from edgegrad.fitting.run import effect
 from edgegrad.fitting.vertices.cage import Cage
 from edgegrad.rendering.engine import engine_class
-from edgegrad.scene.parameters import owner
 from edgegrad.scene.changes import StructureChange
+from edgegrad.scene.parameters import owner
 
 from ..evaluation import Evaluation, evaluate
 from ..export import Export

@@ -3,8 +3,8 @@
 With the map S, a move d of the control vertices moves the rendered ones by S d. Subdivision averages, so moves of
 neighbours against each other hardly show: the gradient by them is small twice over, as it passes S^T, and as the error
 that remains passes S. A step of (S^T S + eps)^-1 times the gradient is that of a fit of the rendered vertices
-themselves. `smoothness` adds lambda L to the matrix, with the Laplacian L of the control mesh. A step is shortened where
-it would fold the rendered mesh (`Cage`).
+themselves. `smoothness` adds lambda L to the matrix, with the Laplacian L of the control mesh. A step is shortened
+where it would fold the rendered mesh (`Cage`).
 """
 
 from __future__ import annotations

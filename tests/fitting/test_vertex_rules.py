@@ -194,7 +194,8 @@ def _sheets_under_control() -> tuple[Cage, F64, NDArray[np.int32], F64, NDArray[
     weight = np.kron(np.eye(2), np.prod(np.clip(1.0 - away, 0.0, None), axis=2))
     rows, columns = np.nonzero(weight)
     blocks = weight[rows, columns][:, None, None] * np.eye(3)
-    return Cage(control, control_faces, weight @ control, faces, rows, columns, blocks), control, control_faces, weight, faces
+    cage = Cage(control, control_faces, weight @ control, faces, rows, columns, blocks)
+    return cage, control, control_faces, weight, faces
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -1,4 +1,4 @@
-"""Control vertices and the mesh that they move, as under Subdivision: steps of the former that do not fold the latter."""
+"""Control vertices and the mesh that they move, as under Subdivision: steps that do not fold this mesh."""
 
 from __future__ import annotations
 

@@ -54,6 +54,11 @@ class ControlVertices(Resumable):
         What the vertices may do; None: all.
     cage
         The rendered mesh, which steps must not fold; None: it is not tested.
+
+    Attributes
+    ----------
+    starts
+        Shapes with which the fit may start; the one that fits the pictures best shall be given to `begin`.
     """
 
     changing = ("value", "_optimiser", "_length")
@@ -64,13 +69,18 @@ class ControlVertices(Resumable):
                  cage: Cage | None = None) -> None:  # fmt: skip
         self._constraint = None if rules is None else Constraint(path, rules, vertices)
         self.path, self._cage = path, cage
-        self.value = vertices if self._constraint is None else self._constraint.mirrored(vertices)
+        self.starts = [vertices] if self._constraint is None else self._constraint.starts()
+        self.value = self.starts[0]
         self.step = (STEP if step is None else step) * (float(np.linalg.norm(np.ptp(vertices, axis=0))) or 1.0)
         self._free = np.ones(vertices.shape, bool) if free is None else free
         self._map = rows, columns, weights
         self._solver = _factored(len(vertices), *self._map, faces, smoothness or 0.0)
         self._optimiser = AdamUniform(1.0, beta2=BETA2)
         self._length: float | None = None
+
+    def begin(self, start: F64) -> None:
+        """Start at one of `starts`."""
+        self.value = start
 
     def take_step(self, gradient: F64, factor: float) -> Any:
         """Make one step, and return the next vertices."""

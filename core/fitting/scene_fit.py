@@ -302,6 +302,7 @@ def fit(
         limits={"max_depth": max_depth, "bounces": bounces}, seed=seed, started=started, progress=progress,
         driven=driven, placement=placement, silhouettes=silhouettes, keyed=keyed,
     )
+    run.begin()
     if checkpoints is not None:
         checkpoints.attach(run, resume)
     stop = None

@@ -87,13 +87,33 @@ def test_partners_of_a_changed_side_are_found_over_faces() -> None:
     assert np.array_equal(partners(bent, 0, quads), true)
 
 
+def _bent_side() -> tuple[F64, F64, NDArray[np.int32], NDArray[np.int64]]:
+    """A ball, the same with one side bent, faces, and partners across x."""
+    vertices, faces = shapes.ball(2)
+    return vertices, vertices + 0.1 * (vertices[:, :1] > 1e-6), faces, partners(vertices, 0)
+
+
 def test_a_start_becomes_symmetric() -> None:
-    vertices, _ = shapes.ball(2)
-    pairs = partners(vertices, 0)
-    bent = vertices + 0.1 * (vertices[:, :1] > 1e-6)
-    found = Constraint(PATH, VertexRules(symmetry="x", partners=pairs), bent).mirrored(bent)
-    np.testing.assert_allclose(found[pairs] * MIRROR, found, atol=1e-12)
-    np.testing.assert_allclose(found[vertices[:, 0] > 1e-6, 1], vertices[vertices[:, 0] > 1e-6, 1] + 0.05)
+    vertices, bent, _, pairs = _bent_side()
+    starts = Constraint(PATH, VertexRules(symmetry="x", partners=pairs), bent).starts()
+    right = vertices[:, 0] > 1e-6
+    for start in starts:
+        np.testing.assert_allclose(start[pairs] * MIRROR, start, atol=1e-12)
+    for start, shift in zip(starts, (0.05, 0.1, 0.0), strict=True):
+        np.testing.assert_allclose(start[right, 1], vertices[right, 1] + shift)
+    assert len(Constraint(PATH, VertexRules(symmetry="x", partners=pairs), vertices).starts()) == 1
+
+
+def test_the_side_that_fits_is_mirrored() -> None:
+    """Of a ball with one bent side, pictures of the straight ball keep the straight side, of a bent one the bent."""
+    vertices, bent, faces, pairs = _bent_side()
+    starts = Constraint(PATH, VertexRules(symmetry="x", partners=pairs), bent).starts()
+    for truth in (vertices, starts[1], starts[0]):
+        target = edgegrad.render(shapes.scene(truth, faces), spp=64, seed=1)
+        scene = shapes.scene(bent, faces)
+        rules = {PATH: VertexRules(symmetry="x", partners=pairs)}
+        result = edgegrad.fit(scene, target, [PATH], iterations=1, spp=16, step_sizes={PATH: 1e-6}, vertex_rules=rules)
+        np.testing.assert_allclose(result.values[PATH], truth, atol=1e-4)
 
 
 @pytest.mark.parametrize(("rules", "message"), [

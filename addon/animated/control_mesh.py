@@ -69,6 +69,8 @@ class ControlMesh:
         The object.
     map
         To the exported vertices; None: not found yet.
+    exported, exported_faces
+        The exported vertices at the values of the map, and the triangles between them.
     """
 
     def __init__(self, name: str) -> None:
@@ -76,6 +78,8 @@ class ControlMesh:
         self._held = Held.of("objects", self.object)
         self.path = f'objects["{bpy.utils.escape_identifier(name)}"].data.vertices'
         self.map: LinearMap | None = None
+        self.exported: F64 = np.zeros((0, 3))
+        self.exported_faces = np.zeros((0, 3), np.int32)
         where = f"object '{name}'"
         mesh = self.object.data
         if mesh.shape_keys is not None:
@@ -136,7 +140,7 @@ class ControlMesh:
                     continue
                 error = float(np.linalg.norm(found.push(move, len(start)) - moved) / np.linalg.norm(moved))
                 if error < MOST_ERROR:
-                    self.map = found
+                    self.map, self.exported = found, start
                     return
             raise Problem(f"object '{self.object.name}': its vertices can't be fitted under {_names(self._active())}, "
                           "since each moves too much of what is rendered; apply that modifier, or switch it off in "

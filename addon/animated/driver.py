@@ -19,8 +19,10 @@ from edgegrad.derivatives.table_derivatives import without_derivative
 from edgegrad.fitting.control_vertices import ControlVertices
 from edgegrad.fitting.driven import Numbers, Placement, Variable
 from edgegrad.fitting.run import effect
+from edgegrad.fitting.vertices.cage import Cage
 from edgegrad.rendering.engine import engine_class
 from edgegrad.scene.changes import StructureChange
+from edgegrad.scene.parameters import owner
 
 from ..evaluation import Evaluation, evaluate
 from ..export import Export
@@ -221,6 +223,8 @@ class Driver:
             return positions(control.object.evaluated_get(evaluation.depsgraph).data).astype(np.float64)
 
         control.find(lambda: value_of(self._export(evaluation), (-1, path)), shape)
+        assert self._start is not None
+        control.exported_faces = owner(self._start.scene, path)[0].faces
 
     def _place(self, evaluation: Evaluation, values: Mapping[str, F64]) -> Placed:
         with self._kept():
@@ -310,8 +314,10 @@ def control_variable(control: ControlMesh, step: float | None = None, smoothness
     """Make the variable of the vertices of a control mesh, whose map is known; None means the default."""
     assert control.map is not None
     weights = np.linalg.norm(control.map.blocks, axis=(1, 2)) / np.sqrt(3.0)
-    return ControlVertices(control.path, control.read(), control.map.rows, control.map.columns, weights,
-                           control.faces(), step, smoothness, ~control.pinned, rules)  # fmt: skip
+    start, faces, found = control.read(), control.faces(), control.map
+    cage = Cage(start, faces, control.exported, control.exported_faces, found.rows, found.columns, found.blocks)
+    return ControlVertices(control.path, start, found.rows, found.columns, weights, faces, step, smoothness,
+                           ~control.pinned, rules, cage)  # fmt: skip
 
 
 def _placement(base: Export, now: dict[str, F64], quotients: dict[str, list[Quotient]],

@@ -3,7 +3,8 @@
 With the map S, a move d of the control vertices moves the rendered ones by S d. Subdivision averages, so moves of
 neighbours against each other hardly show: the gradient by them is small twice over, as it passes S^T, and as the error
 that remains passes S. A step of (S^T S + eps)^-1 times the gradient is that of a fit of the rendered vertices
-themselves. `smoothness` adds lambda L to the matrix, with the Laplacian L of the control mesh.
+themselves. `smoothness` adds lambda L to the matrix, with the Laplacian L of the control mesh. A step is shortened
+where it would fold the rendered mesh (`Cage`).
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from .optimisers import AdamUniform
 from .resumable import Resumable
 from .rigid_variables import BETA2
+from .vertices.cage import Cage
 from .vertices.rules import Constraint, VertexRules
 
 F64 = NDArray[np.float64]
@@ -50,22 +52,35 @@ class ControlVertices(Resumable):
         (n, 3) coordinates that may change; None: all.
     rules
         What the vertices may do; None: all.
+    cage
+        The rendered mesh, which steps must not fold; None: it is not tested.
+
+    Attributes
+    ----------
+    starts
+        Shapes with which the fit may start; the one that fits the pictures best shall be given to `begin`.
     """
 
     changing = ("value", "_optimiser", "_length")
 
     def __init__(self, path: str, vertices: F64, rows: I64, columns: I64, weights: F64, faces: NDArray[np.int32],
                  step: float | None = None, smoothness: float | None = None,
-                 free: NDArray[np.bool_] | None = None, rules: VertexRules | None = None) -> None:  # fmt: skip
+                 free: NDArray[np.bool_] | None = None, rules: VertexRules | None = None,
+                 cage: Cage | None = None) -> None:  # fmt: skip
         self._constraint = None if rules is None else Constraint(path, rules, vertices)
-        self.path = path
-        self.value = vertices if self._constraint is None else self._constraint.mirrored(vertices)
+        self.path, self._cage = path, cage
+        self.starts = [vertices] if self._constraint is None else self._constraint.starts()
+        self.value = self.starts[0]
         self.step = (STEP if step is None else step) * (float(np.linalg.norm(np.ptp(vertices, axis=0))) or 1.0)
         self._free = np.ones(vertices.shape, bool) if free is None else free
         self._map = rows, columns, weights
         self._solver = _factored(len(vertices), *self._map, faces, smoothness or 0.0)
         self._optimiser = AdamUniform(1.0, beta2=BETA2)
         self._length: float | None = None
+
+    def begin(self, start: F64) -> None:
+        """Start at one of `starts`."""
+        self.value = start
 
     def take_step(self, gradient: F64, factor: float) -> Any:
         """Make one step, and return the next vertices."""
@@ -81,7 +96,15 @@ class ControlVertices(Resumable):
             moved = np.stack([np.bincount(rows, weights * change[columns, axis]) for axis in range(3)], axis=1)
             longest = float(np.linalg.norm(moved, axis=1).max())
             self._length = factor * self.step / longest if longest > 0.0 else None
-        self.value = self.value + (0.0 if self._length is None else self._length) * change
+        if self._length is None:
+            return self.value
+        change = self._length * change
+        if self._cage is not None:
+            kept = self._cage.shortened(self.value, change)
+            if self._constraint is not None and self._constraint.partner is not None:
+                kept = np.minimum(kept, kept[self._constraint.partner])
+            change = kept[:, None] * change
+        self.value = self.value + change
         return self.value
 
 

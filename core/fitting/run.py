@@ -9,7 +9,6 @@ losses that are averaged over a few iterations.
 from __future__ import annotations
 
 import time
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
@@ -36,6 +35,7 @@ from .schedule import Schedule
 from .silhouettes import Silhouettes, is_negative, moves_silhouettes
 from .targets import View, camera_of_gradient, checked_loss
 from .variables import Unknown
+from .vertices.starts import choose_starts
 
 F64 = NDArray[np.float64]
 
@@ -68,8 +68,8 @@ class Run:
         self.measured = False  # the loss after the last step
         # What `driven` was asked to place last: values, and for which pictures
         self.asked: tuple[dict[str, F64], Sequence[int] | None] = {}, None
-        variables = () if driven is None else driven.variables
-        self.steps = Steps([one for one in variables if not isinstance(one, KeyedNumbers)])
+        self.variables = () if driven is None else driven.variables  # the driven ones
+        self.steps = Steps([one for one in self.variables if not isinstance(one, KeyedNumbers)])
         self.first_gradient: dict[str, F64] = {}  # by the driven variables, at the start
         self.effects: dict[str, float] = {}
         self.rendered: tuple[int, NDArray[np.float32]] = (0, np.zeros((0, 0, 3), np.float32))
@@ -81,6 +81,21 @@ class Run:
         if keyed is not None:
             keyed.scale(seen, loss)
             _ = renderer.edges  # of the same scene in a fit that goes on from a checkpoint
+
+    def choose_start(self) -> None:
+        """Begin with the symmetric shapes that fit best, where symmetry leaves a choice."""
+        values = {one.path: one.value for one in self.variables}
+
+        def put(item: Any, value: F64) -> None:
+            if item.path in values:
+                values[item.path] = value
+                self.update(self.place(values))
+            else:
+                parameters.put(self.work, item.path, value)
+                self.update([item.path])
+
+        if choose_starts((*self.unknowns, *self.variables), put, lambda: self._loss_of(0, range(len(self.seen)))):
+            self.start = self.best_values = self._values()
 
     def iterate(self, callback: Callback | None) -> str | None:
         """Run all iterations that are left.
@@ -104,7 +119,8 @@ class Run:
             self._change_topology(k, full_turn)
             self.done = k + 1
             if k == full_turn - 1:
-                self._warn_of_untouched()
+                warn_of_untouched(self.work, self.touched, self.newest, [item.path for item in self.variables],
+                                  all(view.objects is not None for view in self.seen), lambda: self.plan)  # fmt: skip
             stop = None if callback is None else ending(callback(self._report(k + 1, gradient)))
             if self.checkpoint is not None and (stop is not None or self.done % self.checkpoint_every == 0):
                 self.checkpoint()
@@ -173,9 +189,13 @@ class Run:
             losses.clear()
             for way in ways:
                 self.update([*changed, *self.place(way, following.views)])
-                pictures = {j: self._pictures(k + 1, j, 0.0, len(following.views)) for j in following.views}
-                losses.append(sum(value for value, _ in self._compare(k + 1, self.loss, pictures)[1].values()))
+                losses.append(self._loss_of(k + 1, following.views))
         return self.place(ways[int(np.argmin(losses))], following.views)
+
+    def _loss_of(self, k: int, views: Sequence[int]) -> float:
+        """Loss of some pictures as they are now, with the samples of iteration k; it is not recorded."""
+        pictures = {j: self._pictures(k, j, 0.0, len(views)) for j in views}
+        return sum(self.seen[j].weight * value for j, (value, _) in self._compare(k, self.loss, pictures)[1].items())
 
     def see(self, j: int) -> None:
         """Bring the scene to the state in which picture j shows it."""
@@ -235,9 +255,8 @@ class Run:
                 raise FloatingPointError(f"fit: the gradient of '{path}' is not finite{at} in iteration {k + 1}")
             self.touched[path] |= value != 0.0
         if k == 0:
-            driven = () if self.driven is None else self.driven.variables
-            self.first_gradient = {item.path: total[item.path] for item in driven}
-            self.effects = {item.path: effect(item, total[item.path]) for item in (*self.unknowns, *driven)}
+            self.first_gradient = {item.path: total[item.path] for item in self.variables}
+            self.effects = {item.path: effect(item, total[item.path]) for item in (*self.unknowns, *self.variables)}
         return total
 
     def renderer_of(self, j: int) -> Renderer:
@@ -333,10 +352,8 @@ class Run:
         return float(np.sqrt(0.5 * np.mean(steps**2) / SMOOTHED_OVER)) if len(steps) else 0.0
 
     def _values(self) -> dict[str, Any]:
-        out = {item.path: parameters.get(self.work, item.path) for item in self.unknowns}
-        if self.driven is not None:
-            out |= {item.path: item.value for item in self.driven.variables}
-        return out
+        own = {item.path: parameters.get(self.work, item.path) for item in self.unknowns}
+        return own | {item.path: item.value for item in self.variables}
 
     def _report(self, iteration: int, gradient: Mapping[str, F64]) -> FitStep:
         return FitStep(
@@ -377,20 +394,6 @@ class Run:
     def planned(self) -> bool:
         """Whether the plan was made, which a resumed fit would make of other values."""
         return "plan" in self.__dict__ or "missing" in self.__dict__
-
-    def _warn_of_untouched(self) -> None:
-        for path, touched in self.touched.items():
-            if not touched.any():
-                driven = self.driven is not None and any(path == item.path for item in self.driven.variables)
-                outlines = all(view.objects is not None for view in self.seen)
-                reason = ("nothing that the cameras see depends on it" if driven
-                          else "silhouettes do not depend on it" if outlines and not moves_silhouettes(path)
-                          else why_untouched(self.work, self.newest, path, self.plan))  # fmt: skip
-                warnings.warn(
-                    f"fit: no gradient for '{path}', because {reason}",
-                    RuntimeWarning,
-                    stacklevel=4,
-                )
 
 
 def effect(item: Unknown | Variable | Numbers, gradient: F64) -> float:

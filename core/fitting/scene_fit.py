@@ -295,6 +295,7 @@ def fit(
     begun: list[str] = []
     stop = None
     try:
+        run.choose_start()
         if film is None:
             run, begun = begin(run, run_of, stages, search=search, restarts=restarts,
                                per_iteration=per_iteration or len(seen))

@@ -173,7 +173,7 @@ def test_notes_name_what_is_not_computed() -> None:
 
 def test_of_values_that_noise_alone_tells_apart_the_latest_are_kept() -> None:
     run = Run.__new__(Run)
-    run.driven = None
+    run.variables = ()
     run.seen, run.unknowns, run.losses = [View(np.zeros((1, 1, 3), np.float32), shapes.camera(), None, 1.0)], [], []
     run.best, run.least, run.gains = 0, np.inf, Gains(run.seen)
     kept = []

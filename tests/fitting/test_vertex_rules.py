@@ -10,6 +10,7 @@ import edgegrad
 from edgegrad import VertexRules
 from edgegrad.fitting.control_vertices import ControlVertices
 from edgegrad.fitting.variables import unknown
+from edgegrad.fitting.vertices.cage import Cage
 from edgegrad.fitting.vertices.fold_guard import FoldGuard
 from edgegrad.fitting.vertices.mirror import partners
 from edgegrad.fitting.vertices.rules import Constraint
@@ -86,13 +87,33 @@ def test_partners_of_a_changed_side_are_found_over_faces() -> None:
     assert np.array_equal(partners(bent, 0, quads), true)
 
 
+def _bent_side() -> tuple[F64, F64, NDArray[np.int32], NDArray[np.int64]]:
+    """A ball, the same with one side bent, faces, and partners across x."""
+    vertices, faces = shapes.ball(2)
+    return vertices, vertices + 0.1 * (vertices[:, :1] > 1e-6), faces, partners(vertices, 0)
+
+
 def test_a_start_becomes_symmetric() -> None:
-    vertices, _ = shapes.ball(2)
-    pairs = partners(vertices, 0)
-    bent = vertices + 0.1 * (vertices[:, :1] > 1e-6)
-    found = Constraint(PATH, VertexRules(symmetry="x", partners=pairs), bent).mirrored(bent)
-    np.testing.assert_allclose(found[pairs] * MIRROR, found, atol=1e-12)
-    np.testing.assert_allclose(found[vertices[:, 0] > 1e-6, 1], vertices[vertices[:, 0] > 1e-6, 1] + 0.05)
+    vertices, bent, _, pairs = _bent_side()
+    starts = Constraint(PATH, VertexRules(symmetry="x", partners=pairs), bent).starts()
+    right = vertices[:, 0] > 1e-6
+    for start in starts:
+        np.testing.assert_allclose(start[pairs] * MIRROR, start, atol=1e-12)
+    for start, shift in zip(starts, (0.05, 0.1, 0.0), strict=True):
+        np.testing.assert_allclose(start[right, 1], vertices[right, 1] + shift)
+    assert len(Constraint(PATH, VertexRules(symmetry="x", partners=pairs), vertices).starts()) == 1
+
+
+def test_the_side_that_fits_is_mirrored() -> None:
+    """Of a ball with one bent side, pictures of the straight ball keep the straight side, of a bent one the bent."""
+    vertices, bent, faces, pairs = _bent_side()
+    starts = Constraint(PATH, VertexRules(symmetry="x", partners=pairs), bent).starts()
+    for truth in (vertices, starts[1], starts[0]):
+        target = edgegrad.render(shapes.scene(truth, faces), spp=64, seed=1)
+        scene = shapes.scene(bent, faces)
+        rules = {PATH: VertexRules(symmetry="x", partners=pairs)}
+        result = edgegrad.fit(scene, target, [PATH], iterations=1, spp=16, step_sizes={PATH: 1e-6}, vertex_rules=rules)
+        np.testing.assert_allclose(result.values[PATH], truth, atol=1e-4)
 
 
 @pytest.mark.parametrize(("rules", "message"), [
@@ -178,6 +199,55 @@ def test_two_sheets_do_not_pass_through_each_other() -> None:
     factor = guard.shortened(both, change)
     assert _crossings(both + change, all_faces) > 0
     assert _crossings(both + factor[:, None] * change, all_faces) == 0 and 0.0 < factor[12] < 1.0
+
+
+def _two_sheets(n: int) -> tuple[F64, NDArray[np.int32]]:
+    sheet, faces = shapes.sheet(n)
+    return np.concatenate([sheet, sheet + (0.01, 0.02, 0.3)]), np.concatenate([faces, faces + n * n]).astype(np.int32)
+
+
+def _sheets_under_control() -> tuple[Cage, F64, NDArray[np.int32], F64, NDArray[np.int32]]:
+    """Two sheets of 5 x 5 control vertices over two of 9 x 9, interpolated between them, and the map as a matrix."""
+    control, control_faces = _two_sheets(5)
+    faces = _two_sheets(9)[1]
+    away = np.abs(shapes.sheet(9)[0][:, None, :2] - shapes.sheet(5)[0][None, :, :2]) / 0.5
+    weight = np.kron(np.eye(2), np.prod(np.clip(1.0 - away, 0.0, None), axis=2))
+    rows, columns = np.nonzero(weight)
+    blocks = weight[rows, columns][:, None, None] * np.eye(3)
+    cage = Cage(control, control_faces, weight @ control, faces, rows, columns, blocks)
+    return cage, control, control_faces, weight, faces
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_no_step_of_control_vertices_folds_what_they_move(seed: int) -> None:
+    need("native")
+    cage, control, _, weight, faces = _sheets_under_control()
+    rng = np.random.default_rng(seed)
+    moved = control
+    for _ in range(5):
+        change = rng.normal(0.0, 0.4, control.shape)
+        assert _crossings(weight @ (moved + change), faces) > 0, "the step alone folds it"
+        moved = moved + cage.shortened(moved, change)[:, None] * change
+        assert _crossings(weight @ moved, faces) == 0
+    assert np.abs(moved - control).max() > 0.1
+    assert (cage.shortened(control, 0.3 * control) == 1.0).all()
+
+
+def test_steps_of_control_vertices_are_guarded() -> None:
+    """A gradient that carries the middle of one sheet up goes through the other one only without a guard."""
+    need("native")
+    cage, control, control_faces, weight, faces = _sheets_under_control()
+    rows, columns = np.nonzero(weight)
+    gradient = np.zeros_like(control)
+    gradient[12, 2] = -1.0
+    ends = []
+    for guard in (None, cage):
+        item = ControlVertices("cage", control, rows, columns, weight[rows, columns], control_faces, 0.03, cage=guard)
+        for _ in range(10):
+            item.take_step(gradient, 1.0)
+        ends.append(weight @ item.value)
+    assert _crossings(ends[0], faces) > 0 and _crossings(ends[1], faces) == 0
+    assert (ends[1] - weight @ control)[:, 2].max() > 0.1
 
 
 def test_clean_steps_are_kept() -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import warnings
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from ...scene.camera import Camera
 from ...scene.material import Mixture
 from ...scene.placement import expanded
 from ...scene.scene import Scene
+from ..silhouettes import moves_silhouettes
 
 # Smallest fraction of zero entries that is reported: the cameras rarely see all sides of a mesh.
 WORTH_A_NOTE = 0.01
@@ -47,6 +49,32 @@ def why_untouched(scene: Scene, losses: NDArray[np.float64], path: str, planned:
         return "its colour is black"
     return planned.zero.get(path) or ("nothing that the cameras see depends on it (out of view, hidden, "
                                       "unlit, or masked)")
+
+
+def warn_of_untouched(scene: Scene, touched: Mapping[str, NDArray[np.bool_]], losses: NDArray[np.float64],
+                      driven: Collection[str], outlines: bool, planned: Callable[[], Plan]) -> None:  # fmt: skip
+    """Warn the caller of `edgegrad.fit`, two calls up, of parameters without any gradient.
+
+    Parameters
+    ----------
+    touched
+        For each parameter: True where some gradient was not 0.
+    losses
+        Most recent loss of each picture.
+    driven
+        Names of the driven variables among the parameters.
+    outlines
+        Whether all targets are silhouettes.
+    planned
+        Returns the plan of the derivatives.
+    """
+    for path, one in touched.items():
+        if one.any():
+            continue
+        reason = ("nothing that the cameras see depends on it" if path in driven
+                  else "silhouettes do not depend on it" if outlines and not moves_silhouettes(path)
+                  else why_untouched(scene, losses, path, planned()))  # fmt: skip
+        warnings.warn(f"fit: no gradient for '{path}', because {reason}", RuntimeWarning, stacklevel=4)
 
 
 def untouched_part(scene: Scene, cameras: Sequence[Camera], path: str, touched: NDArray[np.bool_]) -> str | None:

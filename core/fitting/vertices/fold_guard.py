@@ -74,23 +74,44 @@ class FoldGuard:
     def shortened(self, before: F64, change: F64) -> F64:
         """Return (n,) factors in [0, 1] of the moves `change` of vertices from `before` that keep the mesh clean."""
         start, move = before[self._first], change[self._first]
-        factor = np.ones(len(start))
+        kept = self.kept(start, len(start), lambda factor: factor[:, None] * move, lambda near: near, self._grown)
+        return np.asarray(kept[self._label])
+
+    def kept(self, start: F64, count: int, moves: Callable[[F64], F64], movers: Callable[[Bool], Bool],
+             grown: Callable[[Bool], Bool]) -> F64:  # fmt: skip
+        """Return the (count,) factors in [0, 1] that keep the mesh clean, of what moves its vertices.
+
+        Parameters
+        ----------
+        start
+            Positions of the welded vertices before the step.
+        count
+            Number of movers: the welded vertices themselves, or vertices that control them.
+        moves
+            Returns the moves of the welded vertices for factors of the movers.
+        movers
+            Returns which movers move some of the welded vertices most.
+        grown
+            Adds their neighbours to some movers.
+        """
+        factor = np.ones(count)
         normal, sliver = self._shapes(start)
         for k in range(HALVINGS + HELD):
-            bad = self._bad(start + factor[:, None] * move, normal, sliver)
+            bad = self._bad(start + moves(factor), normal, sliver)
             if not len(bad):
-                return np.asarray(factor[self._label])
-            near = np.zeros(len(start), bool)
-            near[self._faces[bad]] = True
+                return factor
+            touched = np.zeros(len(start), bool)
+            touched[self._faces[bad]] = True
+            near = movers(touched)
             if k < HALVINGS:
                 # Neighbours half as strongly, so that the brake makes no crease
                 factor[near] *= 0.5
-                factor[self._grown(near) & ~near] *= 0.75
+                factor[grown(near) & ~near] *= 0.75
             else:
                 for _ in range(k - HALVINGS):
-                    near = self._grown(near)
+                    near = grown(near)
                 factor[near] = 0.0
-        return np.zeros(len(before))
+        return np.zeros(count)
 
     def distortion(self, vertices: F64) -> F64:
         """(n,) for each vertex: by which factor a face at it is less equilateral than at the start, at most.

@@ -45,7 +45,8 @@ class VertexRules(Checked):
         Whether the coordinates x, y and z keep their values.
     symmetry
         "x", "y" or "z": the shape is mirrored across the plane through the origin that this axis is normal to. A start
-        that is not is replaced by the mean of both sides. None: sides are independent.
+        that is not is replaced by one of its sides and the mirror image of this side, or by the mean of both sides:
+        whichever has the smallest loss. None: sides are independent.
     frame
         (4, 4) affine transform from the space of these axes to that of the vertices.
     partners
@@ -105,6 +106,7 @@ class Constraint:
         if abs(np.linalg.det(frame[:3, :3])) < 1e-30:
             raise ValueError(f"{where}: frame has no inverse; its axes must not be scaled to zero")
         self._frame, self._inverse = frame, np.linalg.inv(frame)
+        self._vertices = vertices
         self._axes = self._of_locked(rules.locked)
         self.partner: I64 | None = None
         if rules.symmetry is not None:
@@ -112,6 +114,7 @@ class Constraint:
             self.partner = self._partners(where, vertices, label, axis, rules.partners)
             self._mirror = self._in_frame(np.where(np.arange(3) == axis, -1.0, 1.0))
             self._offset = frame[:3, 3] - self._mirror @ frame[:3, 3]
+            self._axis = axis
         self._weights: F64 | None = None
         if rules.weights is not None:
             weights = array(where, "weights", rules.weights, (count,), np.float64)
@@ -166,11 +169,20 @@ class Constraint:
             gradient = 0.5 * (gradient + (gradient @ self._mirror)[self.partner])
         return gradient if self._axes is None else gradient @ self._axes
 
-    def mirrored(self, vertices: F64) -> F64:
-        """Return the mean of a shape and its mirror image; without symmetry, the shape itself."""
+    def starts(self) -> list[F64]:
+        """Return the shapes with which a fit may start.
+
+        Without symmetry, or if the vertices obey it, these alone; otherwise the mean of the vertices and their mirror
+        image, then each side with its own mirror image.
+        """
+        vertices = self._vertices
         if self.partner is None:
-            return vertices
+            return [vertices]
         image = vertices[self.partner] @ self._mirror.T + self._offset
         mean = 0.5 * (vertices + image)
         extent = float(np.linalg.norm(np.ptp(vertices, axis=0)))
-        return vertices if np.abs(mean - vertices).max() <= 1e-9 * extent else mean
+        if np.abs(mean - vertices).max() <= 1e-9 * extent:
+            return [vertices]
+        along = vertices @ self._inverse[self._axis, :3]
+        side = np.sign(along - along[self.partner])[:, None]  # 0 on the plane
+        return [mean, *(np.where(side == 0.0, mean, np.where(side == kept, vertices, image)) for kept in (1.0, -1.0))]

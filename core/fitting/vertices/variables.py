@@ -25,7 +25,7 @@ VERTEX_STEP = 0.02
 SLIDE = 0.5
 # Without a given smoothness, it falls from its automatic value to this one, within this part of the fit, on this many
 # levels. Large moves first drag whole regions along; fine detail comes last.
-LAST_SMOOTHNESS, RELEASED, LEVELS = 2.0, 0.3, 12
+LAST_SMOOTHNESS, RELEASED, LEVELS = 2.0, 0.7, 12
 # Where faces have become longer than at the start by more than this factor, vertices go up to this part of the way to
 # the middle of their neighbours in each step, along the surface. A smaller factor keeps sides equal, but UV maps move.
 DISTORTED, EVENED = 1.3, 0.5
@@ -40,6 +40,11 @@ class Vertices(Resumable):
     T = n n^T + slide (1 - n n^T) and the rules C (`Constraint`), a step is C T (I + lambda L)^-2 T C^T times the
     gradient. This matrix is symmetric and positive, so the step is a descent direction. `FoldGuard` shortens it where
     faces would fold.
+
+    Attributes
+    ----------
+    starts
+        Shapes with which the fit may start; the one that fits the pictures best shall be given to `begin`.
     """
 
     changing = ("value", "_optimiser", "_length", "_count")
@@ -55,7 +60,8 @@ class Vertices(Resumable):
                              "the length of a step; separate its vertices")
         self.step = (VERTEX_STEP if step is None else step) * extent
         self._constraint = None if rules is None else Constraint(path, rules, vertices)
-        self.value = vertices if self._constraint is None else self._constraint.mirrored(vertices)
+        self.starts = [vertices] if self._constraint is None else self._constraint.starts()
+        self.value = self.starts[0]
         self._faces = faces
         self._steps = LargeSteps(self.value, faces, smoothness)
         self._release = smoothness is None
@@ -65,6 +71,11 @@ class Vertices(Resumable):
         self._guard = FoldGuard(self.value, faces, self._steps.label)
         self._optimiser = AdamUniform(1.0, beta2=BETA2)
         self._length: float | None = None
+
+    def begin(self, start: F64) -> None:
+        """Start at one of `starts`."""
+        self.value = start
+        self._guard = FoldGuard(start, self._faces, self._steps.label)
 
     def take_step(self, gradient: F64, factor: float) -> Any:
         if self._constraint is not None:

@@ -130,7 +130,7 @@ __all__ = [
     "images_of",
     "nodes_of",
     "operands",
-    "replaced",
     "procedural",
+    "replaced",
     "required_attributes",
 ]

@@ -162,8 +162,8 @@ def displaced(gradient: tuple[float, float, float], turn: Any, side: float = 1.0
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_displacement_and_bump_has_the_normal_of_the_displaced_plane(side: float) -> None:
     gradient = (0.4, -0.2, 0.0)
-    (c, s), (k, l) = ((np.cos(angle), np.sin(angle)) for angle in (0.3, 0.4))
-    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ [[1.0, 0.0, 0.0], [0.0, k, -l], [0.0, l, k]]
+    (c, s), (k, h) = ((np.cos(angle), np.sin(angle)) for angle in (0.3, 0.4))
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ [[1.0, 0.0, 0.0], [0.0, k, -h], [0.0, h, k]]
     turn = turn @ np.diag([side, 1.0, 1.0])
     scene = displaced(gradient, turn, side)
     expected = turn @ unit(np.array([-0.4, 0.2, 1.0]))
@@ -171,13 +171,14 @@ def test_displacement_and_bump_has_the_normal_of_the_displaced_plane(side: float
     assert found == pytest.approx(np.tile(expected, (16, 1)), abs=2e-3)
 
 
+PLACE = e.Attribute("place", is_position=True)
 PIXELS = np.random.default_rng(5).uniform(0.0, 1.0, (6, 6, 1)).astype(np.float32)
 BUMPS = {
     "image": e.Bump(e.ImageTexture("heights", e.Attribute("uv")), 0.8, 0.2, 0.02),
     "waves": e.Bump(waves(POSITION), 0.7, 0.1, e.Math("MULTIPLY_ADD", e.Channel(POSITION, 1), 0.003, 0.02)),
     "displaced": e.DisplacedBump(
-        e.Math("MULTIPLY", waves(e.DisplacedPosition(e.Attribute("flat"), e.Attribute("place", is_position=True))), 0.05),
-        0.02, e.Attribute("flat"), e.Attribute("place", is_position=True)),
+        e.Math("MULTIPLY", waves(e.DisplacedPosition(e.Attribute("flat"), PLACE)), 0.05), 0.02, e.Attribute("flat"),
+        PLACE),
     "chain": e.Bump(waves(e.Attribute("place")), 0.7, 0.1, 0.02, e.Bump(
         e.ImageTexture("heights", e.Attribute("uv"), "CUBIC"), 0.8, 0.2, 0.02)),
 }  # fmt: skip
@@ -192,7 +193,8 @@ PARAMETERS = [("image", "images.heights.pixels"), ("image", "materials.clay.text
               ("waves", "materials.clay.textures.normal"), ("chain", "materials.clay.textures.normal"),
               ("waves", "meshes.tile.vertices"), ("chain", "images.heights.pixels"),
               ("chain", "meshes.tile.attributes.place"), ("displaced", "meshes.tile.attributes.flat"),
-              ("displaced", "meshes.tile.attributes.place"), ("displaced", "materials.clay.textures.normal")]  # fmt: skip
+              ("displaced", "meshes.tile.attributes.place"),
+              ("displaced", "materials.clay.textures.normal")]  # fmt: skip
 
 
 @pytest.mark.parametrize("name, path", PARAMETERS)

@@ -52,8 +52,9 @@ from .nodes import (
     Row,
     nodes_of,
     operands,
+    replaced,
 )
-from .normals import Bump, NormalMap
+from .normals import Bump, DisplacedBump, DisplacedPosition, NormalMap
 from .procedural import (
     DIMENSIONS,
     GRADIENTS,
@@ -100,6 +101,8 @@ __all__ = [
     "Combine",
     "Coordinates",
     "Curves",
+    "DisplacedBump",
+    "DisplacedPosition",
     "Expression",
     "Fresnel",
     "Gamma",
@@ -128,5 +131,6 @@ __all__ = [
     "nodes_of",
     "operands",
     "procedural",
+    "replaced",
     "required_attributes",
 ]

@@ -12,8 +12,8 @@ roots and logarithms of negative numbers return 0.
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator
-from dataclasses import fields
+from collections.abc import Callable, Container, Iterator
+from dataclasses import fields, replace
 from functools import cache
 from typing import Any, ClassVar
 
@@ -107,3 +107,16 @@ def nodes_of(node: Expression, but: Container[int] = ()) -> list[Expression]:
         stack.append((top, True))
         stack.extend((operand, False) for operand in operands(top))
     return list(found.values())
+
+
+def replaced(node: Expression, change: Callable[[Expression], Expression]) -> Expression:
+    """A tree in which each node is `change` of the node with its changed operands; unchanged branches stay."""
+    done: dict[int, Expression] = {}
+    for one in nodes_of(node):
+        changes: dict[str, Any] = {}
+        for f in fields(one):  # type: ignore[arg-type]
+            operand = getattr(one, f.name)
+            if isinstance(operand, Expression) and done[id(operand)] is not operand:
+                changes[f.name] = done[id(operand)]
+        done[id(one)] = change(replace(one, **changes) if changes else one)  # type: ignore[type-var]
+    return done[id(node)]

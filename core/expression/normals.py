@@ -41,6 +41,46 @@ class Bump(Expression):
 
 
 @dataclass(frozen=True)
+class DisplacedBump(Expression):
+    """The normal of a mesh whose vertices are displaced, bent by the same displacement: *Displacement and Bump*.
+
+    Cycles takes the slopes of the height on the surface before displacement: a step beside the hit point is a step
+    between the points that lay there before. It computes the normal in the object's space, from the smooth normal
+    before displacement, which such meshes keep. Here the object's transform is a rotation with a uniform scale, and
+    follows from the hit face: the face has its place after displacement also as an attribute.
+
+    Attributes
+    ----------
+    height
+        Height above the surface, metres.
+    step
+        As in `Bump`.
+    before, after
+        Position of the hit point before and after displacement, in the object's space.
+    side
+        -1 if the object is mirrored, else 1.
+    """
+
+    height: Operand
+    step: Operand
+    before: Operand
+    after: Operand
+    side: Operand = 1.0
+
+
+@dataclass(frozen=True)
+class DisplacedPosition(Expression):
+    """The position before displacement, as heights of a `DisplacedBump` read it; its operands are those of the bump.
+
+    Beside the hit point, Cycles does not stay on the surface before displacement: it goes along the tangents of the
+    displaced surface, by the mean length of the steps before displacement.
+    """
+
+    before: Operand
+    after: Operand
+
+
+@dataclass(frozen=True)
 class NormalMap(Expression):
     """The normal of a normal map in tangent space: Blender's Normal Map node.
 

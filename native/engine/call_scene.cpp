@@ -161,10 +161,13 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const Scene
 void PreparedScene::blend_near_contact(const SceneTables& tables, const RequestedMotion& motion,
                                        EdgeCache& kept) {
     if (!motion.camera && !motion.any_mesh_moves()) return;
-    const auto materials = kept.contact_materials.get(true, [&] { return contact_materials(tables); });
-    mesh_contact_ = contact_meshes(tables, view_, *materials);
+    contact_materials_ = kept.contact_materials.get(true, [&] { return contact_materials(tables); });
+    mesh_contact_ = contact_meshes(tables, view_, contact_materials_->bits);
     if (mesh_contact_.empty()) return;
     view_.mesh_contact = mesh_contact_.data();
+    view_.material_first_grid = contact_materials_->first_grid.data();
+    view_.texel_attributes = rows_of(contact_materials_->grid_attributes);
+    view_.texel_rows = rows_of(contact_materials_->grid_rows);
     mesh_size_ = mesh_sizes(tables);
     view_.mesh_size = mesh_size_.data();
     // Behind perfect lobes, points are in material form.

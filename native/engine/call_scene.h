@@ -9,6 +9,7 @@
 
 namespace edgegrad {
 
+struct ContactMaterials;
 struct CoplanarPolygons;
 struct EdgeCache;
 
@@ -35,6 +36,7 @@ class PreparedScene {
     std::vector<int32_t> face_moving_, face_fixed_direction_, material_fixed_direction_, mesh_contact_;
     std::vector<float> transparent_boxes_, mesh_size_;
     std::shared_ptr<const CoplanarPolygons> polygons_;
+    std::shared_ptr<const ContactMaterials> contact_materials_;
     SceneView view_{};
 };
 

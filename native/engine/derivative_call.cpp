@@ -135,7 +135,7 @@ void Engine::DerivativeCall::begin_interior(const RenderOptions& options, const 
     decided.decide(Part::kContact, interior && scene.mesh_contact ? Reason::kNeeded : Reason::kNone);
     if (interior && options.max_depth > 2)
         decided[Part::kContact].materials = noisy_contact_materials(
-            t, motion, *engine.kept_.contact_materials.get(true, [&] { return contact_materials(t); }));
+            t, motion, engine.kept_.contact_materials.get(true, [&] { return contact_materials(t); })->bits);
     // Samples of their derivative are as much larger than the light as the lobes are narrow.
     constexpr float kNarrow = 0.03f;
     const std::vector<int32_t> narrow =

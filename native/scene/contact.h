@@ -26,6 +26,9 @@
 // Where y moves over its surface, normal maps move under it, and their contrast is noise. So rho is at most a
 // small part of the smaller mesh (kMappedReach) where y has such a map.
 //
+// Borders of texels of an image without interpolation count, because y moves over them. Textures that jump
+// elsewhere keep their mesh from the blend (scene/contact_meshes.h).
+//
 // Between x and y there must be no transparent surface, because its share of the light does not move with the
 // blend. Boxes around transparent faces therefore count as borders: a segment to y that is shorter than the
 // distance from y to a box does not meet it. With rho the distance to the nearest border that counts,
@@ -34,7 +37,7 @@
 // fixed direction where surfaces do not touch.
 #pragma once
 
-#include "scene/geometry.h"
+#include "scene/texel_borders.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -99,7 +102,9 @@ EG_OUTLINE Contact contact(const SceneView& scene, Mask active, Int from, Vec3 x
     const Mask all_count = ((receives & kContactBent) != 0) & ((from != to) | ((sends & kContactEmits) != 0));
     const Int polygon =
         scene.face_polygon ? gather(scene.face_polygon, select(active, face, splat(0))) : splat(-1);
-    const Mask grouped = active & (polygon >= 0);
+    // Over the triangles of a polygon, coordinates of texels may change in different ways.
+    const Mask gridded = active & ((sends & kContactTexels) != 0);
+    const Mask grouped = active & (polygon >= 0) & ~gridded;
     const Vec3 way = y - x;
     const Vec3 side[3] = {t.p1 - t.p0, t.p2 - t.p1, t.p0 - t.p2};
     const Float square = dot(way, way);
@@ -134,6 +139,10 @@ EG_OUTLINE Contact contact(const SceneView& scene, Mask active, Int from, Vec3 x
         add_side(more, a, placed_vertex(scene, select(more, last, splat(0)), placed) - a);
     }
     add_transparent_boxes(scene, active, y, border);
+    if (any(gridded))
+        for_each_texel_border(
+            scene, gridded, face, t, n, twice_area, y,
+            [&](Mask counts, Float distance, Vec3 in) { border.add(counts, distance, in); });
     const Mask mapped = active & ((sends & kContactMapped) != 0);
     if (any(mapped)) {
         const Float size = min(gather(scene.mesh_size, select(mapped, from, splat(0))),

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <limits>
 
-#include "scene/closure_programs.h"
 #include "scene/face_vectors.h"
 #include "scene/mesh_instances.h"
 #include "scene/sharp_lobes.h"
+#include "scene/textures/jumps.h"
 #include "scene/textures/value_bounds.h"
 
 namespace edgegrad {
@@ -15,49 +15,25 @@ namespace {
 // Transparent faces of all instances of a mesh that have a box each.
 constexpr size_t kMostTransparent = size_t{1} << 20;
 
-// Returns whether a closure's textures may jump within a face.
-bool jumps(const SceneTables& tables, size_t closure) {
-    const TextureTables& t = tables.textures;
-    return any_step(tables, closure, [&t](const TextureInstruction& step) {
-        switch (static_cast<TextureOp>(step.op)) {
-            case TextureOp::IMAGE:
-                return t.images[static_cast<size_t>(step.data)].interpolation == kImageClosest;
-            case TextureOp::LOOKUP:
-                return t.tables[static_cast<size_t>(step.data)].interpolate == 0;
-            case TextureOp::LESS_THAN:
-            case TextureOp::GREATER_THAN:
-            case TextureOp::EQUAL:
-            case TextureOp::SELECT:
-            case TextureOp::SIGN:
-            case TextureOp::FLOOR:
-            case TextureOp::CEIL:
-            case TextureOp::MODULO:
-            case TextureOp::ARCTAN2:
-            case TextureOp::RGB_TO_HSV:
-            case TextureOp::RGB_TO_HSL:
-            case TextureOp::CHECKER:
-            case TextureOp::BRICK:
-            case TextureOp::WHITE_NOISE:
-            case TextureOp::VORONOI:
-                return true;
-            default:
-                return false;
-        }
-    });
-}
-
 // Returns whether a closure scatters light from behind its surface.
 bool scatters_through(const SceneTables& tables, size_t closure) {
     const int32_t kind = tables.closure_kind[closure];
     return (tables.closure_flags[closure] & kHasRefraction) || kind == kTranslucent || kind == kDisney;
 }
 
-int32_t flags_of(const SceneTables& tables, size_t material) {
+// Grids of one material beyond this number do not count.
+constexpr size_t kMostGrids = 4;
+
+int32_t flags_of(const SceneTables& tables, size_t material, std::vector<TexelGrid>& grids) {
     int32_t flags = kContactFrom | kContactTo;
     const auto first = static_cast<size_t>(tables.material_first_closure[material]),
                last = static_cast<size_t>(tables.material_first_closure[material + 1]);
     for (size_t closure = first; closure < last; ++closure) {
-        if (jumps(tables, closure)) flags &= ~kContactTo;
+        const TextureJumps jumps = texture_jumps(tables, closure);
+        for (const TexelGrid& grid : jumps.grids)
+            if (std::find(grids.begin(), grids.end(), grid) == grids.end()) grids.push_back(grid);
+        if (jumps.elsewhere || grids.size() > kMostGrids) flags &= ~kContactTo;
+        if (!grids.empty()) flags |= kContactTexels;
         if (tables.closure_flags[closure] & kHasNormalMap) flags |= kContactBent | kContactMapped;
         if (tables.closure_flags[closure] & kHasEmission) flags |= kContactEmits;
         if (scatters_through(tables, closure)) flags |= kContactThrough;
@@ -173,10 +149,21 @@ std::vector<float> mesh_sizes(const SceneTables& tables) {
     return out;
 }
 
-std::vector<int32_t> contact_materials(const SceneTables& tables) {
-    std::vector<int32_t> materials(tables.material_first_closure.size() - 1);
-    for (size_t m = 0; m < materials.size(); ++m) materials[m] = flags_of(tables, m);
-    return materials;
+ContactMaterials contact_materials(const SceneTables& tables) {
+    ContactMaterials out;
+    out.first_grid.push_back(0);
+    for (size_t m = 0; m + 1 < tables.material_first_closure.size(); ++m) {
+        std::vector<TexelGrid> grids;
+        out.bits.push_back(flags_of(tables, m, grids));
+        if (!(out.bits.back() & kContactTo)) grids.clear();
+        for (const TexelGrid& grid : grids) {
+            out.grid_attributes.push_back(grid.attribute);
+            out.grid_rows.insert(out.grid_rows.end(), grid.across, grid.across + 4);
+            out.grid_rows.insert(out.grid_rows.end(), grid.up, grid.up + 4);
+        }
+        out.first_grid.push_back(static_cast<int32_t>(out.grid_attributes.size()));
+    }
+    return out;
 }
 
 std::vector<int32_t> contact_meshes(const SceneTables& tables, const SceneView& view,
@@ -191,7 +178,8 @@ std::vector<int32_t> contact_meshes(const SceneTables& tables, const SceneView& 
         int32_t others = 0;  // bits that one face sets for its mesh
         for (size_t face = first; face < last && flags; ++face) {
             const int32_t material = materials[static_cast<size_t>(tables.face_material[face])];
-            others |= material & (kContactBent | kContactEmits | kContactThrough | kContactMapped);
+            others |= material & (kContactBent | kContactEmits | kContactThrough | kContactMapped |
+                                  kContactTexels);
             if (!(others & kContactBent) && !is_flat(tables, face)) others |= kContactBent;
             flags &= material;
         }

@@ -76,9 +76,9 @@ class LineSurface {
 
 // Bits by mesh (scene/contact.h): light that the mesh receives may have a fixed direction near contact; light
 // that it sends may; some of its shading normals differ from those of its faces; it emits light; it scatters
-// light from behind; normal maps bend its normals.
+// light from behind; normal maps bend its normals; images without interpolation lie on it.
 constexpr int32_t kContactFrom = 1, kContactTo = 2, kContactBent = 4, kContactEmits = 8, kContactThrough = 16,
-                  kContactMapped = 32;
+                  kContactMapped = 32, kContactTexels = 64;
 // What moves a face (SceneView::face_moving).
 constexpr int32_t kVerticesMove = 1, kFieldMoves = 2;
 // The largest number of sides of a polygon that coplanar faces form (boundary/meshes/coplanar_polygons.h),
@@ -108,6 +108,10 @@ struct SceneView {
     const int32_t* material_fixed_direction;  // (M) 1: receives such light
     const int32_t* mesh_first_face;           // by Embree's geomID
     const int32_t* mesh_contact;  // (S) contact bits, or null: no surface moves, or no light qualifies
+    // Grids of texels by material (M + 1), and by grid the attribute and (2, 4) rows
+    // (scene/contact_meshes.h), if mesh_contact is not null.
+    const int32_t *material_first_grid, *texel_attributes;
+    const float* texel_rows;
     const float* mesh_size;       // (S) the longest side of a mesh's box, if mesh_contact is not null
     // Number of surfaces, from the camera, that receive light of a fixed direction near contact.
     int32_t fixed_direction_surfaces;

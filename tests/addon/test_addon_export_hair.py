@@ -80,6 +80,14 @@ def test_straight_strands_lose_points_that_their_radii_do_not_need() -> None:
     assert resampled(closed, 1e-3).counts[0] >= 9
 
 
+def test_wide_strands_follow_their_splines_closely() -> None:
+    """Within a part of a pixel, however thick they are; thin ones within a part of their radius."""
+    t = np.linspace(0.0, 3.0, 6)
+    bent = Strands(np.stack([np.sin(t), 0 * t, np.cos(t)], axis=1), np.full(6, 0.2), np.array([0, 6]))
+    assert resampled(bent, 1e-2).counts == [6]
+    assert resampled(bent, 1e-2, wide=True).counts == [21]
+
+
 def test_kinks_are_mitred() -> None:
     bent = Strands(np.array([[0, 0, 0], [1, 0, 0], [1, 1.0, 0]]), np.full(3, 0.1), np.array([0, 3]))
     out = straight(bent)

@@ -108,6 +108,23 @@ def striped() -> Scene:
     return scene
 
 
+def pixelated() -> Scene:
+    """A wall with an image without interpolation, seen by the light that it passes on to the floor."""
+    scene = striped()
+    del scene.meshes["bar"], scene.meshes["block"], scene.materials["black"]
+    odd = (np.add.outer(np.arange(3), np.arange(7)) % 2)[..., None]
+    pixels = np.where(odd, [[[0.9, 0.3, 0.8]]], [[[0.05, 0.7, 0.1]]])
+    scene.images["paint"] = Image(pixels.astype(np.float32))
+    place = e.VectorMath("MULTIPLY_ADD", e.Attribute("UVMap"), (1.0, 0.8, 1.0), (0.2, 0.1, 0.0))
+    mesh = scene.meshes["wall"]
+    mesh.attributes["UVMap"] = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float32)[mesh.faces]
+    # Black for the camera, since moving borders of texels that it sees have no derivative
+    unseen = e.Math("SUBTRACT", 1.0, e.LightPath("CAMERA"))
+    paint = e.VectorMath("SCALE", e.ImageTexture("paint", place, "CLOSEST"), scale=unseen)
+    scene.materials["wall"] = Material(kind="DIFFUSE", roughness=0.0, textures={"base_color": paint})
+    return scene
+
+
 def moves(make: Callable[[], Scene], *rate: float, name: str = "wall") -> Make:
     return lambda theta: moved(make(), theta, name, rate)
 
@@ -136,6 +153,8 @@ CASES: dict[str, tuple[Make, list[str], dict[str, Any]]] = {
     "wall slides behind a bar": (moves(behind_bar, 1.0, 0.0, 0.15), WALL, {"max_depth": 2}),
     "wall slides in a shadow": (moves(striped, 1.0, 0.0, 0.15), WALL, {"max_depth": 3}),
     "floor slides in a shadow": (moves(striped, 0.6, 0.2, -0.5, name="floor"), FLOOR, {"max_depth": 3}),
+    "pixelated wall slides": (moves(pixelated, 1.0, 0.0, 0.15), WALL, {"max_depth": 3}),
+    "floor slides before a pixelated wall": (moves(pixelated, 0.6, 0.2, -0.5, name="floor"), FLOOR, {"max_depth": 3}),
     "camera moves": (camera_moves(with_block, 0.4, 0.2, -0.3), VIEW, {"max_depth": 4}),
 }
 
@@ -167,8 +186,8 @@ def test_bits_are_equal() -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["glowing wall slides", "wall slides", "sunk wall slides", "painted wall slides", "smooth column slides",
-             "camera moves"])  # fmt: skip
+    "name", ["glowing wall slides", "wall slides", "sunk wall slides", "painted wall slides", "pixelated wall slides",
+             "smooth column slides", "camera moves"])  # fmt: skip
 def test_more_samples_bring_less_noise(name: str) -> None:
     """Rates of 1/r have no variance: sampled in the material form, 16 times the samples have errors as large."""
     need_every_table()

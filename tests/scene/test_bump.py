@@ -85,7 +85,9 @@ def tile(normal: e.Expression, material: Material | None = None, **images: Image
     to_world[2, 3] = 4.0
     base = material or Material(np.full(3, 0.6))
     clay = replace(base, textures={**base.textures, "normal": normal}, normal_space="WORLD")
-    mesh = Mesh(vertices, faces, ("clay",), attributes={"uv": uv, "place": vertices[faces].astype(np.float32)})
+    place = vertices[faces].astype(np.float32)
+    flat = place * np.array([0.9, 1.1, 0.3], np.float32)
+    mesh = Mesh(vertices, faces, ("clay",), attributes={"uv": uv, "place": place, "flat": flat})
     sun = SunLight(direction=np.array([0.4, 0.3, -0.9]), strength=2.0, angle=0.2)
     return Scene(Camera(to_world, fov_x=0.38, width=12, height=12), {"tile": mesh}, {"clay": clay}, {"sun": sun},
                  World(np.full(3, 0.3)), images)  # fmt: skip
@@ -139,10 +141,44 @@ def test_smooth_normals_replace_those_of_all_shading(mixed: bool) -> None:
     assert ratio / ratio[2] == pytest.approx(np.abs(n) / abs(n[2]), rel=2e-3)
 
 
+def displaced(gradient: tuple[float, float, float], turn: Any, side: float = 1.0) -> Scene:
+    """A square that glows by its smooth normal, displaced by a linear height, as placed by a matrix (3, 3)."""
+    square = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float64)
+    after = square + np.outer(square @ gradient, (0, 0, 1))
+    faces = np.array([[0, 1, 2], [0, 2, 3]], np.int32)[:, :: int(side)]
+    places = {"before": square, "after": after}
+    before, own = e.Attribute("before"), e.Attribute("after", is_position=True)
+    height = e.VectorMath("DOT_PRODUCT", before, gradient)
+    normal = e.DisplacedBump(height, 0.01, before, own, side)
+    shown = e.VectorMath("MULTIPLY_ADD", e.Coordinates("NORMAL"), (0.5, 0.5, 0.5), (0.5, 0.5, 0.5))
+    glow = Material(np.zeros(3), textures={"smooth_normal": normal, "emission": shown})
+    mesh = Mesh(after @ np.transpose(turn), faces, ("glow",), normals=np.tile(turn @ np.array([0.0, 0.0, 1.0]), (4, 1)),
+                smoothing=faces, attributes={k: v[faces].astype(np.float32) for k, v in places.items()})  # fmt: skip
+    to_world = np.eye(4)
+    to_world[2, 3] = 4.0
+    return Scene(Camera(to_world, fov_x=0.1, width=4, height=4), {"square": mesh}, {"glow": glow})
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_displacement_and_bump_has_the_normal_of_the_displaced_plane(side: float) -> None:
+    gradient = (0.4, -0.2, 0.0)
+    (c, s), (k, h) = ((np.cos(angle), np.sin(angle)) for angle in (0.3, 0.4))
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ [[1.0, 0.0, 0.0], [0.0, k, -h], [0.0, h, k]]
+    turn = turn @ np.diag([side, 1.0, 1.0])
+    scene = displaced(gradient, turn, side)
+    expected = turn @ unit(np.array([-0.4, 0.2, 1.0]))
+    found = render(scene, spp=8, max_depth=1).reshape(-1, 3) * 2.0 - 1.0
+    assert found == pytest.approx(np.tile(expected, (16, 1)), abs=2e-3)
+
+
+PLACE = e.Attribute("place", is_position=True)
 PIXELS = np.random.default_rng(5).uniform(0.0, 1.0, (6, 6, 1)).astype(np.float32)
 BUMPS = {
     "image": e.Bump(e.ImageTexture("heights", e.Attribute("uv")), 0.8, 0.2, 0.02),
     "waves": e.Bump(waves(POSITION), 0.7, 0.1, e.Math("MULTIPLY_ADD", e.Channel(POSITION, 1), 0.003, 0.02)),
+    "displaced": e.DisplacedBump(
+        e.Math("MULTIPLY", waves(e.DisplacedPosition(e.Attribute("flat"), PLACE)), 0.05), 0.02, e.Attribute("flat"),
+        PLACE),
     "chain": e.Bump(waves(e.Attribute("place")), 0.7, 0.1, 0.02, e.Bump(
         e.ImageTexture("heights", e.Attribute("uv"), "CUBIC"), 0.8, 0.2, 0.02)),
 }  # fmt: skip
@@ -156,7 +192,9 @@ def bumped(name: str) -> Scene:
 PARAMETERS = [("image", "images.heights.pixels"), ("image", "materials.clay.textures.normal"),
               ("waves", "materials.clay.textures.normal"), ("chain", "materials.clay.textures.normal"),
               ("waves", "meshes.tile.vertices"), ("chain", "images.heights.pixels"),
-              ("chain", "meshes.tile.attributes.place")]  # fmt: skip
+              ("chain", "meshes.tile.attributes.place"), ("displaced", "meshes.tile.attributes.flat"),
+              ("displaced", "meshes.tile.attributes.place"),
+              ("displaced", "materials.clay.textures.normal")]  # fmt: skip
 
 
 @pytest.mark.parametrize("name, path", PARAMETERS)
@@ -178,6 +216,6 @@ def test_pictures_change_as_their_derivatives_say(name: str, path: str) -> None:
 def test_both_modes_agree(name: str) -> None:
     need_every_table()
     paths = ["materials.clay.textures.normal", "meshes.tile.vertices", "meshes.tile.attributes.uv"]
-    if name != "waves":
+    if name not in ("waves", "displaced"):
         paths.append("images.heights.pixels")
     check_transpose(lambda _: bumped(name), paths, spp=8, max_depth=2)

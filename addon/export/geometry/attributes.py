@@ -31,7 +31,8 @@ OBJECT = "(object coordinates)"
 OBJECT_NORMAL = "(object normal)"
 POINTINESS = "(pointiness)"
 RANDOM, INDEX, COLOR, LOCATION = "(object random)", "(object index)", "(object color)", "(object location)"
-SCALE = "(object scale)"
+SCALE, SIDE = "(object scale)", "(object side)"
+BEFORE = "(position before displacement)"
 PROPERTY = "(object property) "
 INSTANCER = "(instancer) "
 # Values of strands of hair, which other meshes do not have.
@@ -44,7 +45,7 @@ RADIAL = {"X": "(around X)", "Y": "(around Y)"}
 POINT_RADIUS, RANDOM_POINT = "(point radius)", "(point random)"
 
 # Values of one object or instance: instances that share a mesh have their own.
-OF_OBJECT = (RANDOM, INDEX, COLOR, LOCATION, SCALE)
+OF_OBJECT = (RANDOM, INDEX, COLOR, LOCATION, SCALE, SIDE)
 
 WORD = 0xFFFFFFFF
 
@@ -114,6 +115,8 @@ class ObjectValues:
             return tuple(self.matrix[:3, 3])
         if name == SCALE:
             return (float(np.cbrt(abs(np.linalg.det(self.matrix[:3, :3])))),)
+        if name == SIDE:
+            return (-1.0 if np.linalg.det(self.matrix[:3, :3]) < 0.0 else 1.0,)
         if name.startswith(INSTANCER):
             name = name.removeprefix(INSTANCER)
             value = None if self.instancer is None else self.instancer.value(name)
@@ -136,7 +139,7 @@ def _read(mesh: Any, arrays: MeshArrays, name: str, of: ObjectValues) -> Any:
         return np.broadcast_to(np.array(value, np.float32), (*arrays.faces.shape, len(value)))
     if name == GENERATED:
         return _generated(mesh)[arrays.faces]
-    if name == OBJECT:
+    if name in (OBJECT, BEFORE):
         return arrays.positions[arrays.faces]
     if name == OBJECT_NORMAL:
         return corner_normals(mesh)[arrays.corners]

@@ -121,6 +121,8 @@ def displace(groups: list[Group], displacements: Mapping[str, Displacement], nee
         if abs(np.linalg.det(linear)) < 1e-30:
             report.warn(where, "is scaled to nothing, so its displacement is left out")
             continue
+        if any(one is not None and one.bump for one in slots) and _uneven(linear):
+            report.warn(where, "is scaled unevenly, so that the bump beside its displacement differs a little")
         _displace(group, slots)
         for source in group.sources:
             source.displaced = True
@@ -151,6 +153,12 @@ def _displace(group: Group, slots: list[Displacement | None]) -> None:
     recomputed = np.array([one is not None and not one.bump for one in slots])[slot]
     normals = _moved_normals(positions, arrays, recomputed)
     group.arrays = replace(arrays, positions=positions, normals=normals, exact=False)
+
+
+def _uneven(linear: F64) -> bool:
+    """Whether a transform is more than a rotation with a uniform scale."""
+    sizes = np.linalg.svd(linear, compute_uv=False)
+    return bool(sizes[0] - sizes[-1] > 1e-4 * sizes[0])
 
 
 def _corner_normals(arrays: MeshArrays) -> F64:

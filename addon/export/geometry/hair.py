@@ -175,7 +175,7 @@ class HairMeshes:
                  pixel: float) -> tuple[Strands, int, bool]:  # fmt: skip
         """Tessellate strands; reduce sides, sections, and then strands to the triangles that this hair may have."""
         allowed = MOST_TRIANGLES * hair.number / self.strands
-        fine = resampled(strands, pixel)
+        fine = resampled(strands, pixel, wide=smooth)
         if triangles(fine, sides) <= allowed:
             return fine, sides, smooth
         sides, smooth = min(sides, FEWEST_SIDES), False

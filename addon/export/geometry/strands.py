@@ -26,7 +26,8 @@ I64 = NDArray[np.int64]
 FEWEST_SIDES = 3
 SIDES = ((0.3, FEWEST_SIDES, False), (4.0, 5, False), (np.inf, 16, True))
 RIBBON, WIDEST_RIBBON = 2, 4.0  # sides of strands that let light through, and up to which width in pixels
-# Largest distance between a strand and its prism's axis, relative to the radius, and in pixels.
+# Largest distance between a strand and its prism's axis, relative to the radius, and in pixels. Wide strands, whose
+# shape can be seen, have the second alone.
 TOLERANCE, PIXEL_TOLERANCE = 0.25, 0.1
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 MOST_SUBDIVISIONS = 4  # sections between two points of a strand, as Cycles has by default
@@ -127,9 +128,9 @@ def sides_for(pixels: float, translucent: bool) -> tuple[int, bool]:
     return next((sides, smooth) for most, sides, smooth in SIDES if pixels <= most)
 
 
-def resampled(strands: Strands, pixel: float, tolerance: float = PIXEL_TOLERANCE) -> Strands:
+def resampled(strands: Strands, pixel: float, tolerance: float = PIXEL_TOLERANCE, wide: bool = False) -> Strands:
     """Return the strands with as many points as their shape needs, if a pixel has this size (metres)."""
-    allowed = max(TOLERANCE * float(np.median(strands.radius)), tolerance * pixel)
+    allowed = max(0.0 if wide else TOLERANCE * float(np.median(strands.radius)), tolerance * pixel)
     count = int(strands.counts[0])
     equal = bool((strands.counts == count).all())
     stride = 1

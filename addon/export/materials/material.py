@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import bpy
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad import expression as e
-from edgegrad.expression import Expression, images_of, nodes_of
+from edgegrad.expression import Expression, images_of, nodes_of, replaced
 from edgegrad.scene.material import SMOOTH_NORMAL
 
 from ...problem import Report
@@ -194,15 +194,8 @@ def read_material(material: Any, images: Images, report: Report, view: CameraVie
 
 def renamed(value: Expression, names: Mapping[str, str]) -> Expression:
     """Rename the images of an expression."""
-    done: dict[int, Expression] = {}
-    for node in nodes_of(value):
-        changes: dict[str, Any] = {f.name: done[id(operand)] for f in fields(node)  # type: ignore[arg-type]
-                                   if isinstance(operand := getattr(node, f.name), Expression)}  # fmt: skip
-        if isinstance(node, e.ImageTexture):
-            changes["image"] = names.get(node.image, node.image)
-        changed = any(getattr(node, key) is not new and getattr(node, key) != new for key, new in changes.items())
-        done[id(node)] = replace(node, **changes) if changed else node  # type: ignore[type-var]
-    return done[id(value)]
+    return replaced(value, lambda node: replace(node, image=names[node.image])
+                    if isinstance(node, e.ImageTexture) and node.image in names else node)  # fmt: skip
 
 
 def _default_surface() -> edgegrad.Material:
@@ -230,12 +223,10 @@ class _Reading:
         if self.material.displacement_method == "DISPLACEMENT":
             return
         try:
-            self.normal = displaced_normal(self.reader, nodes.feed(output.inputs["Displacement"]))
+            self.normal = displaced_normal(self.reader, nodes.feed(output.inputs["Displacement"]),
+                                           self.material.displacement_method == "BOTH")  # fmt: skip
         except Unreadable as error:
             self.reader.note(f"the bump of its displacement is left out, since {error} can't be read")
-        if self.material.displacement_method == "BOTH" and self.normal is not None and _follows_position(self.normal):
-            self.reader.note("the bump beside its displacement follows the displaced surface; Cycles takes its slopes "
-                             "beside the place before displacement, which differ a little")  # fmt: skip
 
     def read(self, output: Any, report: Report) -> None:
         found = list(parts(self.reader, nodes.feed(output.inputs["Surface"])))
@@ -318,12 +309,6 @@ class _Reading:
         if self.reader.notes:
             out.append("approximated as warned")
         return "; ".join(out)
-
-
-def _follows_position(value: Expression) -> bool:
-    """Whether an expression varies with the position in space, and not only with UV maps and other attributes."""
-    own = (attributes.layer(attributes.OBJECT), attributes.layer(attributes.GENERATED), e.Coordinates("POSITION"))
-    return any(node in own for node in nodes_of(value) if isinstance(node, e.Attribute | e.Coordinates))
 
 
 def _has_transparent_shadow(material: Any) -> bool:

@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 
 from edgegrad import expression as e
-from edgegrad.expression import Expression, Operand
+from edgegrad.expression import Expression, Operand, nodes_of, replaced
 
 from ..geometry import attributes
 from .expressions import Reader, Unreadable, UnreadableNormal, folded, number, reads
@@ -57,10 +57,15 @@ def _bevel(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     raise UnreadableNormal(f"node '{label(node, groups)}' (rounded edges)")
 
 
-def displaced_normal(reader: Reader, found: Feed) -> Expression | None:
+def displaced_normal(reader: Reader, found: Feed, moved: bool) -> Expression | None:
     """Normal of a surface that is displaced by what is linked to the Displacement of the output; None: the smooth one.
 
     Cycles takes the part of the displacement along the smooth normal as the height of a bump.
+
+    Parameters
+    ----------
+    moved
+        Whether the displacement also moves vertices. Then the height is read at the place before displacement.
 
     Raises
     ------
@@ -79,7 +84,17 @@ def displaced_normal(reader: Reader, found: Feed) -> Expression | None:
         height, scale = e.VectorMath("DOT_PRODUCT", vector, e.Coordinates("NORMAL")), 1.0
     if number(folded(height)) is not None:
         return None
-    return e.Bump(height, 1.0, scale, _step(reader, FILTER_WIDTH), None)
+    step = _step(reader, FILTER_WIDTH)
+    if not moved:
+        return e.Bump(height, 1.0, scale, step, None)
+    before = attributes.layer(attributes.BEFORE)
+    own = attributes.layer(attributes.OBJECT)
+    place = e.DisplacedPosition(before, own)
+    there = replaced(e.Math("MULTIPLY", height, scale), lambda node: place if node == own else node)
+    if any(node == e.Coordinates("POSITION") for node in nodes_of(there)):
+        reader.note("the bump beside its displacement reads the position after displacement; Cycles reads that before, "
+                    "which differs a little")  # fmt: skip
+    return e.DisplacedBump(there, step, before, own, attributes.layer(attributes.SIDE))
 
 
 def _displacement(reader: Reader, node: Any, groups: Groups) -> tuple[Operand, Operand]:

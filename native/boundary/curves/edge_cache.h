@@ -17,6 +17,7 @@ namespace edgegrad {
 
 struct CandidateParts;
 struct Candidates;
+struct ContactMaterials;
 struct CoplanarPolygons;
 struct FieldCarrier;
 struct Intersections;
@@ -76,7 +77,7 @@ struct EdgeCache {
     Kept<Sides, EdgeTree> tree;
     Kept<bool, SurfaceRegions> regions;
     Kept<bool, CoplanarPolygons> polygons;
-    Kept<bool, std::vector<int32_t>> contact_materials;  // scene/contact_meshes.h
+    Kept<bool, ContactMaterials> contact_materials;  // scene/contact_meshes.h
     Kept<bool, bool> cross;  // whether any surface intersects another surface or a light
     Kept<bool, MeshBoxes> boxes;
     Kept<bool, std::vector<FieldCarrier>> carriers;  // by field (sdf/outline.h)

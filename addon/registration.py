@@ -9,8 +9,8 @@ import bpy
 from . import command_line, preferences, properties
 from .field_fit.panel import FieldPanel
 from .operators import fit, fit_as_field, gradient, kept, parameters, render, targets
+from .panel import derived, icons, look
 from .panel import fit as fit_panel
-from .panel import icons, look
 from .panel import parameters as parameters_panel
 from .panel import targets as targets_panel
 from .render_engine import engine, panels, settings, view
@@ -32,6 +32,7 @@ def register() -> None:
     panels.show()
     bpy.types.UI_MT_button_context_menu.append(parameters.draw_in_button_menu)
     icons.register()
+    derived.register()
     _commands.append(bpy.utils.register_cli_command("edgegrad", command_line.main))
 
 
@@ -40,6 +41,7 @@ def unregister() -> None:
     current.shut_down("the add-on was disabled")
     while _commands:
         bpy.utils.unregister_cli_command(_commands.pop())
+    derived.unregister()
     icons.unregister()
     bpy.types.UI_MT_button_context_menu.remove(parameters.draw_in_button_menu)
     view.stop_all()

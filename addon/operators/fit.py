@@ -9,6 +9,7 @@ import bpy
 from ..problem import Problem
 from ..properties import request
 from ..rows import remember_effects
+from ..running import kept_state
 from ..running.fit_job import FitJob, duration
 from ..running.guard import Guard
 from ..running.job import BEST, RESTORE, Job
@@ -36,7 +37,9 @@ class RunsFit(InBackground):
         problem = guard.problem()
         if problem is not None:
             raise Problem(f"a fit can't start, since {problem}; leave that mode first")
-        return FitJob(session, _common.file_of(DIFFERENCE, ".png")), guard
+        # Fields have a state of their own, which checkpoints do not keep.
+        kept = None if session.field is not None else kept_state.file_for(context.scene)
+        return FitJob(session, _common.file_of(DIFFERENCE, ".png"), kept), guard
 
     def _show_progress(self, context: Any, job: Any) -> None:
         show_state(context, job)
@@ -48,7 +51,7 @@ class RunsFit(InBackground):
             self.report({"ERROR"}, sentence)
         job.draw()
         show_state(context, job)
-        notes = [*job.session.notes, *job.result.notes, *job.session.late_notes]
+        notes = [*job.notes, *job.session.notes, *job.result.notes, *job.session.late_notes]
         _common.tell(self, job.session.export.report, list(dict.fromkeys(notes)))
         losses = job.result.losses
         said = f"loss {losses[0]:.4g} → {losses[job.result.best]:.4g} in {duration(job.result.seconds)}"

@@ -6,12 +6,12 @@ from typing import Any
 
 import bpy
 
-from .. import preflight, quality
+from .. import quality
 from ..running.current import text_of
 from ..running.fit_job import FitJob, fit_text, trend
 from ..status import STATUS
 from ..write_back.kept import TEXT
-from . import icons
+from . import derived, icons
 from .tab import Tab
 from .words import wrapped
 
@@ -54,7 +54,7 @@ class FitPanel(Tab, bpy.types.Panel):
 
 def _start(context: Any, layout: Any, text: str) -> None:
     """Draw the button Fit, or what is in its way with the button that cures it."""
-    found = preflight.obstacle(context)
+    found = derived.obstacle(context)
     if found is not None:
         wrapped(context, layout, found.sentence, "ERROR")
         if found.operator:

@@ -6,8 +6,9 @@ from typing import Any
 
 import bpy
 
-from .. import rows, setups
+from .. import setups
 from ..animated.stored import PROPERTY
+from . import derived
 from .tab import Tab, editable
 
 
@@ -18,18 +19,18 @@ class ParameterList(bpy.types.UIList):
 
     def draw_item(self, context: Any, layout: Any, data: Any, item: Any, icon: int, active_data: Any,
                   active_property: str) -> None:  # fmt: skip
-        mark, owner, words = rows.title(item)
+        line = derived.parameter(item)
         row = layout.row(align=True)
         row.use_property_split = False
         row.prop(item, "enabled", text="")
-        names = row.row(align=True)
-        names.active = item.enabled
-        split = names.split(factor=0.76, align=True)
-        split.label(text=f"{owner}: {words}", icon=mark)
-        if item.sensitivity >= 0.0:
-            split.progress(factor=item.sensitivity, type="BAR", text=f"{item.sensitivity:.0%}")
+        split = row.split(factor=0.76, align=True)
+        split.active = item.enabled
+        split.label(text=line.words, icon=line.icon)
+        effect = item.sensitivity
+        if effect >= 0.0:
+            split.progress(factor=effect, type="BAR", text=f"{effect:.0%}")
         else:
-            split.label(text=rows.value_text(item))
+            split.label(text=line.value)
 
     def draw_filter(self, context: Any, layout: Any) -> None:
         """Draw no more than Blender's own filter by name."""
@@ -41,7 +42,7 @@ class ParameterList(bpy.types.UIList):
         if not self.filter_name:
             return [], []
         wanted = self.filter_name.lower()
-        return [self.bitflag_filter_item if wanted in " ".join(rows.title(item)[1:]).lower() else 0
+        return [self.bitflag_filter_item if wanted in derived.parameter(item).words.lower() else 0
                 for item in items], []  # fmt: skip
 
 

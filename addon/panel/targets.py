@@ -6,9 +6,8 @@ from typing import Any
 
 import bpy
 
-from ..targets import rows
 from ..targets.draw import draw_details, draw_target
-from . import icons
+from . import derived
 from .tab import Tab, editable
 from .words import wrapped
 
@@ -20,18 +19,17 @@ class TargetList(bpy.types.UIList):
 
     def draw_item(self, context: Any, layout: Any, data: Any, item: Any, icon: int, active_data: Any,
                   active_property: str) -> None:  # fmt: skip
-        mark, words = rows.state(item, context.scene)
+        found, camera, weight = derived.picture(item, context.scene), item.camera, item.weight
         row = layout.row(align=True)
         split = row.split(factor=0.4, align=True)
-        split.label(text=item.camera.name if item.camera else "no camera",
-                    icon="CAMERA_DATA" if item.camera else "ERROR")  # fmt: skip
+        split.label(text=camera.name if camera else "no camera", icon="CAMERA_DATA" if camera else "ERROR")
         split = split.split(factor=0.7, align=True)
-        split.label(text=words, icon_value=icons.thumbnail(item.image))
+        split.label(text=found.words, icon_value=found.thumbnail)
         right = split.row(align=True)
         right.alignment = "RIGHT"
         right.label(text="", icon="MOD_MASK" if item.mask else "BLANK1")
-        right.label(text="" if item.weight == 1.0 else f"{item.weight:.2g}")
-        right.label(text="", icon=mark)
+        right.label(text="" if weight == 1.0 else f"{weight:.2g}")
+        right.label(text="", icon=found.icon)
 
 
 class TargetsPanel(Tab, bpy.types.Panel):
@@ -66,11 +64,11 @@ class TargetsPanel(Tab, bpy.types.Panel):
         column.prop(target, "camera")
         column.prop(target, "image")
         draw_target(column, target)
-        size, rendered = rows.size_of(target), rows.render_size(context.scene)
+        found = derived.picture(target, context.scene)
+        size, rendered, fits = found.size, found.render_size, found.fits
         if size is not None and size == rendered:
             layout.label(text=f"{size[0]} × {size[1]}, as renders", icon="CHECKMARK")
         elif size is not None:
-            fits = rows.has_aspect(target, context.scene)
             column = layout.column(align=True)
             wrapped(context, column, f"{size[0]} × {size[1]}, {'' if fits else 'of another aspect; '}renders are "
                     f"{rendered[0]} × {rendered[1]}", "INFO" if fits else "ERROR")  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 import textwrap
 from typing import Any
@@ -12,14 +13,19 @@ CHARACTER, MARGINS = 6.6, 52
 
 def wrapped(context: Any, layout: Any, sentence: str, icon: str = "NONE", alert: bool = False) -> None:
     """Draw a sentence on as many lines as it needs."""
-    sentence = spelt(sentence)
     scale = context.preferences.system.ui_scale
     width = max(16, int((context.region.width / scale - MARGINS) / CHARACTER))
     column = layout.column(align=True)
     column.scale_y = 0.8
     column.alert = alert
-    for k, line in enumerate(textwrap.wrap(sentence, width)):
+    for k, line in enumerate(lines(sentence, width)):
         column.label(text=line, icon=icon if k == 0 or icon == "NONE" else "BLANK1")
+
+
+@functools.lru_cache(maxsize=1024)
+def lines(sentence: str, width: int) -> tuple[str, ...]:
+    """Return the lines of a sentence, of as many characters at most, as Blender spells it."""
+    return tuple(textwrap.wrap(spelt(sentence), width))
 
 
 def spelt(sentence: str) -> str:

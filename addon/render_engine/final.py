@@ -18,6 +18,7 @@ from ..evaluation import Evaluation
 from ..export.exported import Export
 from ..export.geometry.attributes import INDEX
 from ..export.scene import BAKE_RESOLUTION, export_evaluated
+from ..preferences import threads
 from .passes import ALBEDO, DEPTH, NORMAL, OBJECT_INDEX, alpha_scene, channel, has_alpha
 
 F32 = NDArray[np.float32]
@@ -103,7 +104,8 @@ def render_frame(engine: Any, depsgraph: Any) -> None:
             if engine.test_break():
                 break
             engine.update_stats("", f"{one.name} pass")
-            values = channel(export.scene, one.content, samples, seed, export.settings.bounces, picture.check)
+            values = channel(export.scene, one.content, samples, seed, export.settings.bounces, picture.check,
+                             threads())
             picture.set(one.name, values)
 
 
@@ -155,12 +157,12 @@ class _Picture:
 
     def sample(self, samples: int, seed: int) -> None:
         """Render all samples in passes; show the picture after each of them."""
-        scene, settings = self._export.scene, self._export.settings
-        color = edgegrad.Progressive(edgegrad.Renderer(scene, watched=False), max_depth=settings.max_depth,
-                                     bounces=settings.bounces, seed=seed)  # fmt: skip
+        scene, settings, count = self._export.scene, self._export.settings, threads()
+        of_color = edgegrad.Renderer(scene, threads=count, watched=False)
+        color = edgegrad.Progressive(of_color, max_depth=settings.max_depth, bounces=settings.bounces, seed=seed)
         clear = None
         if has_alpha(scene, self._transparent):
-            of_alpha = edgegrad.Renderer(alpha_scene(scene, self._transparent), watched=False)
+            of_alpha = edgegrad.Renderer(alpha_scene(scene, self._transparent), threads=count, watched=False)
             clear = edgegrad.Progressive(of_alpha, max_depth=1, bounces=settings.bounces, seed=seed)
         spp = 1
         while color.samples < samples:

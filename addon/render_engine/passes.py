@@ -48,7 +48,7 @@ def alpha_scene(scene: edgegrad.Scene, film_transparent: bool) -> edgegrad.Scene
 
 
 def channel(export_scene: edgegrad.Scene, name: str, samples: int, seed: int, transparent: edgegrad.Bounces,
-            progress: Callable[[float], None] | None) -> F32:  # fmt: skip
+            progress: Callable[[float], None] | None, threads: int = 0) -> F32:  # fmt: skip
     """Render a channel.
 
     Parameters
@@ -63,7 +63,7 @@ def channel(export_scene: edgegrad.Scene, name: str, samples: int, seed: int, tr
     (height, width, 1 or 3) float32.
     """
     def picture(scene: edgegrad.Scene, samples: int) -> F32:
-        renderer = edgegrad.Renderer(scene, watched=False)
+        renderer = edgegrad.Renderer(scene, threads=threads, watched=False)
         return renderer.render(spp=samples, seed=seed, max_depth=1, bounces=transparent, progress=progress)
 
     if name == ALBEDO:

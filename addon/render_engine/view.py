@@ -17,14 +17,16 @@ from ..export.exported import Export
 from ..export.scene import export_evaluated
 from ..export.surroundings.camera import export_camera
 from ..operators._common import EXPECTED
+from ..preferences import first_seconds, threads
 from ..problem import Report
 from .drawing import Picture
 from .view_camera import camera_of_view, with_lens
 from .view_memory import ViewMemory
 from .view_thread import Request, Shown, ViewThread
 
-# How long a redraw waits for a picture of what has changed, seconds.
-PATIENCE = 0.04
+# How long a redraw waits for a picture of what has changed, seconds. To draw the old picture instead costs a whole
+# redraw of the window, and the new one waits for it.
+PATIENCE = 0.1
 # How often new pictures are looked for, seconds.
 POLL_SECONDS = 1.0 / 60.0
 
@@ -101,7 +103,7 @@ class View:
             return
         settings = depsgraph.scene.edgegrad_render
         wanted = Request(self._export.scene, self._export.settings, camera, self._transparent,
-                         settings.preview_samples, settings.seed)  # fmt: skip
+                         settings.preview_samples, settings.seed, threads(), first_seconds())  # fmt: skip
         if request is None or not _is_equal_request(request, wanted):
             self._request = request = wanted
             self._thread.post(request)
@@ -201,5 +203,5 @@ def _fields_equal(items: Iterable[tuple[str, Any]], other: dict[str, Any]) -> bo
 
 def _is_equal_request(one: Request, other: Request) -> bool:
     return (one.scene is other.scene and one.settings == other.settings and _is_equal(one.camera, other.camera)
-            and (one.film_transparent, one.samples, one.seed) ==
-            (other.film_transparent, other.samples, other.seed))  # fmt: skip
+            and (one.film_transparent, one.samples, one.seed, one.threads) ==
+            (other.film_transparent, other.samples, other.seed, other.threads))  # fmt: skip

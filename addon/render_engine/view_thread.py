@@ -18,10 +18,9 @@ from .view_camera import smaller
 
 F32 = NDArray[np.float32]
 
-# A view whose pixels take longer is first rendered with fewer of them, seconds.
-FIRST_SECONDS = 0.04
 # Seconds for one sample of one pixel, before any was measured.
 GUESSED = 1e-6
+# The first picture of a request has a pixel for so many of the view's, squared.
 DIVISORS = (1, 2, 4, 8, 16)
 # Passes double their samples until one takes so long, seconds.
 PASS_SECONDS = 0.2
@@ -41,6 +40,10 @@ class Request:
         Whether the world is transparent for the camera.
     samples
         Samples per pixel at which the picture is complete.
+    threads
+        Of the renderer; 0: one per core.
+    first_seconds
+        A view whose pixels take longer is first rendered with fewer of them.
     """
 
     scene: edgegrad.Scene
@@ -49,6 +52,8 @@ class Request:
     film_transparent: bool
     samples: int
     seed: int
+    threads: int = 0
+    first_seconds: float = 0.02
 
 
 @dataclass(frozen=True)
@@ -80,6 +85,7 @@ class ViewThread:
         self._stopped = False
         self._seconds = GUESSED
         self._renderer: edgegrad.Renderer | None = None
+        self._threads = 0  # of the renderer
         self._of_alpha: tuple[edgegrad.Scene, edgegrad.Renderer] | None = None
         self._thread = threading.Thread(target=self._run, name="edgegrad.view", daemon=True)
         self._thread.start()
@@ -134,11 +140,11 @@ class ViewThread:
                 self._changed.notify_all()
 
     def _serve(self, request: Request) -> None:
-        renderer = self._following(request.scene)
+        renderer = self._following(request.scene, request.threads)
         if self._error is not None:
             self._error = None
         of_alpha = self._alpha_renderer(request)
-        divisor = self._divisor(request.camera)
+        divisor = self._divisor(request)
         # Newer requests do not cancel the first picture, so that there are pictures while the view moves.
         if divisor > 1:
             self._render(request, renderer, of_alpha, divisor, least=1)
@@ -164,25 +170,31 @@ class ViewThread:
         spp = 1
         while color.samples < (request.samples if divisor == 1 else 1):
             spp = min(spp, request.samples - color.samples)
+            check(0.0)
             start = time.monotonic()
             pixels = np.empty((*camera.size, 4), np.float32)
             pixels[..., :3] = color.add(spp, check)[::-1]
             pixels[..., 3] = 1.0 if clear is None else 1.0 - clear.add(spp, check)[::-1].mean(axis=2)
             seconds = time.monotonic() - start
-            self._seconds = seconds / (spp * camera.width * camera.height)
+            self._learn(seconds, spp * camera.width * camera.height, divisor > 1, request.first_seconds)
             with self._changed:
                 self._shown = Shown(request, pixels, color.samples if divisor == 1 else 0)
                 self._changed.notify_all()
             if seconds < PASS_SECONDS:
                 spp *= 2
 
-    def _divisor(self, camera: edgegrad.Camera) -> int:
-        seconds = self._seconds * camera.width * camera.height
-        return next((d for d in DIVISORS if seconds <= FIRST_SECONDS * d * d), DIVISORS[-1])
+    def _learn(self, seconds: float, paths: int, coarse: bool, budget: float) -> None:
+        """Learn the seconds of a path. Those of coarse pictures that were in time are mostly the start of a call."""
+        found = seconds / paths
+        self._seconds = min(self._seconds, found) if coarse and seconds <= budget else found
 
-    def _following(self, scene: edgegrad.Scene) -> edgegrad.Renderer:
+    def _divisor(self, request: Request) -> int:
+        seconds = self._seconds * request.camera.width * request.camera.height
+        return next((d for d in DIVISORS if seconds <= request.first_seconds * d * d), DIVISORS[-1])
+
+    def _following(self, scene: edgegrad.Scene, threads: int) -> edgegrad.Renderer:
         """The renderer of the scene: the last one if the scene has the same topology."""
-        renderer = self._renderer
+        renderer = self._renderer if threads == self._threads else None
         if renderer is not None and renderer.scene is not scene:
             renderer.scene = scene
             try:
@@ -191,8 +203,8 @@ class ViewThread:
                 renderer = None
         if renderer is None:
             self._renderer = None  # free its memory first
-            renderer = edgegrad.Renderer(scene, watched=False)
-        self._renderer = renderer
+            renderer = edgegrad.Renderer(scene, threads=threads, watched=False)
+        self._renderer, self._threads = renderer, threads
         return renderer
 
     def _alpha_renderer(self, request: Request) -> edgegrad.Renderer | None:
@@ -201,5 +213,5 @@ class ViewThread:
             self._of_alpha = None
         elif self._of_alpha is None or self._of_alpha[0] is not request.scene:
             clear = alpha_scene(request.scene, request.film_transparent)
-            self._of_alpha = request.scene, edgegrad.Renderer(clear, watched=False)
+            self._of_alpha = request.scene, edgegrad.Renderer(clear, threads=request.threads, watched=False)
         return None if self._of_alpha is None else self._of_alpha[1]

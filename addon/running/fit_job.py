@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad import images
+from edgegrad.fitting.checkpoint_file import CheckpointError
 from edgegrad.images.code_values import write_codes
 
 from ..session import Session
@@ -38,22 +39,49 @@ class FitJob(Job):
         Of all iterations so far.
     file
         File to which the picture of the difference is written now and then.
+    checkpoint
+        File that keeps the state until the fit ends; None: none does. If it is there, and of the same fit, the fit goes
+        on from it.
     """
 
-    def __init__(self, session: Session, file: Path) -> None:
+    def __init__(self, session: Session, file: Path, checkpoint: Path | None = None) -> None:
         super().__init__("Fit", self._fit)
-        self.file = file
+        self.file, self.checkpoint = file, checkpoint
         self.session = session
         self.step: edgegrad.FitStep | None = None
         self.losses: list[float] = []
+        self.began = 0  # iterations before this run
         self._waited = 0.0
         self._drawn = self._told = 0
         self._due = 0.0
 
     def _fit(self, _: Job) -> Any:
-        return self.session.run(callback=self._tell, progress=self.check)
+        checkpoint = self.checkpoint
+        if checkpoint is None:
+            return self.session.run(callback=self._tell, progress=self.check)
+        try:
+            result = self._run_from(checkpoint, checkpoint.exists())
+        except CheckpointError:  # damaged, or of another fit, which would have to begin anew too
+            result = self._run_from(checkpoint, resume=False)
+        # What ends a fit without the user's wish, as Blender's end does, leaves the state.
+        if not self.reason:
+            checkpoint.unlink(missing_ok=True)
+        return result
+
+    def _run_from(self, checkpoint: Path, resume: bool) -> Any:
+        return self.session.run(callback=self._tell, progress=self.check, checkpoint=checkpoint, resume=resume)
+
+    @property
+    def notes(self) -> list[str]:
+        """Sentences on how the fit began."""
+        if not self.began:
+            return []
+        return [f"the fit went on after iteration {self.began} of the one that had not ended; its state was in "
+                f"'{self.checkpoint}'"]  # fmt: skip
 
     def _tell(self, step: edgegrad.FitStep) -> str | None:
+        if self.step is None:
+            self.began = step.iteration - 1
         self.losses.append(step.loss)
         self.step = step
         if time.monotonic() >= self._due:

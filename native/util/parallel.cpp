@@ -19,8 +19,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Time between two questions to the caller.
-constexpr std::chrono::milliseconds kAsking{50};
+// Time between two questions to the caller: how late calls are cancelled, against how often they take
+// Python's lock.
+constexpr std::chrono::milliseconds kAsking{10};
 
 std::atomic<bool> others_end{false};
 std::atomic<std::thread::id> last_thread;  // the thread whose work continues

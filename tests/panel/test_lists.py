@@ -17,6 +17,7 @@ import edgegrad_addon
 from edgegrad import images
 from edgegrad_addon import preflight, rows, setups
 from edgegrad_addon.animated.stored import add_row, stored_wanted
+from edgegrad_addon.panel import derived
 from edgegrad_addon.problem import Problem
 from edgegrad_addon.properties import request
 from edgegrad_addon.targets import rows as target_rows
@@ -191,3 +192,44 @@ def test_a_base_color_from_a_texture_is_no_value(scene: Any) -> None:
     bpy.data.objects["Cube"].data.materials.append(made)
     setups.apply(bpy.context, "MATERIALS")
     assert request(bpy.context).names.base_color == ("Clay",)
+
+
+def test_what_the_panel_shows_follows_edits(scene: Any, picture: str, monkeypatch: Any) -> None:
+    """Also removed rows and files, which are no edits of Blender's."""
+    scene.render.resolution_x, scene.render.resolution_y = 20, 10
+    row, lamp = rows.add_kind(scene, "POWER", bpy.data.objects["Lamp"]), bpy.data.objects["Lamp"]
+    target = scene.edgegrad.targets.add()
+    target.camera, target.image = scene.camera, picture
+    bpy.context.view_layer.update()
+    assert derived.parameter(row).words == "Lamp: Power" and derived.obstacle(bpy.context) is None
+    lamp.name, lamp.data.energy = "Key", 7.5
+    scene.render.resolution_x = 99
+    bpy.context.view_layer.update()
+    assert derived.parameter(row) == derived.Line("LIGHT", "Key: Power", "7.5")
+    found = derived.obstacle(bpy.context)
+    assert found is not None and found.operator == "edgegrad.match_render"
+    assert not derived.picture(target, scene).fits and derived.picture(target, scene).size == (20, 10)
+    scene.edgegrad.targets.clear()
+    found = derived.obstacle(bpy.context)
+    assert found is not None and found.sentence == "There is no target"
+    # A file that vanishes
+    target = scene.edgegrad.targets.add()
+    target.camera, target.image = scene.camera, picture
+    bpy.context.view_layer.update()
+    assert derived.picture(target, scene).words == "a picture.exr"
+    Path(picture).unlink()
+    monkeypatch.setattr(derived, "SECONDS", -1.0)
+    derived._until[0] = 0.0
+    assert derived.picture(target, scene).words == "a picture.exr is missing"
+
+
+def test_what_the_panel_shows_is_derived_once(scene: Any, monkeypatch: Any) -> None:
+    asked: list[None] = []
+    plain = preflight.obstacle
+    monkeypatch.setattr(preflight, "obstacle", lambda context: (asked.append(None), plain(context))[1])
+    monkeypatch.setattr(derived, "SECONDS", 1e9)
+    derived._until[0] = 0.0
+    for _ in range(5):
+        derived.obstacle(bpy.context)
+    assert len(asked) == 1
+    derived._until[0] = 0.0

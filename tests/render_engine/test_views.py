@@ -7,6 +7,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -299,3 +300,16 @@ def test_many_updates_leave_nothing(scene: Any) -> None:
     for one in threads:
         one.stop()
     assert threading.active_count() == before
+
+
+def test_short_pictures_do_not_make_views_coarser(scene: Any, thread: ViewThread) -> None:
+    """The start of a call is most of a coarse picture, and not a cost of its pixels."""
+    wanted = replace(request(export_scene(scene)), first_seconds=0.02)
+    thread._seconds = 1e-5
+    assert thread._divisor(wanted) == 1
+    thread._learn(0.01, 100, coarse=True, budget=0.02)
+    assert thread._divisor(wanted) == 1
+    thread._learn(0.05, 100, coarse=True, budget=0.02)
+    assert thread._divisor(wanted) == 4
+    thread._learn(0.001, 100, coarse=True, budget=0.02)
+    assert thread._divisor(wanted) == 1

@@ -30,7 +30,7 @@ from .film.keyed import KeyedFrames, KeyedNumbers
 from .fit_step import Callback, FitStep, ending
 from .gains import Gains
 from .losses import Loss
-from .outcome.zero_gradients import why_untouched
+from .outcome.zero_gradients import warn_of_untouched
 from .schedule import Schedule
 from .silhouettes import Silhouettes, is_negative, moves_silhouettes
 from .targets import View, camera_of_gradient, checked_loss

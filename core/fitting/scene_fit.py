@@ -254,7 +254,7 @@ def fit(
                 parameters.put(work, item.path, item.value)  # which symmetry may have changed
         return unknowns
 
-    made(schedule)  # checks options of single variables before anything is rendered
+    first = made(schedule)  # checks options of single variables before anything is rendered
     # No other code can change the copy
     requested = [*paths, *(moving or ())]
     renderer = Renderer(work, threads=threads, engine=engine, learn=True, wrt=requested, watched=False)
@@ -280,18 +280,18 @@ def fit(
         )
     elif resume:
         raise ValueError("fit: resume needs a checkpoint; name its file")
-    def run_of(schedule: Schedule, progress: Progress | None) -> Run:
+
+    def run_of(schedule: Schedule, progress: Progress | None, unknowns: list[Unknown] | None = None) -> Run:
         """Make a run from the present values of the scene."""
-        unknowns = made(schedule)
         return Run(
-            work, renderer, seen, unknowns, loss,
+            work, renderer, seen, made(schedule) if unknowns is None else unknowns, loss,
             schedule=schedule, spp=spp, gradient_spp=samples,
             limits={"max_depth": max_depth, "bounces": bounces}, seed=seed, started=started, progress=progress,
             driven=driven, placement=placement, silhouettes=silhouettes, keyed=keyed, field_edges=field_edges,
         )
 
     stages = Stages(progress)
-    run = run_of(schedule, progress)
+    run = run_of(schedule, progress, first)
     begun: list[str] = []
     stop = None
     try:

@@ -10,10 +10,8 @@ namespace edgegrad {
 
 // Bits (kContactFrom and others) by mesh, from those by material. Empty if no light qualifies. Emission and
 // scattering at y must not jump within a face, as textures may do. Neither y nor x may be transparent or have
-// a perfect lobe, because points behind those stay in material form. Scenes in which emissive meshes have a
-// fixed direction anyway (shading/lights/fixed_direction_light.h) get no bits.
-std::vector<int32_t> contact_meshes(const SceneTables& tables, const SceneView& view,
-                                    const std::vector<int32_t>& materials);
+// a perfect lobe, because points behind those stay in material form.
+std::vector<int32_t> contact_meshes(const SceneTables& tables, const std::vector<int32_t>& materials);
 std::vector<int32_t> contact_materials(const SceneTables& tables);
 // By visible mesh, the longest side of the box around all its copies.
 std::vector<float> mesh_sizes(const SceneTables& tables);

@@ -116,10 +116,10 @@ def plan(
     with nullcontext(scene) if isinstance(scene, Renderer) else prepared(scene) as renderer:
         given = renderer.scene
         fixed = renderer.fixed_scene
-        picture = picture_plan(fixed, renderer.picture_facts(), max_depth)
+        decided = renderer.decide(wrt, max_depth=max_depth, field_edges=field_edges) if wrt else ()
+        picture = picture_plan(fixed, renderer.picture_facts(settled=bool(wrt)), max_depth)
         if not wrt:
             return Plan(picture, (), ())
-        decided = renderer.decide(wrt, max_depth=max_depth, field_edges=field_edges)
     words = SceneWords.of(fixed, decided)
     share = None
     if measure and "caustics" in words.by_part:

@@ -252,9 +252,13 @@ class Renderer(PreparedScene):
             warn_of_gradients(found, lambda path: [t for t in alone if not np.isfinite(alone[t][path]).all()])
         return found
 
-    def picture_facts(self) -> PictureFacts:
-        """Return the facts by which the engine skips work in pictures."""
-        self._settle(None)
+    def picture_facts(self, *, settled: bool = False) -> PictureFacts:
+        """Return the facts by which the engine skips work in pictures.
+
+        `settled`: another call has just found that the scene is unchanged.
+        """
+        if not settled:
+            self._settle(None)
         return self._engine.picture_facts(self._tables)
 
     def decide(

@@ -133,11 +133,16 @@ class _Collection:
     """
 
     def __init__(self, held: Mapping[str, Any]) -> None:
+        self._given = held
         self._names = tuple(held)
         self._objects = tuple(held.values())
         self._place = {name: k for k, name in enumerate(self._names)}
         self._held = [_Held(value) for value in self._objects]
         self._watch = None if _native is None else _native.HeldObjects(np.ndarray, _SAMPLES)
+        # Which objects there are, by which names.
+        self._members = None if _native is None else _native.HeldObjects(np.ndarray, _SAMPLES)
+        if self._members is not None:
+            self._members.hold(0, held)
         for k in range(len(self._objects)) if self._watch is not None else ():
             self._watch_anew(k)
 
@@ -151,9 +156,7 @@ class _Collection:
 
     def check(self, kind: str, held: Mapping[str, Any]) -> None:
         """Raise ``ValueError`` if an object has changed, or has come or gone."""
-        same = len(held) == len(self._names) and all(map(is_, held.values(), self._objects)) and all(
-            map(is_, held, self._names))
-        if same and self._watch is not None:
+        if self._watch is not None and self._has_same_members(held):
             for k in self._watch.touched():
                 _require_same(_words(kind, self._names[k]), self._held[k].changed(self._objects[k]))
             return
@@ -167,6 +170,12 @@ class _Collection:
             if name not in held:
                 raise ValueError(f"{_words(kind, name)}: was removed after the last update; call the renderer's "
                                  "update(), or make a new Renderer if it was a mesh or a field")
+
+    def _has_same_members(self, held: Mapping[str, Any]) -> bool:
+        if held is self._given and self._members is not None and not self._members.touched():
+            return True
+        return len(held) == len(self._names) and all(map(is_, held.values(), self._objects)) and all(
+            map(is_, held, self._names))
 
     def _watch_anew(self, k: int) -> None:
         if self._watch is not None:

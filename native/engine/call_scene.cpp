@@ -160,16 +160,19 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const Scene
 
 void PreparedScene::blend_near_contact(const SceneTables& tables, const RequestedMotion& motion,
                                        EdgeCache& kept) {
-    if (!motion.camera && !motion.any_mesh_moves()) return;
+    // Where emissive meshes have a fixed direction anyway (shading/lights/fixed_direction_light.h), no others
+    // need it.
+    if (view_.face_fixed_direction || (!motion.camera && !motion.any_mesh_moves())) return;
     contact_materials_ = kept.contact_materials.get(true, [&] { return contact_materials(tables); });
-    mesh_contact_ = contact_meshes(tables, view_, contact_materials_->bits);
-    if (mesh_contact_.empty()) return;
-    view_.mesh_contact = mesh_contact_.data();
+    mesh_contact_ =
+        kept.contact_meshes.get(true, [&] { return contact_meshes(tables, contact_materials_->bits); });
+    if (mesh_contact_->empty()) return;
+    view_.mesh_contact = mesh_contact_->data();
     view_.material_first_grid = contact_materials_->first_grid.data();
     view_.texel_attributes = rows_of(contact_materials_->grid_attributes);
     view_.texel_rows = rows_of(contact_materials_->grid_rows);
-    mesh_size_ = mesh_sizes(tables);
-    view_.mesh_size = mesh_size_.data();
+    mesh_size_ = kept.mesh_sizes.get(true, [&] { return mesh_sizes(tables); });
+    view_.mesh_size = mesh_size_->data();
     // Behind perfect lobes, points are in material form.
     view_.fixed_direction_surfaces =
         may_be_specular(tables, view_.followed_alpha) ? 1 : kFixedDirectionSurfaces;
@@ -179,9 +182,9 @@ void PreparedScene::blend_near_contact(const SceneTables& tables, const Requeste
         view_.face_polygon = polygons_->face.data();
         view_.polygon_sides = polygons_->sides.data();
     }
-    transparent_boxes_ = transparent_boxes(tables);
-    view_.transparent_boxes = transparent_boxes_.data();
-    view_.transparent_box_count = static_cast<int32_t>(transparent_boxes_.size() / 6);
+    transparent_boxes_ = kept.transparent_boxes.get(true, [&] { return transparent_boxes(tables); });
+    view_.transparent_boxes = transparent_boxes_->data();
+    view_.transparent_box_count = static_cast<int32_t>(transparent_boxes_->size() / 6);
 }
 
 }  // namespace edgegrad

@@ -33,8 +33,9 @@ class PreparedScene {
     std::vector<BruteTriangle> brute_triangles_;
     std::vector<FieldView> fields_;
     std::vector<FieldBand> field_bands_;
-    std::vector<int32_t> face_moving_, face_fixed_direction_, material_fixed_direction_, mesh_contact_;
-    std::vector<float> transparent_boxes_, mesh_size_;
+    std::vector<int32_t> face_moving_, face_fixed_direction_, material_fixed_direction_;
+    std::shared_ptr<const std::vector<int32_t>> mesh_contact_;
+    std::shared_ptr<const std::vector<float>> transparent_boxes_, mesh_size_;
     std::shared_ptr<const CoplanarPolygons> polygons_;
     std::shared_ptr<const ContactMaterials> contact_materials_;
     SceneView view_{};

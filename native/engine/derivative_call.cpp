@@ -139,8 +139,12 @@ void Engine::DerivativeCall::begin_interior(const RenderOptions& options, const 
     // Samples of their derivative are as much larger than the light as the lobes are narrow.
     constexpr float kNarrow = 0.03f;
     const std::vector<int32_t> narrow =
-        interior && geometry && options.max_depth > 2
-            ? used_materials(t, [&](size_t closure) { return has_sharp_lobe(t, closure, kNarrow); })
+        interior && options.max_depth > 2
+            ? used_materials(t,
+                             [&](size_t closure) {
+                                 return has_sharp_lobe(t, closure, kNarrow) &&
+                                        (geometry || shapes_lobes(requested, closure));
+                             })
             : std::vector<int32_t>();
     decided.decide(Part::kSharpReflections, narrow.empty() ? Reason::kNone : Reason::kNeeded);
     decided[Part::kSharpReflections].materials = narrow;

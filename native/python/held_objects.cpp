@@ -63,12 +63,25 @@ struct Entries {
     }
 };
 
+// A number that changes whenever the dict does (PEP 509), so that its items need not be read; 0: not known,
+// as in later Pythons and in the stable ABI.
+uint64_t version_of([[maybe_unused]] const nb::object& dict) {
+#if !defined(Py_LIMITED_API) && PY_VERSION_HEX < 0x030C0000
+    return reinterpret_cast<const PyDictObject*>(dict.ptr())->ma_version_tag;
+#else
+    return 0;
+#endif
+}
+
 // What has been noted of objects. Lists of all objects together are read faster than a list for each.
 struct Notes {
     // A dict: the fields of an object, or a dict among its values.
     struct Dict {
         nb::object dict;
         size_t items;
+        uint64_t version;
+
+        bool is_certainly_unchanged() const { return version && version == version_of(dict); }
     };
     struct Item {
         nb::object key, value;
@@ -125,12 +138,31 @@ class HeldObjects {
 
     nb::list touched() const {
         nb::list out;
-        for (size_t k = 0; k < parts_.size(); ++k)
+        for (size_t k = 0; k < parts_.size(); ++k) {
+            if (k + kAhead < parts_.size()) fetch(parts_[k + kAhead]);
             if (!is_untouched(parts_[k])) out.append(k);
+        }
         return out;
     }
 
  private:
+    // Objects lie anywhere in memory, and a read would wait for it: so many objects before its turn, the
+    // memory of an object is asked for.
+    static constexpr size_t kAhead = 12;
+
+    void fetch(const Part& part) const {
+        constexpr size_t kLine = 64, kMostLines = 8;
+        for (size_t d = part.dict; d < part.dict + part.dicts; ++d)
+            __builtin_prefetch(notes_.dicts[d].dict.ptr());
+        for (size_t k = part.entry; k < part.entry + part.entries; ++k) {
+            const Entries& e = notes_.entries[k];
+            const size_t bytes = static_cast<size_t>(e.step) * e.count;
+            const size_t stride = std::max<size_t>(kLine, static_cast<size_t>(e.step));
+            for (size_t at = 0, lines = 0; at < bytes && lines < kMostLines; at += stride, ++lines)
+                __builtin_prefetch(e.first + at);
+        }
+    }
+
     template <typename T>
     static void put(std::vector<T>& from, std::vector<T>& to, size_t at) {
         std::move(from.begin(), from.end(), to.begin() + static_cast<std::ptrdiff_t>(at));
@@ -151,7 +183,7 @@ class HeldObjects {
         while (PyDict_Next(dict.ptr(), &at, &key, &value))
             notes.items.push_back({nb::borrow(key), nb::borrow(value)});
         const size_t last = notes.items.size();
-        notes.dicts.push_back({dict, last - first});
+        notes.dicts.push_back({dict, last - first, version_of(dict)});
         bool known = true;
         for (size_t k = first; k < last; ++k) {
             const nb::object held = notes.items[k].value;  // a reference of its own: the list grows
@@ -185,6 +217,10 @@ class HeldObjects {
         const Notes::Item* item = notes_.items.data() + part.item;
         for (size_t d = part.dict; d < part.dict + part.dicts; ++d) {
             const Notes::Item* const end = item + notes_.dicts[d].items;
+            if (notes_.dicts[d].is_certainly_unchanged()) {
+                item = end;
+                continue;
+            }
             Py_ssize_t at = 0;
             PyObject *key, *value;
             while (PyDict_Next(notes_.dicts[d].dict.ptr(), &at, &key, &value)) {

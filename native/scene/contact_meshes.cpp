@@ -166,9 +166,7 @@ ContactMaterials contact_materials(const SceneTables& tables) {
     return out;
 }
 
-std::vector<int32_t> contact_meshes(const SceneTables& tables, const SceneView& view,
-                                    const std::vector<int32_t>& materials) {
-    if (view.face_fixed_direction) return {};
+std::vector<int32_t> contact_meshes(const SceneTables& tables, const std::vector<int32_t>& materials) {
     std::vector<int32_t> meshes(static_cast<size_t>(tables.visible_meshes), 0);
     int32_t any = 0;
     for (size_t mesh = 0; mesh < meshes.size(); ++mesh) {

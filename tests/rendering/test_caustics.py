@@ -125,3 +125,29 @@ def test_a_plan_names_outlines_of_lights_in_mirrors_that_move_by_themselves() ->
     assert not named("lights.point.position")
     (sentence,) = named("meshes.mirror.vertices")
     assert "ball" in sentence and "rest" in sentence
+
+
+def noisy(scene: edgegrad.Scene, path: str, max_depth: int = 4) -> list[str]:
+    plan = edgegrad.plan(scene, [path], max_depth=max_depth)
+    return [why for term in plan.terms for why in term.why if why.startswith("noisy: light that narrow lobes")]
+
+
+@pytest.mark.parametrize("field", ["roughness", "ior"])
+def test_a_plan_names_the_noise_of_caustics_of_narrow_lobes_that_change_their_width_or_direction(field: str) -> None:
+    """No vertex, light or camera moves, but what the lobes throw on the floor does: by an index of refraction or a
+    roughness, samples of the derivative are many times larger than this light, as they are by a motion."""
+    need_every_table()
+    frosted = edgegrad.Material(np.ones(3), kind="GLASS", roughness=0.05, ior=1.4)
+    assert noisy(floor_by_a_mirror(frosted), f"materials.mirror.{field}")
+    assert not noisy(floor_by_a_mirror(frosted), f"materials.mirror.{field}", max_depth=2)
+    assert not noisy(floor_by_a_mirror(frosted), "materials.mirror.base_color")
+    wide = edgegrad.Material(np.ones(3), kind="GLASS", roughness=0.6, ior=1.4)
+    assert not noisy(floor_by_a_mirror(wide), f"materials.mirror.{field}")
+
+
+def test_a_plan_names_the_caustics_of_an_environment_that_turns() -> None:
+    need_every_table()
+    scene = floor_by_a_mirror(MIRROR)
+    scene.images = {"sky": edgegrad.Image(np.random.default_rng(0).random((4, 8, 3), np.float32))}
+    scene.world = edgegrad.World(np.ones(3), 1.0, "sky")
+    assert missing(scene, "world.rotation")

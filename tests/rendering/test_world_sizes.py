@@ -83,3 +83,18 @@ def test_faces_that_meet_at_an_obtuse_angle_do_so_in_large_worlds() -> None:
     small = Renderer(scene).render_forward({path: tangent}, terms=["primary"], **OPTIONS)
     large = Renderer(resized(scene, factor)).render_forward({path: factor * tangent}, terms=["primary"], **OPTIONS)
     same(large, small)
+
+
+@pytest.mark.parametrize("decay", ["LINEAR", "CONSTANT"])
+@pytest.mark.parametrize("count", [2, 40])
+def test_lights_of_every_falloff_are_chosen_by_what_they_give_in_any_world(decay: str, count: int) -> None:
+    """A lamp far away whose light does not fall with the square of the distance, among others nearby.
+
+    Chosen as if it did, each sample would be of another lamp in a larger world, and the far one's light noisy.
+    """
+    need("native")
+    scene, rng = smooth_body_on_floor(), np.random.default_rng(0)
+    near = {f"near {k}": PointLight(rng.uniform(-1.0, 1.0, 3) + [0.0, 0.0, 4.0], 60.0 / count) for k in range(count)}
+    far = PointLight(np.array([10.0, -20.0, 30.0]), 60.0, decay=decay)
+    scene.lights = {"lamp": scene.lights["lamp"], **near, "far": far}
+    check(scene, 2.0**10)

@@ -77,7 +77,9 @@ struct EdgeCache {
     Kept<Sides, EdgeTree> tree;
     Kept<bool, SurfaceRegions> regions;
     Kept<bool, CoplanarPolygons> polygons;
-    Kept<bool, ContactMaterials> contact_materials;  // scene/contact_meshes.h
+    Kept<bool, ContactMaterials> contact_materials;                // scene/contact_meshes.h
+    Kept<bool, std::vector<int32_t>> contact_meshes;               // the same
+    Kept<bool, std::vector<float>> mesh_sizes, transparent_boxes;  // the same
     Kept<bool, bool> cross;  // whether any surface intersects another surface or a light
     Kept<bool, MeshBoxes> boxes;
     Kept<bool, std::vector<FieldCarrier>> carriers;  // by field (sdf/outline.h)
@@ -89,7 +91,7 @@ struct EdgeCache {
 
     // Call after vertices have changed.
     void clear() {
-        intersections.clear(), boxes.clear(), not_star_shaped.clear(), carriers.clear();
+        mesh_sizes.clear(), intersections.clear(), boxes.clear(), not_star_shaped.clear(), carriers.clear();
         clear_values();
     }
     // Call after other values have changed. What depends on vertices alone stays valid.
@@ -97,7 +99,7 @@ struct EdgeCache {
         spare_candidates.give(primary.clear());
         shadow.clear(), silhouettes.clear();
         tree.clear(), regions.clear(), polygons.clear(), cross.clear();
-        contact_materials.clear();
+        contact_materials.clear(), contact_meshes.clear(), transparent_boxes.clear();
     }
 };
 

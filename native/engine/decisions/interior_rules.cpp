@@ -254,6 +254,15 @@ bool rims_move(const SceneView& scene, const SceneTables& tables, const Requeste
     return false;
 }
 
+bool shapes_lobes(const Requested& requested, size_t closure) {
+    const auto is_requested = [&](size_t first, size_t last) {
+        return requested.any("closure_params", closure * kMaterialParams + first,
+                             closure * kMaterialParams + last);
+    };
+    return is_requested(kRoughness, kRoughness + 1) || is_requested(kIor, kAnisotropyRotation + 1) ||
+           is_requested(kCoatRoughness, kCoatRoughness + 1) || is_requested(kNormalMap, kNormalStrength + 1);
+}
+
 RequestedSurfaces requested_surfaces(const SceneView& scene, const SceneTables& tables,
                                      const Requested& requested, const std::vector<int32_t>& passed) {
     RequestedSurfaces out;

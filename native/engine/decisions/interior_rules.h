@@ -22,6 +22,9 @@ bool all_black(const SceneView& scene, const SceneTables& tables);
 // Whether rims of transmission lobes may move (path/rim.h).
 bool rims_move(const SceneView& scene, const SceneTables& tables, const Requested& requested);
 
+// Whether the width of a closure's lobes is requested, or where they point.
+bool shapes_lobes(const Requested& requested, size_t closure);
+
 // The surfaces that have derivatives, if nothing else does. With requested emission, or requested
 // transmittance
 // (`passed`, see engine/decisions/transparent_closures.h), light everywhere has derivatives.

@@ -42,7 +42,9 @@ def shown_by(optics: str, shape: str = "ring", **others: Any) -> Scene:
             meshes, where = {"mirror": mirror}, (0.2, 0.1, 1.0)
         case "crossed sheet" | "crossed field" | "crossed meshes":
             meshes, where = {"mirror": mirror}, (0.2, 0.1, 1.0)
-            sheet = rectangle((0.2, 0.1, 1.0), (0.8, 0.1, 0.3), (-0.1, 0.9, 0.2), "warm")
+            # Its edges are out of sight
+            sheet = rectangle((0.2, 0.1, 1.0), (3.0, 0.1, 0.3), (-0.1, 3.0, 0.2), "warm")
+            own = {"camera": camera((0.6, 1.6, 2.2), (0.2, 0.1, -3.0), 16, 0.3)}
         case "two mirrors":
             second = rectangle((0, 0, 4.0), (-2.5, 0, 0), (0, 2.5, 0.3), "mirror")
             meshes, where = {"mirror": mirror, "second": second}, (0.5, 1.1, 0.6)
@@ -65,6 +67,9 @@ def shown_by(optics: str, shape: str = "ring", **others: Any) -> Scene:
     elif optics == "crossed field":
         shown, fields["other"] = {}, placed(exact_sphere(0.6, 20, material="grey"), (0.5, 0.1, 1.2))
         own["lights"] = {"lamp": PointLight(np.array([0.4, 0.3, -3.0]), power=300.0, casts_shadow=False)}
+    if optics.startswith("crossed"):
+        for one in (*fields.values(), *shown.values()):
+            one.visible_to = frozenset(["glossy", "shadow", "diffuse"])  # the camera sees them in the mirror alone
     given: dict[str, Any] = {
         "meshes": {**meshes, **shown}, "fields": fields, "world": World(np.ones(3), 0.3),
         "materials": {**MATERIALS, "clay": matte(0.0, 0.0, 0.0), "grey": matte(0.5, 0.5, 0.6)}}

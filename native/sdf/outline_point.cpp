@@ -8,8 +8,9 @@
 namespace edgegrad {
 namespace {
 
-// Newton's method stops at steps of so many cells, and fails after so many steps or so far from its start.
-constexpr double kResolved = 1e-9, kFar = 1.5;
+// Newton's method stops after a step of so many cells: the next one would be about as long as its square. It
+// fails after so many steps or so far from its start.
+constexpr double kResolved = 3e-5, kFar = 1.5;
 constexpr int kMostSteps = 20;
 // Rays through points of an outline touch the surface over so many cells.
 constexpr double kContactCells = 0.125;

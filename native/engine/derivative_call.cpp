@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <iterator>
 
+#include "boundary/fields/field_curves.h"
 #include "boundary/meshes/solids.h"
 #include "engine/decisions/followed_lobes_rule.h"
 #include "engine/decisions/interior_rules.h"
 #include "engine/decisions/missing_parts.h"
 #include "engine/decisions/transparent_closures.h"
+#include "engine/terms/outline_cells.h"
 #include "scene/contact_meshes.h"
 #include "scene/sharp_lobes.h"
 #include "tasks/block_sizes.h"
@@ -116,6 +118,7 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
             kManySegments * static_cast<double>(interior->plan().pixels) * options.samples)
         divide_interior(2);
     sample_edge_on_faces();
+    add_samples_on_outlines(options.seed);
 }
 
 void Engine::DerivativeCall::begin_interior(const RenderOptions& options, const RenderOptions& own) {
@@ -173,6 +176,25 @@ void Engine::DerivativeCall::sample_edge_on_faces() {
                              engine.threads_);
     interior->weigh_beside(edge_on.get());
     decided.decide(Part::kEdgeOn, edge_on ? Reason::kNeeded : Reason::kNone);
+}
+
+void Engine::DerivativeCall::add_samples_on_outlines(uint32_t seed) {
+    const CameraView& camera = scene.camera;
+    const bool blurs = camera.aperture_radius > 0.0f || camera.kind == kEquirectangular;
+    if (!interior || decided.alone() || motion.warped || blurs || reuses_picture()) return;
+    const SceneTables& t = engine.tables_;
+    std::vector<int32_t> moving;
+    for (size_t k = 0; k < t.fields.size(); ++k) {
+        const int32_t mesh = t.first_field() + static_cast<int32_t>(k);
+        if (motion.fields[k] && (t.mesh_mask[static_cast<size_t>(mesh)] & 1 << kCameraRay))
+            moving.push_back(mesh);
+    }
+    if (moving.empty()) return;
+    const std::vector<uint8_t> none;
+    const EdgeList edges{engine.tables_,  sides.data(),    engine.closed_, none,        nullptr,
+                         engine.kernels_, engine.threads_, lights,         engine.kept_};
+    interior->set_plan(
+        interior->plan().with_dense(outline_pixels(camera, seen_outlines(scene, edges, moving, seed))));
 }
 
 // The order of passes determines the rounding of sums. Each mode keeps its own order, so that results keep
@@ -251,14 +273,16 @@ Dropped Engine::DerivativeCall::all_dropped() const {
     return out;
 }
 
-ImagePlan Engine::DerivativeCall::interior_plan(const RenderOptions& options) const {
+bool Engine::DerivativeCall::reuses_picture() const {
     constexpr uint64_t values =
         Requested::columns(kBaseColor, kBaseColor + 3) | Requested::columns(kEmission, kEmission + 3);
-    const bool pictures =
-        requested.any("light_params") || requested.any("environment") ||
-        (requested.any("closure_params") && (requested.span("closure_params").columns & values) != 0);
+    return requested.any("light_params") || requested.any("environment") ||
+           (requested.any("closure_params") && (requested.span("closure_params").columns & values) != 0);
+}
+
+ImagePlan Engine::DerivativeCall::interior_plan(const RenderOptions& options) const {
     const ImagePlan own(scene.camera, options, kRecordedPaths);
-    const ImagePlan all = pictures ? own : own.sharing();
+    const ImagePlan all = reuses_picture() ? own : own.sharing();
     // Only the motion of a sharp lobe has a derivative that is odd about its middle.
     return geometry && any_sharp_material() ? all.in_pairs() : all;
 }

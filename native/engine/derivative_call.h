@@ -69,9 +69,12 @@ struct Engine::DerivativeCall {
     void add_variance(const ImagePlan& pilot, const DifferentiableTables& along, int64_t chunk,
                       ThreadMemory& memory, double* by_pixel, double* touched) const;
     double interior_variance(const Progress& progress, std::vector<ThreadMemory>& of_thread) const;
+    ImagePlan interior_plan(const RenderOptions& options) const;
+    // Gives pixels on outlines of moving fields more samples: hits that graze a field have large derivatives.
+    void add_samples_on_outlines(uint32_t seed);
     // Derivatives by strengths and colours reuse the picture's random numbers, and so do derivatives that are
     // requested with them.
-    ImagePlan interior_plan(const RenderOptions& options) const;
+    bool reuses_picture() const;
     // Whether any material has lobes that are worth pairs of mirrored samples.
     bool any_sharp_material() const;
     // Decides on the interior term and its rims. `own`: the options with their number of samples.

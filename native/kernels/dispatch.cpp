@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "kernels/cpu_features.h"
+#include "util/cpu_features.h"
 #include "tasks/kernel_table.h"
 
 namespace edgegrad {

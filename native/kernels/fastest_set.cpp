@@ -1,7 +1,7 @@
 // Prints the fastest instruction set that this machine runs. The build runs it for EDGEGRAD_KERNELS=native.
 #include <cstdio>
 
-#include "kernels/cpu_features.h"
+#include "util/cpu_features.h"
 
 int main() {
     std::puts(EDGEGRAD_RUNS_avx512  ? "avx512"

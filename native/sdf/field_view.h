@@ -14,6 +14,8 @@ struct FieldView {
     int32_t size[3];        // numbers of coefficients
     double to_world[3][4];  // rows, from grid coordinates
     double to_grid[3][4];
+    double cell_size;         // largest coordinate of a cell's axes in the world
+    double extent;            // and of the box's
     int32_t number = 0;       // among the fields of the scene
     int64_t first_value = 0;  // of all coefficients of the scene's fields, one field after the other
 
@@ -70,6 +72,12 @@ inline FieldView field_view(const float* values, const int32_t (&size)[3], const
         for (int c = 0; c < 4; ++c) f.to_world[a][c] = to_world[4 * a + c];
     }
     const auto& m = f.to_world;
+    for (int c = 0; c < 3; ++c)
+        for (int a = 0; a < 3; ++a) {
+            const double axis = m[c][a] < 0.0 ? -m[c][a] : m[c][a], side = axis * f.cells(a);
+            if (axis > f.cell_size) f.cell_size = axis;
+            if (side > f.extent) f.extent = side;
+        }
     double cofactor[3][3];
     for (int a = 0; a < 3; ++a)
         for (int c = 0; c < 3; ++c)

@@ -4,12 +4,14 @@
 #include <cmath>
 
 #include "sdf/triple.h"
+#include "util/cpu_features.h"
 
 namespace edgegrad {
 namespace {
 
-// Newton's method stops at steps of so many cells, and fails after so many steps or so far from its start.
-constexpr double kResolved = 1e-9, kFar = 1.5;
+// Newton's method stops after a step of so many cells: the next one would be about as long as its square. It
+// fails after so many steps or so far from its start.
+constexpr double kResolved = 3e-5, kFar = 1.5;
 constexpr int kMostSteps = 20;
 // Rays through points of an outline touch the surface over so many cells.
 constexpr double kContactCells = 0.125;
@@ -41,10 +43,10 @@ struct OutlineEquations {
 
 typedef double Four __attribute__((vector_size(32)));
 
-double total(const Four& a) { return (a[0] + a[2]) + (a[1] + a[3]); }
+inline __attribute__((always_inline)) double total(const Four& a) { return (a[0] + a[2]) + (a[1] + a[3]); }
 
 // Passed by reference: a vector as a result has another calling convention with each instruction set.
-void value_weights(double u, Four& weight) {
+inline __attribute__((always_inline)) void value_weights(double u, Four& weight) {
     const double v = 1.0 - u;
     weight = Four{v * v * v / 6.0, (4.0 - 3.0 * u * u * (1.0 + v)) / 6.0,
                   (4.0 - 3.0 * v * v * (1.0 + u)) / 6.0, u * u * u / 6.0};
@@ -58,10 +60,10 @@ class SplineCell {
         for (int a = 0; a < 3; ++a) at[a] = f.place_in_cell(grid, a, cell[a]);
         first_ = f.values + cell[0] * slab_ + cell[1] * step_ + cell[2];
     }
-    Four row(int i, int j) const {
+    __attribute__((always_inline)) void row(int i, int j, Four& out) const {
         const float* r = first_ + i * slab_ + j * step_;
-        return Four{static_cast<double>(r[0]), static_cast<double>(r[1]), static_cast<double>(r[2]),
-                    static_cast<double>(r[3])};
+        out = Four{static_cast<double>(r[0]), static_cast<double>(r[1]), static_cast<double>(r[2]),
+                   static_cast<double>(r[3])};
     }
     double at[3];
 
@@ -69,6 +71,41 @@ class SplineCell {
     int64_t step_, slab_;
     const float* first_;
 };
+
+// Sums with the instructions of the caller: samples of outlines and of shadows spend most of their time here.
+inline __attribute__((always_inline)) void sum_jet(const SplineCell& c, SplineJet& out) {
+    Four w[3], d[3], b[3];  // the weights of a value, a slope and a second derivative along each axis
+    for (int a = 0; a < 3; ++a) {
+        const double u = c.at[a], v = 1.0 - u;
+        value_weights(u, w[a]);
+        d[a] = Four{-0.5 * v * v, 0.5 * u * (3.0 * u - 4.0), 0.5 * v * (4.0 - 3.0 * v), 0.5 * u * u};
+        b[a] = Four{v, 3.0 * u - 2.0, 1.0 - 3.0 * u, u};
+    }
+    // The sums along z come last, so that all four taps of a row are read together
+    Four value{}, x{}, y{}, xx{}, yy{}, xy{};
+    for (int i = 0; i < 4; ++i) {
+        Four flat{}, turned{}, bent{};
+        for (int j = 0; j < 4; ++j) {
+            Four row;
+            c.row(i, j, row);
+            flat += row * w[1][j], turned += row * d[1][j], bent += row * b[1][j];
+        }
+        value += flat * w[0][i], x += flat * d[0][i], xx += flat * b[0][i];
+        y += turned * w[0][i], xy += turned * d[0][i], yy += bent * w[0][i];
+    }
+    out.value = total(value * w[2]);
+    out.gradient[0] = total(x * w[2]), out.gradient[1] = total(y * w[2]),
+    out.gradient[2] = total(value * d[2]);
+    out.hessian[0] = total(xx * w[2]), out.hessian[1] = total(yy * w[2]),
+    out.hessian[2] = total(value * b[2]);
+    out.hessian[3] = total(y * d[2]), out.hessian[4] = total(x * d[2]), out.hessian[5] = total(xy * w[2]);
+}
+
+#if defined(__x86_64__)
+__attribute__((target("avx2,fma"))) void sum_jet_with_avx2(const SplineCell& c, SplineJet& out) {
+    sum_jet(c, out);
+}
+#endif
 
 }  // namespace
 
@@ -91,37 +128,25 @@ double spline_value(const FieldView& f, const double (&grid)[3]) {
     Four wx, wy, wz, sum{};
     value_weights(c.at[0], wx), value_weights(c.at[1], wy), value_weights(c.at[2], wz);
     for (int i = 0; i < 4; ++i)
-        for (int j = 0; j < 4; ++j) sum += c.row(i, j) * (wx[i] * wy[j]);
+        for (int j = 0; j < 4; ++j) {
+            Four row;
+            c.row(i, j, row);
+            sum += row * (wx[i] * wy[j]);
+        }
     return total(sum * wz);
 }
 
 SplineJet spline_jet(const FieldView& f, const double (&grid)[3]) {
     const SplineCell c(f, grid);
-    Four w[3], d[3], b[3];  // the weights of a value, a slope and a second derivative along each axis
-    for (int a = 0; a < 3; ++a) {
-        const double u = c.at[a], v = 1.0 - u;
-        value_weights(u, w[a]);
-        d[a] = Four{-0.5 * v * v, 0.5 * u * (3.0 * u - 4.0), 0.5 * v * (4.0 - 3.0 * v), 0.5 * u * u};
-        b[a] = Four{v, 3.0 * u - 2.0, 1.0 - 3.0 * u, u};
-    }
-    // The sums along z come last, so that all four taps of a row are read together
-    Four value{}, x{}, y{}, xx{}, yy{}, xy{};
-    for (int i = 0; i < 4; ++i) {
-        Four flat{}, turned{}, bent{};
-        for (int j = 0; j < 4; ++j) {
-            const Four row = c.row(i, j);
-            flat += row * w[1][j], turned += row * d[1][j], bent += row * b[1][j];
-        }
-        value += flat * w[0][i], x += flat * d[0][i], xx += flat * b[0][i];
-        y += turned * w[0][i], xy += turned * d[0][i], yy += bent * w[0][i];
-    }
     SplineJet out;
-    out.value = total(value * w[2]);
-    out.gradient[0] = total(x * w[2]), out.gradient[1] = total(y * w[2]),
-    out.gradient[2] = total(value * d[2]);
-    out.hessian[0] = total(xx * w[2]), out.hessian[1] = total(yy * w[2]),
-    out.hessian[2] = total(value * b[2]);
-    out.hessian[3] = total(y * d[2]), out.hessian[4] = total(x * d[2]), out.hessian[5] = total(xy * w[2]);
+#if defined(__x86_64__)
+    static const bool avx2 = cpu_features().avx2;
+    if (avx2) {
+        sum_jet_with_avx2(c, out);
+        return out;
+    }
+#endif
+    sum_jet(c, out);
     return out;
 }
 

@@ -23,7 +23,7 @@ EG_INLINE void encode_place(const FieldView& f, const double (&grid)[3], uint32_
 EG_INLINE void decode_place(const FieldView& f, const uint32_t (&code)[2], double (&grid)[3]) {
     uint64_t bits = static_cast<uint64_t>(code[1]) << 32 | code[0];
     for (int a = 2; a >= 0; --a) {
-        grid[a] = static_cast<double>(bits & ((1u << kPlaceBits) - 1)) * (f.cells(a) / kPlaceSteps);
+        grid[a] = static_cast<double>(bits & ((1u << kPlaceBits) - 1)) * (f.cells(a) * (1.0 / kPlaceSteps));
         bits >>= kPlaceBits;
     }
 }

@@ -7,7 +7,7 @@
 namespace edgegrad {
 namespace {
 
-// Newton's method along a gradient stops at steps of so many cells. It fails after so many steps or so far
+// The search along a gradient stops at steps of so many cells. It fails after so many steps or so far
 // from the patch.
 constexpr double kResolved = 1e-6, kFar = 1.0;
 constexpr int kMostSteps = 20;
@@ -30,7 +30,11 @@ bool patch_point(const FieldView& f, const FieldPatch& patch, float u, float v, 
         out.jet = spline_jet(f, out.grid);
         const double slope = dot(out.jet.gradient, along);
         if (step == kMostSteps || !(std::abs(slope) > 0.0)) return false;
-        const double by = -out.jet.value / slope;
+        // Halley's method; the second derivative is at hand
+        Triple bent;
+        times(out.jet.hessian, along, bent);
+        const double newton = -out.jet.value / slope, turn = 1.0 + 0.5 * newton * dot(along, bent) / slope;
+        const double by = turn > 0.5 ? newton / turn : newton;
         if (std::abs(by) * length < kResolved) break;
         way += by;
         if (!(std::abs(way) * length < kFar)) return false;

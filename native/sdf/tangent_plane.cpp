@@ -43,23 +43,16 @@ void tangent_triangle(const FieldView& field, const uint32_t (&code)[2], float (
     const double step = square > 0.0 ? static_cast<double>(p.value) / square : 0.0;
     if (step * step * square < kMostPull * kMostPull)
         for (int a = 0; a < 3; ++a) grid[a] -= step * static_cast<double>(p.gradient[a]);
-    double g[3], x[3], extent = 0.0;
+    double g[3], x[3];
     field.gradient_in_world(p.gradient, g);
     field.place_in_world(grid, x);
-    const double length = length_of(g);
-    for (int c = 0; c < 3; ++c) {
-        const auto& m = field.to_world[c];
-        extent = larger(extent, size_of(x[c]));
-        for (int a = 0; a < 3; ++a) extent = larger(extent, size_of(m[a]) * field.cells(a));
-    }
-    const double n[3] = {length > 0.0 ? g[0] / length : 0.0, length > 0.0 ? g[1] / length : 0.0,
-                         length > 0.0 ? g[2] / length : 1.0};
-    // Rounding moves the surface by this much, at most by a cell
-    double cell_size = 0.0;
-    for (int a = 0; a < 3; ++a)
-        for (int c = 0; c < 3; ++c) cell_size = larger(cell_size, size_of(field.to_world[c][a]));
-    const double error = length > 0.0 ? kRounding * largest_coefficient(field, cell) / length : cell_size;
-    const double size = larger(extent, (error < 0.01 * cell_size ? error : 0.01 * cell_size) / kRayOffset);
+    const double extent = larger(larger(field.extent, size_of(x[0])), larger(size_of(x[1]), size_of(x[2])));
+    const double length = length_of(g), inverse = length > 0.0 ? 1.0 / length : 0.0;
+    const double n[3] = {g[0] * inverse, g[1] * inverse, length > 0.0 ? g[2] * inverse : 1.0};
+    // Rounding moves the surface by this much, at most by a hundredth of a cell
+    const double most = 0.01 * field.cell_size,
+                 error = length > 0.0 ? kRounding * largest_coefficient(field, cell) * inverse : most;
+    const double size = larger(extent, (error < most ? error : most) * (1.0 / kRayOffset));
     // Tangents (simd/vector.h, basis)
     const double sign = n[2] >= 0.0 ? 1.0 : -1.0, r = -1.0 / (sign + n[2]), q = n[0] * n[1] * r;
     const double u[3] = {1.0 + sign * n[0] * n[0] * r, sign * q, -sign * n[0]};

@@ -12,8 +12,8 @@
 
 #include "sdf/bricks.h"
 #include "sdf/place_code.h"
-#include "sdf/ray_lanes.h"
 #include "sdf/spline.h"
+#include "simd/ray_lanes.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 namespace {

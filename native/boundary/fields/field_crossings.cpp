@@ -170,6 +170,7 @@ void search(const Facets& first, const Facets& second, int threads, Intersection
 Intersections field_crossings(const EdgeList& edges, const RequestedMotion& motion, int32_t seers) {
     const SceneTables& t = edges.tables;
     Intersections out;
+    if (t.first_field() == 0 && t.fields.size() < 2) return out;  // nothing else is there
     const auto carriers = field_carriers(edges);
     const std::vector<uint8_t> moving = moving_meshes(t, motion);
     const auto instances = mesh_instances(t);

@@ -13,6 +13,28 @@ constexpr double kMostCells = 512.0;
 // The weight of cells far from outlines, of which there are many: bands may extend to where no outline is.
 constexpr double kFar = 0.02;
 
+// Calls visit(low, high) with the bounds in pixels of each segment in the picture; all of it where these are
+// not known.
+template <typename Visit>
+void visit_bounds(const PictureFrame& frame, const CameraView& camera, const Intersections& outlines,
+                  const Visit& visit) {
+    for (int64_t k = 0; k < outlines.size(); ++k) {
+        const float* p = &outlines.ends[6 * static_cast<size_t>(k)];
+        const Vector a = {p[0], p[1], p[2]}, b = {p[3], p[4], p[5]};
+        bool seen = false;
+        frame.visit_segments(a, b, [&](const PictureFrame::EdgeSegment&) { seen = true; });
+        if (!seen) continue;
+        const auto one = frame.around(a), other = frame.around(b);
+        const double margin = std::max(frame.margin(), 0.0);
+        double low[2] = {0.0, 0.0}, high[2] = {camera.width + 2.0 * margin, camera.height + 2.0 * margin};
+        for (int c = 0; c < 2 && one && other; ++c) {
+            low[c] = std::min(one->low[c], other->low[c]);
+            high[c] = std::max(one->high[c], other->high[c]);
+        }
+        visit(low, high);
+    }
+}
+
 }  // namespace
 
 Candidates outline_cells(const CameraView& camera, const Intersections& outlines, int32_t line, double pixels,
@@ -35,21 +57,10 @@ Candidates outline_cells(const CameraView& camera, const Intersections& outlines
         for (int32_t row = first[1]; row <= last[1]; ++row)
             std::fill_n(near.begin() + static_cast<int64_t>(row) * n + first[0], last[0] - first[0] + 1, 1);
     };
-    for (int64_t k = 0; k < outlines.size(); ++k) {
-        const float* p = &outlines.ends[6 * static_cast<size_t>(k)];
-        const Vector a = {p[0], p[1], p[2]}, b = {p[3], p[4], p[5]};
-        bool seen = false;
-        frame.visit_segments(a, b, [&](const PictureFrame::EdgeSegment&) { seen = true; });
-        if (!seen) continue;
+    visit_bounds(frame, camera, outlines, [&](const double (&low)[2], const double (&high)[2]) {
         any = true;
-        const auto one = frame.around(a), other = frame.around(b);
-        double low[2] = {0.0, 0.0}, high[2] = {size[0], size[1]};
-        for (int c = 0; c < 2 && one && other; ++c) {
-            low[c] = std::min(one->low[c], other->low[c]);
-            high[c] = std::max(one->high[c], other->high[c]);
-        }
         mark(low, high);
-    }
+    });
     Candidates out;
     if (!any) return out;
     out.direction_cells = n;
@@ -62,6 +73,28 @@ Candidates outline_cells(const CameraView& camera, const Intersections& outlines
             out.cumulative.push_back(out.cumulative.back() + (near[static_cast<size_t>(place)] ? 1.0 : kFar));
         }
     return out;
+}
+
+std::vector<uint8_t> outline_pixels(const CameraView& camera, const Intersections& outlines) {
+    const PictureFrame frame(camera);
+    const double reach = std::max(frame.margin(), 0.0);
+    const int32_t size[2] = {camera.width, camera.height};
+    std::vector<uint8_t> near(static_cast<size_t>(size[0]) * static_cast<size_t>(size[1]), 0);
+    visit_bounds(frame, camera, outlines, [&](const double (&low)[2], const double (&high)[2]) {
+        int32_t first[2], last[2];
+        for (int a = 0; a < 2; ++a) {
+            const auto pixel = [&](double at) {
+                return static_cast<int32_t>(std::clamp(std::floor(at), -1.0, static_cast<double>(size[a])));
+            };
+            first[a] = std::max(pixel(low[a] - reach), 0);
+            last[a] = std::min(pixel(high[a] + reach), size[a] - 1);
+        }
+        for (int32_t row = first[1]; row <= last[1]; ++row)
+            for (int32_t column = first[0]; column <= last[0]; ++column)
+                near[static_cast<size_t>(row) * static_cast<size_t>(size[0]) + static_cast<size_t>(column)] =
+                    1;
+    });
+    return near;
 }
 
 }  // namespace edgegrad

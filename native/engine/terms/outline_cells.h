@@ -1,4 +1,4 @@
-// Cells of the picture for samples in bands about the outlines of distance fields.
+// Cells and pixels of the picture about the outlines of distance fields.
 #pragma once
 
 #include "boundary/curves/candidates.h"
@@ -10,5 +10,8 @@ namespace edgegrad {
 // `pixels` of an outline have most of the weight. Empty if no outline is in reach of the picture.
 Candidates outline_cells(const CameraView& camera, const Intersections& outlines, int32_t line, double pixels,
                          double requested);
+
+// Marks the pixels, row by row, whose filters reach an outline.
+std::vector<uint8_t> outline_pixels(const CameraView& camera, const Intersections& outlines);
 
 }  // namespace edgegrad

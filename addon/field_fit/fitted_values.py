@@ -36,7 +36,7 @@ class FittedValues:
     """
 
     material: str | None
-    grids: dict[str, NDArray[np.float64]]
+    grids: dict[str, NDArray[np.float32]]
 
 
 def fit_values(export: Export, field: edgegrad.Field, of: str | None, fields: tuple[str, ...],
@@ -64,7 +64,7 @@ def fit_values(export: Export, field: edgegrad.Field, of: str | None, fields: tu
     count = field.cells // CELLS + 1
     grids = {}
     for one in fields:
-        value = np.atleast_1d(np.asarray(getattr(material, one), np.float64))
+        value = np.atleast_1d(np.asarray(getattr(material, one), np.float32))
         grids[LAYERS[one]] = np.broadcast_to(value, (*count, len(value))).copy()
     read = {one: Attribute(LAYERS[one]) for one in fields}
     fitted = f"{field.material} (fitted)"

@@ -2,6 +2,7 @@
 
 from .isosurface import to_mesh
 from .mesh_sampling import from_mesh
+from .painting import sampled_attributes
 from .redistancing import redistanced
 from .regularisers import eikonal, laplacian
 from .resampling import refined, resampled
@@ -16,6 +17,7 @@ __all__ = [
     "redistanced",
     "refined",
     "resampled",
+    "sampled_attributes",
     "to_mesh",
     "topology",
 ]

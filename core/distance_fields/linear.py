@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,3 +32,10 @@ def axis_weights(count: int, place: F64) -> F64:
     out[rows, cell] = 1.0 - (at - cell)
     out[rows, np.minimum(cell + 1, count - 1)] += at - cell
     return out
+
+
+def mapped(values: F64, maps: Sequence[F64]) -> F64:
+    """Apply a matrix along each of the first axes."""
+    for axis, matrix in enumerate(maps):
+        values = np.moveaxis(np.tensordot(matrix, values, axes=(1, axis)), 0, axis)
+    return np.ascontiguousarray(values)

@@ -5,11 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .._check import LARGEST_LENGTH, array, instance, whole, wholes
 from ..scene.field import LARGEST_SIZE, LEAST_SIZE, Field
 from . import spline
+from .linear import axis_weights, mapped
+
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
 
 
 def refined(field: Field, times: int = 1) -> Field:
@@ -31,6 +35,8 @@ def resampled(
     field: Field, cells: tuple[int, int, int], *, lower: ArrayLike | None = None, upper: ArrayLike | None = None
 ) -> Field:
     """Sample a field on another grid. At the nodes of the new grid both fields are equal.
+
+    Attributes are sampled on grids of about the same spacing, if the box changes.
 
     Parameters
     ----------
@@ -58,4 +64,18 @@ def resampled(
     places = [np.clip((np.linspace(low[k], high[k], count[k] + 1) - field.lower[k]) / spacing[k], 0.0, field.cells[k])
               for k in range(3)]  # fmt: skip
     values = spline.coefficients(spline.at_nodes_of(field.values, places))
-    return replace(field, values=values.astype(np.float32), lower=low, upper=high)
+    size = field.upper - field.lower
+    ends = (low - field.lower) / size, (high - field.lower) / size
+    whole_box = np.array_equal(low, field.lower) and np.array_equal(high, field.upper)
+    attributes = field.attributes if whole_box else {name: _within(grid, *ends)
+                                                     for name, grid in field.attributes.items()}
+    return replace(field, values=values.astype(np.float32), lower=low, upper=high, attributes=attributes)
+
+
+def _within(grid: F32, low: F64, high: F64) -> F32:
+    """A grid over a part of its box, from the fractions `low` to `high` of that, with cells no larger than before."""
+    maps = []
+    for n, a, b in zip(grid.shape[:3], low, high, strict=True):
+        count = 1 + int(np.ceil((n - 1) * (b - a) - 1e-9))
+        maps.append(axis_weights(n, np.linspace(a, b, count)))
+    return mapped(grid.astype(np.float64), maps).astype(np.float32)

@@ -252,6 +252,19 @@ def test_the_command_line_saves_the_new_object(target: Path, tmp_path: Path) -> 
     assert bpy.data.objects["Cube"].hide_render and len(bpy.data.objects["Cube (field)"].data.polygons) > 50
     assert command_line.main([*arguments, "--vertices", "Cube", "--resolution", "16", "--out", str(tmp_path)]) == 1
     assert command_line.main([*arguments, "--vertices", "Cube", "--field", "Cube", "--out", str(tmp_path)]) == 1
+    assert command_line.main([*arguments, "--vertices", "Cube", "--field-values", "color", "--out", str(tmp_path)]) == 1
+
+
+def test_the_command_line_fits_colours(target: Path, tmp_path: Path) -> None:
+    principled()
+    start, saved = tmp_path / "scene.blend", tmp_path / "saved.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(start))
+    arguments = ["fit", str(start), "--target", f"Front={target}", "--samples", "4", "--iterations", "2"]
+    values = ["--field", "Cube", "--resolution", "16", "--field-values", "color", "metallic"]
+    assert command_line.main([*arguments, *values, "--save", str(saved)]) == 0
+    bpy.ops.wm.open_mainfile(filepath=str(saved))
+    names = {one.name for one in bpy.data.objects["Cube (field)"].data.attributes}
+    assert {"Fitted Color", "Fitted Metallic"} <= names and "Fitted Roughness" not in names
 
 
 @pytest.fixture

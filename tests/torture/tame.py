@@ -150,7 +150,8 @@ def _put_field(draw: Draw, scene: Scene, shader: str) -> None:
     place = pose(0.55 * turn(*draw.rng.normal(scale=0.5, size=3)), 0.1, 0.0, 0.5)
     field: Field = draw.one((lambda: sampled(torus, 16), lambda: exact_sphere(0.75, 12)))()
     field.transform = place
-    field.attributes = {"paint": draw.rng.uniform(0.2, 0.8, (*draw.rng.integers(1, 6, 3), 3))}
+    size = (*draw.rng.integers(1, 6, 3).tolist(), 3)
+    field.attributes = {"paint": draw.rng.uniform(0.2, 0.8, size).astype(np.float32)}
     if shader == "emissive":
         field.material, field.transform[:3, 3] = "floor", [-1.8, 1.8, 0.6]
     else:

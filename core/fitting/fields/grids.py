@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...distance_fields.linear import axis_weights
+from ...distance_fields.linear import axis_weights, mapped
 from ...scene import parameters
 from ...scene.scene import Scene
 from ..bounds import first_step, limits
@@ -40,21 +40,21 @@ class Attribute(Resumable):
         self._size = own.shape[:3]
         self._level = self.options.coarser
         self._turns = refinements(self._level, iterations)
-        self._values = _mapped(own, self._maps(self._level, self._size))
+        self._values = mapped(own, self._maps(self._level, self._size))
         self._count = 0
         self._restart()
 
     def take_step(self, gradient: F64, factor: float) -> Any:
         while self._turns and self._count >= self._turns[0]:
             self._turns.pop(0)
-            self._values = _mapped(self._values, self._maps(self._level - 1))
+            self._values = mapped(self._values, self._maps(self._level - 1))
             self._level -= 1
             self._restart()
         up = self._maps(0)
-        smooth = smoothed(_mapped(gradient, [one.T for one in up]), self._filters)
+        smooth = smoothed(mapped(gradient, [one.T for one in up]), self._filters)
         self._values = np.clip(self._optimiser.update(self._values, smooth, factor), *self.limits)
         self._count += 1
-        return _mapped(self._values, up)
+        return mapped(self._values, up)
 
     def restore(self, state: State) -> None:
         super().restore(state)
@@ -72,10 +72,3 @@ class Attribute(Resumable):
         """Interpolation along each axis from the present grid, or one of another size, to that of a level."""
         start = self._values.shape[:3] if size is None else size
         return [axis_weights(n, np.linspace(0.0, 1.0, to)) for n, to in zip(start, self._size_at(level), strict=True)]
-
-
-def _mapped(values: F64, maps: list[F64]) -> F64:
-    """Apply a matrix along each of the first axes."""
-    for axis, matrix in enumerate(maps):
-        values = np.moveaxis(np.tensordot(matrix, values, axes=(1, axis)), 0, axis)
-    return np.ascontiguousarray(values)

@@ -65,10 +65,11 @@ def field(draw: Draw, material: str, scale: float) -> Field:
                  visible_to=draw.rays(0.15), attributes=attributes, **extras)  # fmt: skip
 
 
-def _grid(draw: Draw, components: int) -> F64:
+def _grid(draw: Draw, components: int) -> NDArray[np.float32]:
     """Values of an attribute: grids of one value to many, and values far beyond those of colours now and then."""
     size = (draw.one(GRIDS), draw.one(GRIDS), draw.one(GRIDS), components)
-    return draw.rng.uniform(draw.one((0.0, 0.0, -1.0)), 1.0, size) * draw.one(FACTORS)
+    values = draw.rng.uniform(draw.one((0.0, 0.0, -1.0)), 1.0, size) * draw.one(FACTORS)
+    return values.astype(np.float32)
 
 
 def plain_materials(

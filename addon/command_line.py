@@ -40,8 +40,7 @@ from .session import Request, Session, find_camera
 from .targets.film import FrameRange
 from .targets.options import add_arguments, has_targets, pictures
 
-# Options of a fit that are fields of its request.
-OPTIONS = ("iterations", "samples", "smoothness", "vertex_step", "slide", "views_per_iteration", "loss")
+REQUEST_FIELDS = ("iterations", "samples", "smoothness", "vertex_step", "slide", "views_per_iteration", "loss")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -242,7 +241,7 @@ def _request(arguments: argparse.Namespace) -> Request:
         request = replace(request, names=names, animated=animated, field=field)
     own_options = vertex_options.of_arguments(arguments, request.names.vertices, request.vertex_options)
     request = replace(request, vertex_options=own_options)
-    given = {name: getattr(arguments, name) for name in OPTIONS} | beginning(arguments)
+    given = {name: getattr(arguments, name) for name in REQUEST_FIELDS} | beginning(arguments)
     if arguments.in_place or arguments.shape_key:
         given["in_place"] = arguments.in_place
     request = replace(request, film=_film(arguments, request.film))

@@ -1,7 +1,7 @@
 """``python -m tests.benchmarks.recoveries [CASE …]``: a table of errors before and after fits to Cycles' pictures.
 
-For each case, the scene is built and rendered by Cycles, what is to be found is changed, and the .blend is fitted by the
-command line, which saves another .blend; the values there are compared with the truth.
+For each case, the scene is built and rendered by Cycles, what is to be found is changed, and the .blend is fitted by
+the command line, which saves another .blend; the values there are compared with the truth.
 """
 
 from __future__ import annotations

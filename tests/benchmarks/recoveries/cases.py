@@ -108,7 +108,8 @@ def nodes(size: int) -> tuple[Sequence[str], Any]:
 def _picture(name: str, pixels: Any) -> Any:
     made = bpy.data.images.new(name, pixels.shape[1], pixels.shape[0], float_buffer=True)
     made.colorspace_settings.name = "Linear Rec.709"
-    made.pixels.foreach_set(np.concatenate([pixels, np.ones((*pixels.shape[:2], 1))], axis=2).astype(np.float32).ravel())
+    opaque = np.concatenate([pixels, np.ones((*pixels.shape[:2], 1))], axis=2)
+    made.pixels.foreach_set(opaque.astype(np.float32).ravel())
     made.pack()
     return made
 
@@ -133,6 +134,9 @@ def glass(size: int) -> tuple[Sequence[str], Any]:
     """A slanted pane of glass over a floor of waves, which are shifted the more the thicker it is."""
     _textured_floor(size)
     bpy.data.objects.remove(bpy.data.objects["Cube"])
+    bpy.data.objects.remove(bpy.data.objects["Lamp"])  # its light through the pane would be a caustic
+    cycles = bpy.context.scene.cycles
+    cycles.max_bounces = cycles.transmission_bounces = cycles.glossy_bounces = 6
     pane = bs.material("Glass", (1.0, 1.0, 1.0), "ShaderNodeBsdfGlass", Roughness=0.0, IOR=1.5)
     bs.add("Pane", bs.cube("Pane", pane), (0.0, -1.0, 0.6), (0.3, 0.0, 0.0), (1.3, 1.0, 0.25))
     return ['objects["Pane"].scale[2]'], [0.2]

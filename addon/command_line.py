@@ -30,7 +30,7 @@ from .blend_file import open_blend
 from .export import export_scene, render_export
 from .field_fit import options as field_options
 from .fit_output import FitOutput
-from .fit_setup import stored_request, stored_settings, with_setup
+from .fit_setup import add_beginning, beginning, stored_request, stored_settings, with_setup
 from .json_lines import write_line
 from .look.check import compare
 from .look.derivative import DIRECTIONS, derivative_picture
@@ -39,6 +39,8 @@ from .problem import Problem
 from .session import Request, Session, find_camera
 from .targets.film import FrameRange
 from .targets.options import add_arguments, has_targets, pictures
+
+REQUEST_FIELDS = ("iterations", "samples", "smoothness", "vertex_step", "slide", "views_per_iteration", "loss")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -108,6 +110,7 @@ def _parser() -> argparse.ArgumentParser:
                      help="how pictures are compared with their targets (default: pyramid)")  # fmt: skip
     fit.add_argument("--iterations", type=_positive, help="steps (default: 200)")
     fit.add_argument("--views-per-iteration", type=_positive, metavar="N", help="pictures per iteration (default: all)")
+    add_beginning(fit)
     fit.add_argument("--smoothness", type=float,
                      help="how strongly neighbouring vertices move together (default: by number)")  # fmt: skip
     fit.add_argument("--vertex-step", type=float, metavar="F",
@@ -225,8 +228,7 @@ def _request(arguments: argparse.Namespace) -> Request:
         request = replace(request, names=names, animated=animated, field=field)
     own_options = vertex_options.of_arguments(arguments, request.names.vertices, request.vertex_options)
     request = replace(request, vertex_options=own_options)
-    given = {name: getattr(arguments, name) for name in ("iterations", "samples", "smoothness", "vertex_step", "slide",
-                                                         "views_per_iteration", "loss")}  # fmt: skip
+    given = {name: getattr(arguments, name) for name in REQUEST_FIELDS} | beginning(arguments)
     if arguments.in_place or arguments.shape_key:
         given["in_place"] = arguments.in_place
     request = replace(request, film=_film(arguments, request.film))

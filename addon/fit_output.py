@@ -179,6 +179,8 @@ class FitOutput:
             "frames": None if film is None else list(film.times),
             "untouched": result.untouched,
             "findings": [dataclasses.asdict(one) | {"sentence": str(one)} for one in result.findings],
+            "uncertainty": [told(one) for one in result.uncertainty],
+            "exchanges": [dataclasses.asdict(one) | {"sentence": str(one)} for one in result.exchanges],
             "warnings": session.export.report.lines,
             "notes": [*result.notes, *session.gain_notes],
             "pictures": {
@@ -192,6 +194,14 @@ class FitOutput:
             self.written.append(self._report)
         except OSError as error:
             yield str(error)
+
+
+def told(one: edgegrad.Uncertainty) -> dict[str, Any]:
+    """Return what is known about a parameter, for JSON: errors that are not known are null; of arrays, the median."""
+    known = one.errors[np.isfinite(one.errors)]
+    errors = [float(error) if np.isfinite(error) else None for error in one.errors] if one.names else None
+    return {"path": one.path, "names": one.names, "units": one.units, "values": one.values, "errors": errors,
+            "median_error": float(np.median(known)) if known.size else None, "open": one.open, "sentence": str(one)}
 
 
 def shown_pictures(session: Session) -> dict[str, int]:

@@ -17,6 +17,22 @@ from .problem import Problem
 from .session import Request
 
 
+def add_beginning(parser: argparse.ArgumentParser) -> None:
+    """Add the options on where a fit begins, and what it measures at its end."""
+    parser.add_argument("--restarts", type=int, metavar="N", help="also fit N other starts, found by a search over "
+                        "coarse pictures, for a while, and go on from the best (default: 0)")  # fmt: skip
+    parser.add_argument("--search", type=int, metavar="N", help="coarse pictures of the search for a start; 0: none "
+                        "(default: enough, if no gradient leads away from the start)")  # fmt: skip
+    parser.add_argument("--no-uncertainty", action="store_true", help="do not measure how well the pictures determine "
+                        "the result, which takes about a fifth longer")  # fmt: skip
+
+
+def beginning(arguments: argparse.Namespace) -> dict[str, int | bool | None]:
+    """Return the options of `add_beginning` as fields of a request; None: not given."""
+    return {"search": arguments.search, "restarts": arguments.restarts,
+            "uncertainty": False if arguments.no_uncertainty else None}  # fmt: skip
+
+
 def with_setup(parser: argparse.ArgumentParser, argv: list[str], setup: Path) -> list[str]:
     """Return the arguments of a command with the options of a set-up file before them.
 

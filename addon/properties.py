@@ -155,6 +155,13 @@ class Settings(bpy.types.PropertyGroup):
     frame_smoothness: bpy.props.FloatProperty(  # type: ignore[valid-type]
         name="Smooth Motion", default=1e-3, min=0.0, soft_max=1.0, precision=4,
         description="Weight of smooth changes of keyed values from frame to frame; 0: none")
+    restarts: bpy.props.IntProperty(  # type: ignore[valid-type]
+        name="Restarts", default=0, min=0, soft_max=8, max=100,
+        description="Other starts, found by a search over coarse pictures, that are fitted for a while; the fit goes "
+        "on from the best")  # fmt: skip
+    uncertainty: bpy.props.BoolProperty(  # type: ignore[valid-type]
+        name="Standard Errors", default=True,
+        description="Measure at the end how well the pictures determine each parameter. Takes about a fifth longer")
     smoothness: bpy.props.FloatProperty(  # type: ignore[valid-type]
         name="Smoothness", default=0.0, min=0.0, soft_max=1000.0,
         description="How strongly neighbouring vertices move together; 0: falls during the fit")
@@ -246,4 +253,6 @@ def request(context: Any) -> Request:
         loss=settings.loss,
         vertex_options={row.owner.name: _vertex_options(row) for row in switched_on(context.scene, "VERTICES")},
         film=_film(settings),
+        restarts=0 if settings.use_frames else settings.restarts,
+        uncertainty=settings.uncertainty,
     )

@@ -64,6 +64,11 @@ class Request:
         The frames of a film; None: the targets show the current frame.
     vertex_options
         By object: what its vertices may do.
+    search, restarts
+        Coarse pictures of a search for a start (None: if no gradient leads away from it), and number of other starts
+        that are fitted for a while (`edgegrad.fit`).
+    uncertainty
+        Whether to measure how well the pictures determine the result.
     """
 
     pictures: list[Picture]
@@ -81,6 +86,9 @@ class Request:
     field: FieldRequest | None = None
     film: FrameRange | None = None
     vertex_options: Mapping[str, VertexOptions] = dataclass_field(default_factory=dict)
+    search: int | None = None
+    restarts: int = 0
+    uncertainty: bool = True
 
 
 @dataclass
@@ -101,7 +109,8 @@ class Session:
     gain_notes
         After the fit: sentences on the exposure and white balance that it has found.
     findings
-        After the fit: sentences on properties about which the pictures say nothing, and on limits that hold values.
+        After the fit: sentences on properties about which the pictures say nothing, on limits that hold values, and on
+        how well the pictures determine the others.
     threads
         Number of threads of the fit; 0: one per core.
     field
@@ -253,12 +262,16 @@ class Session:
             checkpoint=checkpoint,
             checkpoint_every=checkpoint_every,
             resume=resume,
+            search=self.request.search,
+            restarts=self.request.restarts,
+            uncertainty=self.request.uncertainty,
         )
         self.gain_notes = [gain_note(picture, gain)
                            for picture, gain in zip(self.request.pictures, result.gains, strict=True)
                            if isinstance(picture.gain, str)]  # fmt: skip
         # The engine's own parameters without a gradient are in the result's notes, with the reason.
         self.findings = [str(one) for one in result.findings if one.kind != OPEN or one.path not in self.wrt]
+        self.findings += [str(one) for one in (*result.uncertainty, *result.exchanges)]
         return result
 
     def _callback(

@@ -36,6 +36,9 @@ class FitPanel(Tab, bpy.types.Panel):
         column.enabled = job is None
         column.prop(settings, "quality")
         column.prop(settings, "iterations")
+        if not settings.use_frames:
+            column.prop(settings, "restarts")
+            column.prop(settings, "uncertainty")
         column.prop(settings, "use_frames")
         if settings.use_frames:
             column.prop(settings, "first_frame")

@@ -169,6 +169,6 @@ def fit_text(job: FitJob) -> str:
     """Text of the progress bar of a fit."""
     step = job.step
     if step is None:
-        return "First iteration"
+        return "Trying several starts" if job.session.request.restarts else "First iteration"
     left = (step.iterations - step.iteration) * job.pace
     return f"{step.iteration} / {step.iterations}   {duration(job.pace)} each   {duration(left)} left"

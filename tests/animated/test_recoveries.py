@@ -147,3 +147,30 @@ def test_a_fit_in_another_thread_is_served_by_the_main_thread(tmp_path: Path) ->
     closed.relay.close()
     thread.join(60.0)
     assert not thread.is_alive()
+
+
+def test_a_start_out_of_view_is_searched_for_and_the_result_has_errors(tmp_path: Path) -> None:
+    """The cube is moved out of the picture: no gradient; the report says how well its place is known."""
+    zoo.stage(SIZE)
+    path = f"{zoo.CUBE}.location"
+    before, after = recover(tmp_path, [path], [0.0, 6.0, 0.0], 60, search=200, restarts=1)
+    assert after < 0.05 * before
+
+
+def test_errors_of_properties_are_reported(tmp_path: Path) -> None:
+    zoo.stage(32)
+    target = tmp_path / "Camera.exr"
+    bpy.context.scene.render.filepath = str(target)
+    bpy.ops.render.render(write_still=True)
+    path = f"{zoo.CUBE}.location"
+    truth = read([path])
+    assign([path], truth + [0.1, -0.1, 0.1])
+    session = Session.prepare(bpy.context, Request([Picture("Camera", str(target))], Names(), iterations=40, samples=8,
+                                                   animated=(Wanted(path),)))  # fmt: skip
+    result = session.run()
+    found = result.uncertainty[0]
+    assert found.path == path
+    assert found.names == ("[0]", "[1]", "[2]")
+    assert (found.errors < 0.1).all()
+    assert (np.abs(np.array(found.values) - truth) < 5.0 * found.errors + 0.01).all()
+    assert str(found) in session.late_notes

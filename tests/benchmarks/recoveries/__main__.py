@@ -1,0 +1,104 @@
+"""``python -m tests.benchmarks.recoveries [CASE …]``: a table of errors before and after fits to Cycles' pictures.
+
+For each case, the scene is built and rendered by Cycles, what is to be found is changed, and the .blend is fitted by
+the command line, which saves another .blend; the values there are compared with the truth.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from pathlib import Path
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from edgegrad_addon import command_line
+from edgegrad_addon.animated import data_path
+from tests.benchmarks.recoveries.cases import CASES, Case
+
+TARGET_SAMPLES = 512
+
+
+def values(paths: list[str]) -> NDArray[np.float64]:
+    """The numbers of properties, or the vertices of objects, one after the other."""
+    out = []
+    for path in paths:
+        ob = bpy.data.objects.get(path)
+        if ob is None:
+            out += [place.read() for place in data_path.find(path)]
+        else:
+            keys = ob.data.shape_keys
+            points = ob.data.vertices if keys is None else keys.key_blocks[-1].data
+            out += [float(x) for point in points for x in point.co]
+    return np.array(out)
+
+
+def assign(paths: list[str], numbers: NDArray[np.float64]) -> None:
+    """Set what `values` returns."""
+    rest = iter(numbers.tolist())
+    for path in paths:
+        ob = bpy.data.objects.get(path)
+        if ob is None:
+            for place in data_path.find(path):
+                place.write(next(rest))
+        else:
+            for vertex in ob.data.vertices:
+                vertex.co = [next(rest) for _ in range(3)]
+            ob.data.update()
+    bpy.context.view_layer.update()
+
+
+def run(name: str, case: Case, size: int, samples: int, folder: Path) -> str:
+    """Build, render, change and fit a case; return its row."""
+    lost, change = case.build(size)
+    paths, scene = list(lost), bpy.context.scene
+    scene.cycles.samples = TARGET_SAMPLES
+    targets = []
+    for camera in case.cameras:
+        scene.camera = bpy.data.objects[camera]
+        scene.render.filepath = str(folder / f"{name}_{camera}.exr")
+        bpy.ops.render.render(write_still=True)
+        targets += ["--target", f"{camera}={scene.render.filepath}"]
+    truth = values(paths)
+    assign(paths, truth + change)
+    before = np.abs(values(paths) - truth)
+    start, fitted, out = folder / f"{name}_start.blend", folder / f"{name}_fitted.blend", folder / name
+    named = [word for path in paths for word in (("--vertices", path) if path in bpy.data.objects
+                                                 else ("--parameter", path))]  # fmt: skip
+    bpy.ops.wm.save_as_mainfile(filepath=str(start), copy=True)
+    began = time.process_time()
+    code = command_line.main(["fit", str(start), *targets, *named, "--iterations", str(case.iterations), "--samples",
+                              str(samples), "--save", str(fitted), "--out", str(out), *case.options])  # fmt: skip
+    seconds = time.process_time() - began
+    if code:
+        return f"| {name} | {case.title} | failed | | {seconds:.0f} |"
+    bpy.ops.wm.open_mainfile(filepath=str(fitted))
+    after = np.abs(values(paths) - truth)
+    report = json.loads((out / "report.json").read_text())
+    told = "; ".join(one["sentence"] for one in report["uncertainty"])
+    print(f"{name}: {told}", flush=True)
+    return f"| {name} | {case.title} | {before.max():.3g} | {after.max():.2g} | {seconds:.0f} |"
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("cases", nargs="*", help=f"some of {', '.join(CASES)} (default: all)")
+    parser.add_argument("--size", type=int, default=128, help="pixels along each side")
+    parser.add_argument("--samples", type=int, default=8, help="samples per pixel of each iteration")
+    parser.add_argument("--output", type=Path, default=Path("build/recoveries"), help="folder of the files")
+    arguments = parser.parse_args()
+    folder = arguments.output.resolve()
+    folder.mkdir(parents=True, exist_ok=True)
+    rows = []
+    for name in arguments.cases or list(CASES):
+        rows.append(run(name, CASES[name], arguments.size, arguments.samples, folder))
+        print(rows[-1], flush=True)
+    print("\n".join(["| case | found | largest error before | after | CPU seconds |", "|---|---|---|---|---|", *rows]))
+
+
+if __name__ == "__main__":
+    main()

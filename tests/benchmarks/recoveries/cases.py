@@ -1,0 +1,153 @@
+"""Scenes of which Cycles renders the truth, what is changed in them, and what is fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+import numpy as np
+
+from tests.support.animated import scenes as zoo
+from tests.support.scenes import blender_scenes as bs
+
+
+@dataclass(frozen=True)
+class Case:
+    """One recovery.
+
+    Attributes
+    ----------
+    title
+        What is found, from what.
+    build
+        Makes the scene; returns the full paths of what is lost, and by how much it is changed (degrees of freedom in
+        the order of the paths). A path that is the name of an object stands for the vertices of its mesh.
+    iterations
+        Of the fit.
+    cameras
+        That give a target each.
+    options
+        Of the command line.
+    """
+
+    title: str
+    build: Callable[[int], tuple[Sequence[str], Any]]
+    iterations: int = 80
+    cameras: tuple[str, ...] = ("Camera",)
+    options: tuple[str, ...] = ()
+
+
+def bones(size: int) -> tuple[Sequence[str], Any]:
+    """A long box, bent by a chain of eight bones."""
+    zoo.stage(size)
+    bpy.data.objects.remove(bpy.data.objects["Cube"])
+    ring = ((-0.2, -0.2), (0.2, -0.2), (0.2, 0.2), (-0.2, 0.2))
+    points = [(x, y, -1.0 + 4.0 * k / 48) for k in range(49) for x, y in ring]
+    faces = [(j + i, j + (i + 1) % 4, j + 4 + (i + 1) % 4, j + 4 + i) for j in range(0, 192, 4) for i in range(4)]
+    ob = bs.add("Arm", bs.mesh("Arm", points, [*faces, (3, 2, 1, 0), (192, 193, 194, 195)], bpy.data.materials["Clay"]),
+                (-1.6, 0.3, 0.2), (0.0, 1.3, 0.3))  # fmt: skip
+    rig = zoo.armature(ob, 8, 0.5)
+    bs.camera((0.0, 0.0, 7.0), (0.0, 0.0, 0.0), "Front")
+    bends = np.array([0.1, 0.3, -0.2, 0.2, 0.3, -0.1, 0.2, -0.3])
+    for k, bend in enumerate(bends):
+        rig.pose.bones[f"Bone{k}"].rotation_euler = (0.0, 0.0, float(bend))
+    return [f'objects["Rig"].pose.bones["Bone{k}"].rotation_euler[2]' for k in range(8)], -0.6 * bends
+
+
+def face(size: int) -> tuple[Sequence[str], Any]:
+    """A rounded head whose mouth, brow and cheek are shape keys."""
+    ob = zoo.stage(size)
+    for k, move in ((7, (0.7, 0.0, 0.3)), (3, (-0.5, 0.0, 0.5)), (4, (0.4, -0.6, 0.0))):
+        zoo.shape_key(ob, f"Key {k}", k, move).value = 0.5
+    zoo.subdivided(ob, 2)
+    return [f'{zoo.KEYS}.key_blocks["Key {k}"].value' for k in (7, 3, 4)], [0.4, -0.4, 0.4]
+
+
+def room(size: int) -> tuple[Sequence[str], Any]:
+    """Some furniture, seen by a camera that stood elsewhere and had another lens."""
+    zoo.stage(size)
+    bs.add("Post", bs.cube("Post", bs.material("Blue", (0.1, 0.2, 0.7))), (-1.6, 1.5, 0), scale=(0.3, 0.3, 1.2))
+    bs.add("Box", bs.cube("Box", bs.material("Green", (0.1, 0.6, 0.2))), (1.7, -0.9, -0.7), scale=(0.35, 0.35, 0.35))
+    paths = ['objects["Camera"].location', 'objects["Camera"].rotation_euler', 'cameras["Camera"].lens']
+    return paths, [0.2, -0.2, 0.15, 0.02, 0.03, -0.03, 3.0]
+
+
+def sun(size: int) -> tuple[Sequence[str], Any]:
+    """A cube in the sun under a hazy sky, of which the camera sees the floor with the shadow."""
+    zoo.stage(size)
+    bpy.data.objects.remove(bpy.data.objects["Lamp"])
+    bs.light("SUN", "Sun", (0.0, 0.0, 6.0), (0.7, 0.3, 0.0), energy=2.5, angle=0.05)
+    tree = bpy.context.scene.world.node_tree
+    sky = tree.nodes.new("ShaderNodeTexSky")
+    sky.name, sky.sky_type, sky.turbidity, sky.sun_direction = "Sky", "PREETHAM", 3.0, (0.3, -0.6, 0.74)
+    tree.links.new(sky.outputs[0], tree.nodes["Background"].inputs["Color"])
+    tree.nodes["Background"].inputs["Strength"].default_value = 0.1
+    world = bpy.context.scene.world.name
+    paths = ['objects["Sun"].rotation_euler[0]', 'objects["Sun"].rotation_euler[1]',
+             f'worlds["{world}"].node_tree.nodes["Sky"].turbidity']  # fmt: skip
+    return paths, [0.25, -0.35, 3.0]
+
+
+def cage(size: int) -> tuple[Sequence[str], Any]:
+    """A cube under a Subdivision modifier, whose eight vertices were pulled."""
+    ob = zoo.stage(size)
+    zoo.subdivided(ob, 2)
+    bs.camera((4.5, -3.5, 2.2), (1.2, 0.0, 0.9), "Side")
+    return ["Cube"], 0.35 * np.random.default_rng(3).uniform(-1.0, 1.0, (8, 3)).ravel()
+
+
+def nodes(size: int) -> tuple[Sequence[str], Any]:
+    """A cube that a geometry node group stretches, and its colour."""
+    zoo.geometry_nodes(zoo.stage(size), 0.2)
+    return [f'{zoo.CUBE}.modifiers["Nodes"]["Lift"]',
+            f'{zoo.CLAY}.nodes["Diffuse BSDF"].inputs["Color"].default_value'], [0.3, -0.2, 0.2, 0.2, 0.0]
+
+
+def _picture(name: str, pixels: Any) -> Any:
+    made = bpy.data.images.new(name, pixels.shape[1], pixels.shape[0], float_buffer=True)
+    made.colorspace_settings.name = "Linear Rec.709"
+    opaque = np.concatenate([pixels, np.ones((*pixels.shape[:2], 1))], axis=2)
+    made.pixels.foreach_set(opaque.astype(np.float32).ravel())
+    made.pack()
+    return made
+
+
+def _textured_floor(size: int) -> None:
+    """A floor with smooth coloured waves, in whose texture coordinates the world's metres are."""
+    zoo.stage(size)
+    y, x = np.mgrid[0:64, 0:64] / 64.0 * 2.0 * np.pi
+    waves = 0.5 + 0.4 * np.stack([np.sin(6 * x), np.sin(6 * y), np.sin(5 * (x + y))], axis=-1)
+    material = bpy.data.materials["Grey"]
+    tree = material.node_tree
+    image, where = tree.nodes.new("ShaderNodeTexImage"), tree.nodes.new("ShaderNodeTexCoord")
+    image.image = _picture("Waves", waves)
+    scaled = tree.nodes.new("ShaderNodeMapping")
+    scaled.inputs["Scale"].default_value = (0.15, 0.15, 0.15)
+    tree.links.new(where.outputs["Object"], scaled.inputs["Vector"])
+    tree.links.new(scaled.outputs[0], image.inputs["Vector"])
+    tree.links.new(image.outputs["Color"], bs.shader(material).inputs["Color"])
+
+
+def glass(size: int) -> tuple[Sequence[str], Any]:
+    """A slanted pane of glass over a floor of waves, which are shifted the more the thicker it is."""
+    _textured_floor(size)
+    bpy.data.objects.remove(bpy.data.objects["Cube"])
+    bpy.data.objects.remove(bpy.data.objects["Lamp"])  # its light through the pane would be a caustic
+    cycles = bpy.context.scene.cycles
+    cycles.max_bounces = cycles.transmission_bounces = cycles.glossy_bounces = 6
+    pane = bs.material("Glass", (1.0, 1.0, 1.0), "ShaderNodeBsdfGlass", Roughness=0.0, IOR=1.5)
+    bs.add("Pane", bs.cube("Pane", pane), (0.0, -1.0, 0.6), (0.3, 0.0, 0.0), (1.3, 1.0, 0.25))
+    return ['objects["Pane"].scale[2]'], [0.2]
+
+
+CASES = {
+    "bones": Case("rotations of eight bones of a chain", bones, 100, ("Camera", "Front")),
+    "face": Case("three shape keys", face, 60),
+    "room": Case("place, rotation and focal length of a camera", room, 150),
+    "sun": Case("direction of the sun from a shadow, turbidity of the sky from its light", sun, 80),
+    "cage": Case("eight vertices under a Subdivision modifier", cage, 100, ("Camera", "Side")),
+    "nodes": Case("an input of geometry nodes, and a colour", nodes, 100),
+    "glass": Case("thickness of a pane of glass from its refraction", glass, 60),
+}

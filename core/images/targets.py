@@ -11,11 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._check import array
 from .coded import read_coded
+from .dither import without_dither
 from .files import read_image, readable
 from .view_transform import ViewTransform
 
 # Noise of the light by rounding, as a fraction of the picture's mean light, at which a pixel has half the weight.
-HALF_WEIGHT = 0.05
+HALF_WEIGHT = 0.01
 
 
 @dataclass
@@ -36,6 +37,8 @@ class TargetPicture:
 
 def read_target(path: str | Path, view: ViewTransform | None = None) -> TargetPicture:
     """Read a picture file, undo its view transform, and weight its pixels by how well they determine the light.
+
+    Blender's dither is taken away from pictures of 8 bits that contain it (`dither`).
 
     Parameters
     ----------
@@ -78,7 +81,7 @@ def target_of_codes(where: str, codes: ArrayLike, view: ViewTransform | None = N
                          f"the shape {values.shape} and reach {values.max(initial=0.0):g}")
     transform = view or ViewTransform()
     try:
-        light, noise = transform.decode(values[..., :3], levels)
+        light, noise = transform.decode(without_dither(values, levels)[..., :3], levels)
     except (ValueError, ImportError) as error:
         raise type(error)(f"{where}: {error}") from None
     known = np.isfinite(noise)

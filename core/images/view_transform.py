@@ -129,8 +129,10 @@ class ViewTransform(Checked):
         """
         given = np.asarray(numeric("ViewTransform", "codes", codes), np.float64)
         flat = given.reshape(-1, 3)
-        unique, where = np.unique(np.round(flat * levels).astype(np.int64) @ [1 << 32, 1 << 16, 1], return_inverse=True)
-        code = np.stack([unique >> 32, (unique >> 16) & 0xFFFF, unique & 0xFFFF], axis=1) / levels
+        # Both whole codes of 8 and those of 16 bits are multiples of 1 / 65535
+        whole = np.round(flat * 0xFFFF).astype(np.int64) @ [1 << 32, 1 << 16, 1]
+        unique, where = np.unique(whole, return_inverse=True)
+        code = np.stack([unique >> 32, (unique >> 16) & 0xFFFF, unique & 0xFFFF], axis=1) / 0xFFFF
         forward = self._forward()
         with np.errstate(all="ignore"):
             light = self._closed(code) if self.plain else self._newton(forward, code)

@@ -169,8 +169,8 @@ void PreparedScene::blend_near_contact(const SceneTables& tables, const Requeste
     if (mesh_contact_->empty()) return;
     view_.mesh_contact = mesh_contact_->data();
     view_.material_first_grid = contact_materials_->first_grid.data();
-    view_.texel_attributes = rows_of(contact_materials_->grid_attributes);
-    view_.texel_rows = rows_of(contact_materials_->grid_rows);
+    view_.cell_attributes = rows_of(contact_materials_->grid_attributes);
+    view_.cell_rows = rows_of(contact_materials_->grid_rows);
     mesh_size_ = kept.mesh_sizes.get(true, [&] { return mesh_sizes(tables); });
     view_.mesh_size = mesh_size_->data();
     // Behind perfect lobes, points are in material form.

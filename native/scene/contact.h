@@ -26,8 +26,9 @@
 // Where y moves over its surface, normal maps move under it, and their contrast is noise. So rho is at most a
 // small part of the smaller mesh (kMappedReach) where y has such a map.
 //
-// Borders of texels of an image without interpolation count, because y moves over them. Textures that jump
-// elsewhere keep their mesh from the blend (scene/contact_meshes.h).
+// Borders at which textures jump count, because y moves over them: of texels of an image without
+// interpolation, and of squares of a checkerboard (scene/textures/jumps.h). Textures that jump elsewhere keep
+// their mesh from the blend (scene/contact_meshes.h).
 //
 // Between x and y there must be no transparent surface, because its share of the light does not move with the
 // blend. Boxes around transparent faces therefore count as borders: a segment to y that is shorter than the
@@ -37,7 +38,7 @@
 // fixed direction where surfaces do not touch.
 #pragma once
 
-#include "scene/texel_borders.h"
+#include "scene/cell_borders.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -102,8 +103,8 @@ EG_OUTLINE Contact contact(const SceneView& scene, Mask active, Int from, Vec3 x
     const Mask all_count = ((receives & kContactBent) != 0) & ((from != to) | ((sends & kContactEmits) != 0));
     const Int polygon =
         scene.face_polygon ? gather(scene.face_polygon, select(active, face, splat(0))) : splat(-1);
-    // Over the triangles of a polygon, coordinates of texels may change in different ways.
-    const Mask gridded = active & ((sends & kContactTexels) != 0);
+    // Over the triangles of a polygon, coordinates of cells may change in different ways.
+    const Mask gridded = active & ((sends & kContactCells) != 0);
     const Mask grouped = active & (polygon >= 0) & ~gridded;
     const Vec3 way = y - x;
     const Vec3 side[3] = {t.p1 - t.p0, t.p2 - t.p1, t.p0 - t.p2};
@@ -140,9 +141,8 @@ EG_OUTLINE Contact contact(const SceneView& scene, Mask active, Int from, Vec3 x
     }
     add_transparent_boxes(scene, active, y, border);
     if (any(gridded))
-        for_each_texel_border(
-            scene, gridded, face, t, n, twice_area, y,
-            [&](Mask counts, Float distance, Vec3 in) { border.add(counts, distance, in); });
+        for_each_cell_border(scene, gridded, face, t, n, twice_area, y,
+                             [&](Mask counts, Float distance, Vec3 in) { border.add(counts, distance, in); });
     const Mask mapped = active & ((sends & kContactMapped) != 0);
     if (any(mapped)) {
         const Float size = min(gather(scene.mesh_size, select(mapped, from, splat(0))),

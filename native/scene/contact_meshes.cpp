@@ -24,16 +24,16 @@ bool scatters_through(const SceneTables& tables, size_t closure) {
 // Grids of one material beyond this number do not count.
 constexpr size_t kMostGrids = 4;
 
-int32_t flags_of(const SceneTables& tables, size_t material, std::vector<TexelGrid>& grids) {
+int32_t flags_of(const SceneTables& tables, size_t material, std::vector<CellGrid>& grids) {
     int32_t flags = kContactFrom | kContactTo;
     const auto first = static_cast<size_t>(tables.material_first_closure[material]),
                last = static_cast<size_t>(tables.material_first_closure[material + 1]);
     for (size_t closure = first; closure < last; ++closure) {
         const TextureJumps jumps = texture_jumps(tables, closure);
-        for (const TexelGrid& grid : jumps.grids)
+        for (const CellGrid& grid : jumps.grids)
             if (std::find(grids.begin(), grids.end(), grid) == grids.end()) grids.push_back(grid);
         if (jumps.elsewhere || grids.size() > kMostGrids) flags &= ~kContactTo;
-        if (!grids.empty()) flags |= kContactTexels;
+        if (!grids.empty()) flags |= kContactCells;
         if (tables.closure_flags[closure] & kHasNormalMap) flags |= kContactBent | kContactMapped;
         if (tables.closure_flags[closure] & kHasEmission) flags |= kContactEmits;
         if (scatters_through(tables, closure)) flags |= kContactThrough;
@@ -153,13 +153,12 @@ ContactMaterials contact_materials(const SceneTables& tables) {
     ContactMaterials out;
     out.first_grid.push_back(0);
     for (size_t m = 0; m + 1 < tables.material_first_closure.size(); ++m) {
-        std::vector<TexelGrid> grids;
+        std::vector<CellGrid> grids;
         out.bits.push_back(flags_of(tables, m, grids));
         if (!(out.bits.back() & kContactTo)) grids.clear();
-        for (const TexelGrid& grid : grids) {
+        for (const CellGrid& grid : grids) {
             out.grid_attributes.push_back(grid.attribute);
-            out.grid_rows.insert(out.grid_rows.end(), grid.across, grid.across + 4);
-            out.grid_rows.insert(out.grid_rows.end(), grid.up, grid.up + 4);
+            for (const auto& row : grid.row) out.grid_rows.insert(out.grid_rows.end(), row, row + 4);
         }
         out.first_grid.push_back(static_cast<int32_t>(out.grid_attributes.size()));
     }
@@ -176,8 +175,8 @@ std::vector<int32_t> contact_meshes(const SceneTables& tables, const std::vector
         int32_t others = 0;  // bits that one face sets for its mesh
         for (size_t face = first; face < last && flags; ++face) {
             const int32_t material = materials[static_cast<size_t>(tables.face_material[face])];
-            others |= material & (kContactBent | kContactEmits | kContactThrough | kContactMapped |
-                                  kContactTexels);
+            others |=
+                material & (kContactBent | kContactEmits | kContactThrough | kContactMapped | kContactCells);
             if (!(others & kContactBent) && !is_flat(tables, face)) others |= kContactBent;
             flags &= material;
         }

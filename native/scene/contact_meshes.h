@@ -9,12 +9,12 @@
 namespace edgegrad {
 
 // Bits (kContactFrom and others) by mesh, from those by material. Empty if no light qualifies. Emission and
-// scattering at y must not jump within a face, except at borders of texels. Neither y nor x may be
-// transparent or have a perfect lobe, because points behind those stay in material form.
+// scattering at y must not jump within a face, except at borders of cells (scene/textures/jumps.h). Neither y
+// nor x may be transparent or have a perfect lobe, because points behind those stay in material form.
 std::vector<int32_t> contact_meshes(const SceneTables& tables, const std::vector<int32_t>& materials);
 
-// Bits by material, and the texel grids of its images without interpolation (scene/textures/jumps.h): by
-// material the first grid and the end, and by grid its attribute and (2, 4) rows.
+// Bits by material, and the grids of cells at whose borders its textures jump: by material the first grid and
+// the end, and by grid its attribute and (kCellCoordinates, 4) rows.
 struct ContactMaterials {
     std::vector<int32_t> bits, first_grid, grid_attributes;
     std::vector<float> grid_rows;

@@ -76,11 +76,13 @@ class LineSurface {
 
 // Bits by mesh (scene/contact.h): light that the mesh receives may have a fixed direction near contact; light
 // that it sends may; some of its shading normals differ from those of its faces; it emits light; it scatters
-// light from behind; normal maps bend its normals; images without interpolation lie on it.
+// light from behind; normal maps bend its normals; textures jump at borders of cells.
 constexpr int32_t kContactFrom = 1, kContactTo = 2, kContactBent = 4, kContactEmits = 8, kContactThrough = 16,
-                  kContactMapped = 32, kContactTexels = 64;
+                  kContactMapped = 32, kContactCells = 64;
 // What moves a face (SceneView::face_moving).
 constexpr int32_t kVerticesMove = 1, kFieldMoves = 2;
+// Coordinates of the cells at whose borders a texture jumps (scene/textures/jumps.h).
+constexpr int32_t kCellCoordinates = 3;
 // The largest number of sides of a polygon that coplanar faces form (boundary/meshes/coplanar_polygons.h),
 // and of boxes around the scene's transparent faces (scene/contact_meshes.h).
 constexpr int32_t kPolygonSides = 8, kTransparentBoxes = 16;
@@ -108,11 +110,11 @@ struct SceneView {
     const int32_t* material_fixed_direction;  // (M) 1: receives such light
     const int32_t* mesh_first_face;           // by Embree's geomID
     const int32_t* mesh_contact;  // (S) contact bits, or null: no surface moves, or no light qualifies
-    // Grids of texels by material (M + 1), and by grid the attribute and (2, 4) rows
+    // Grids of cells by material (M + 1), and by grid the attribute and (kCellCoordinates, 4) rows
     // (scene/contact_meshes.h), if mesh_contact is not null.
-    const int32_t *material_first_grid, *texel_attributes;
-    const float* texel_rows;
-    const float* mesh_size;       // (S) the longest side of a mesh's box, if mesh_contact is not null
+    const int32_t *material_first_grid, *cell_attributes;
+    const float* cell_rows;
+    const float* mesh_size;  // (S) the longest side of a mesh's box, if mesh_contact is not null
     // Number of surfaces, from the camera, that receive light of a fixed direction near contact.
     int32_t fixed_direction_surfaces;
     // (F) the polygon that a face and its coplanar neighbours form, or -1; null: no such polygons. And by

@@ -108,8 +108,8 @@ def striped() -> Scene:
     return scene
 
 
-def pixelated() -> Scene:
-    """A wall with an image without interpolation, seen by the light that it passes on to the floor."""
+def pixelated(checkered: bool = False) -> Scene:
+    """A wall with sharp texels or a checkerboard, seen by the light that it passes on to the floor."""
     scene = striped()
     del scene.meshes["bar"], scene.meshes["block"], scene.materials["black"]
     odd = (np.add.outer(np.arange(3), np.arange(7)) % 2)[..., None]
@@ -120,7 +120,10 @@ def pixelated() -> Scene:
     mesh.attributes["UVMap"] = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float32)[mesh.faces]
     # Black for the camera, since moving borders of texels that it sees have no derivative
     unseen = e.Math("SUBTRACT", 1.0, e.LightPath("CAMERA"))
-    paint = e.VectorMath("SCALE", e.ImageTexture("paint", place, "CLOSEST"), scale=unseen)
+    paint: e.Expression = e.ImageTexture("paint", place, "CLOSEST")
+    if checkered:
+        paint = e.Checker(place, (0.9, 0.3, 0.8), (0.05, 0.7, 0.1), 6.0)
+    paint = e.VectorMath("SCALE", paint, scale=unseen)
     scene.materials["wall"] = Material(kind="DIFFUSE", roughness=0.0, textures={"base_color": paint})
     return scene
 
@@ -154,6 +157,7 @@ CASES: dict[str, tuple[Make, list[str], dict[str, Any]]] = {
     "wall slides in a shadow": (moves(striped, 1.0, 0.0, 0.15), WALL, {"max_depth": 3}),
     "floor slides in a shadow": (moves(striped, 0.6, 0.2, -0.5, name="floor"), FLOOR, {"max_depth": 3}),
     "pixelated wall slides": (moves(pixelated, 1.0, 0.0, 0.15), WALL, {"max_depth": 3}),
+    "checkered wall slides": (moves(lambda: pixelated(True), 1.0, 0.0, 0.15), WALL, {"max_depth": 3}),
     "floor slides before a pixelated wall": (moves(pixelated, 0.6, 0.2, -0.5, name="floor"), FLOOR, {"max_depth": 3}),
     "camera moves": (camera_moves(with_block, 0.4, 0.2, -0.3), VIEW, {"max_depth": 4}),
 }
@@ -187,7 +191,7 @@ def test_bits_are_equal() -> None:
 
 @pytest.mark.parametrize(
     "name", ["glowing wall slides", "wall slides", "sunk wall slides", "painted wall slides", "pixelated wall slides",
-             "smooth column slides", "camera moves"])  # fmt: skip
+             "checkered wall slides", "smooth column slides", "camera moves"])  # fmt: skip
 def test_more_samples_bring_less_noise(name: str) -> None:
     """Rates of 1/r have no variance: sampled in the material form, 16 times the samples have errors as large."""
     need_every_table()

@@ -1,6 +1,7 @@
 #include "scene/textures/jumps.h"
 
 #include <algorithm>
+#include <array>
 #include <optional>
 
 #include "scene/textures/opcodes.h"
@@ -15,34 +16,53 @@ struct Linear {
 
     bool constant() const { return attribute < 0; }
 };
-using Value = std::optional<Linear>;  // nothing: another function
+// What a register holds: a linear function, or nothing that is known. `steps`: it is constant within cells
+// whose grid has been found.
+struct Value {
+    std::optional<Linear> linear;
+    bool steps = false;
+};
 
-Value sum(const Value& a, const Value& b, double sign = 1.0) {
+Value sum(const Value& first, const Value& second, double sign = 1.0) {
+    const std::optional<Linear>&a = first.linear, &b = second.linear;
     if (!a || !b || (!a->constant() && !b->constant() && a->attribute != b->attribute)) return {};
     Linear out = *a;
     if (a->constant()) out.attribute = b->attribute;
     for (int k = 0; k < 4; ++k) out.factor[k] += sign * b->factor[k];
-    return out;
+    return {out};
 }
 
-Value product(const Value& a, const Value& b) {
+Value product(const Value& first, const Value& second) {
+    const std::optional<Linear>&a = first.linear, &b = second.linear;
     if (!a || !b || (!a->constant() && !b->constant())) return {};
     Linear out = a->constant() ? *b : *a;
     const double scale = a->constant() ? a->factor[3] : b->factor[3];
     for (double& f : out.factor) f *= scale;
-    return out;
+    return {out};
 }
 
-// The grid of an image that is looked up at (u, v); nothing: its texels do not form a grid. An attribute of
-// -1: all points read the same texel.
-std::optional<TexelGrid> grid_of(const TextureImage& image, const Value& u, const Value& v) {
-    if (!sum(u, v)) return {};
-    TexelGrid grid{std::max(u->attribute, v->attribute), {}, {}};
-    for (int k = 0; k < 4; ++k) {
-        grid.across[k] = static_cast<float>(u->factor[k] * image.width);
-        grid.up[k] = static_cast<float>(v->factor[k] * image.height);
+// Adds the grid of cells with these coordinates, as multiples of `scale`. Returns what is constant within
+// cells, or nothing where they do not form a grid.
+template <size_t N>
+Value add_grid(TextureJumps& jumps, const std::array<Value, N>& coordinates,
+               const std::array<double, N>& scale) {
+    static_assert(N <= kCellCoordinates);
+    CellGrid grid{-1, {}};
+    Value all = coordinates[0];
+    for (const Value& one : coordinates) all = sum(all, one);  // whether all are of one attribute
+    if (!all.linear) {
+        jumps.elsewhere = true;
+        return {};
     }
-    return grid;
+    for (size_t k = 0; k < N; ++k) {
+        const Linear& one = *coordinates[k].linear;
+        grid.attribute = std::max(grid.attribute, one.attribute);
+        for (size_t c = 0; c < 4; ++c) grid.row[k][c] = static_cast<float>(one.factor[c] * scale[k]);
+    }
+    const bool varies = grid.attribute >= 0;
+    if (varies && std::find(jumps.grids.begin(), jumps.grids.end(), grid) == jumps.grids.end())
+        jumps.grids.push_back(grid);
+    return {{}, true};
 }
 
 // Adds where one program jumps.
@@ -54,14 +74,14 @@ void add_jumps(const TextureTables& t, int32_t program, TextureJumps& jumps) {
         const auto in = [&](int k) -> Value {
             const int32_t place = step.in[k];
             if (place >= 0) return registers[static_cast<size_t>(place)];
-            return Linear{-1, {0.0, 0.0, 0.0, t.constants[static_cast<size_t>(~place)]}};
+            return {Linear{-1, {0.0, 0.0, 0.0, t.constants[static_cast<size_t>(~place)]}}};
         };
         Value found[4];
         switch (static_cast<TextureOp>(step.op)) {
             case TextureOp::ATTRIBUTE:
                 for (int k = 0; k < 3; ++k) {
-                    found[k] = Linear{step.data};
-                    found[k]->factor[k] = 1.0;
+                    found[k].linear = Linear{step.data};
+                    found[k].linear->factor[k] = 1.0;
                 }
                 break;
             case TextureOp::ADD:
@@ -77,35 +97,36 @@ void add_jumps(const TextureTables& t, int32_t program, TextureJumps& jumps) {
                 found[0] = sum(product(in(0), in(1)), in(2));
                 break;
             case TextureOp::AFFINE:
-                found[0] = sum(sum(product(in(0), in(1)), product(in(2), in(3))),
-                               sum(product(in(4), in(5)), in(6)));
+                found[0] =
+                    sum(sum(product(in(0), in(1)), product(in(2), in(3))), sum(product(in(4), in(5)), in(6)));
                 break;
             case TextureOp::IMAGE: {
                 const TextureImage& image = t.images[static_cast<size_t>(step.data)];
-                if (image.interpolation != kImageClosest) break;
-                const std::optional<TexelGrid> grid = grid_of(image, in(0), in(1));
-                if (!grid)
-                    jumps.elsewhere = true;
-                else if (grid->attribute >= 0 &&
-                         std::find(jumps.grids.begin(), jumps.grids.end(), *grid) == jumps.grids.end())
-                    jumps.grids.push_back(*grid);
+                if (image.interpolation == kImageClosest)
+                    add_grid<2>(jumps, {in(0), in(1)}, {1.0 * image.width, 1.0 * image.height});
                 break;
             }
+            case TextureOp::CHECKER:
+                found[0] = add_grid<3>(jumps, {in(0), in(1), in(2)}, {1.0, 1.0, 1.0});
+                break;
+            case TextureOp::FLOOR:
+            case TextureOp::CEIL:
+                found[0] = add_grid<1>(jumps, {in(0)}, {1.0});
+                break;
+            case TextureOp::SELECT:
+                jumps.elsewhere |= !in(0).steps;
+                break;
             case TextureOp::LOOKUP:
                 jumps.elsewhere |= t.tables[static_cast<size_t>(step.data)].interpolate == 0;
                 break;
             case TextureOp::LESS_THAN:
             case TextureOp::GREATER_THAN:
             case TextureOp::EQUAL:
-            case TextureOp::SELECT:
             case TextureOp::SIGN:
-            case TextureOp::FLOOR:
-            case TextureOp::CEIL:
             case TextureOp::MODULO:
             case TextureOp::ARCTAN2:
             case TextureOp::RGB_TO_HSV:
             case TextureOp::RGB_TO_HSL:
-            case TextureOp::CHECKER:
             case TextureOp::BRICK:
             case TextureOp::WHITE_NOISE:
             case TextureOp::VORONOI:

@@ -6,21 +6,23 @@
 #include <vector>
 
 #include "scene/tables.h"
+#include "scene/view.h"
 
 namespace edgegrad {
 
-// The texels of an image without interpolation: their borders are where a texel coordinate is a whole number.
-// A texel coordinate is a linear function of the first three components of an attribute, and 1.
-struct TexelGrid {
+// The cells over which a texture does not jump: texels of an image without interpolation, squares of a
+// checkerboard, or those between whole numbers. A border is where a coordinate of a cell is a whole number.
+// The coordinates, up to three, are linear functions of the first three components of an attribute, and 1.
+struct CellGrid {
     int32_t attribute;
-    float across[4], up[4];
-    bool operator==(const TexelGrid&) const = default;
+    float row[kCellCoordinates][4];
+    bool operator==(const CellGrid&) const = default;
 };
 
-// What a closure's textures jump at: borders of texels, and `elsewhere`, if they may jump in other places.
+// What a closure's textures jump at: borders of cells, and `elsewhere`, if they may jump in other places.
 struct TextureJumps {
     bool elsewhere = false;
-    std::vector<TexelGrid> grids;
+    std::vector<CellGrid> grids;
 };
 
 TextureJumps texture_jumps(const SceneTables& tables, size_t closure);

@@ -11,6 +11,8 @@ from ..animated.stored import PROPERTY
 from . import derived
 from .tab import Tab, editable
 
+NARROW = 300  # width of a sidebar, pixels at scale 1
+
 
 class ParameterList(bpy.types.UIList):
     """List of the parameters; each line shows datablock, property, value, and the effect on the loss as a bar."""
@@ -23,13 +25,15 @@ class ParameterList(bpy.types.UIList):
         row = layout.row(align=True)
         row.use_property_split = False
         row.prop(item, "enabled", text="")
-        split = row.split(factor=0.76, align=True)
+        # A narrow sidebar leaves the bars no room for their numbers.
+        narrow = context.region.width < NARROW * context.preferences.system.ui_scale
+        split = row.split(factor=0.86 if narrow else 0.76, align=True)
         split.active = item.enabled
         split.label(text=line.words, icon=line.icon)
         effect = item.sensitivity
         if effect >= 0.0:
-            split.progress(factor=effect, type="BAR", text=f"{effect:.0%}")
-        else:
+            split.progress(factor=effect, type="BAR", text="" if narrow else f"{effect:.0%}")
+        elif not narrow:
             split.label(text=line.value)
 
     def draw_filter(self, context: Any, layout: Any) -> None:
@@ -94,7 +98,7 @@ class ParametersPanel(Tab, bpy.types.Panel):
                 layout.prop(settings, "write_to")
             return
         column = layout.column()
-        column.prop(item, "step", text="Rate")
+        column.prop(item, "step", text="Rate" if item.step else "Rate (auto)")
         if context.scene.edgegrad.use_frames:
             column.prop(item, "keyed")
         column.prop(item, "use_limits")

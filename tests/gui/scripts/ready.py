@@ -35,10 +35,14 @@ def state() -> dict[str, Any]:
             found[f"{ob.name} bones"] = [[[*row] for row in bone.matrix_basis] for bone in ob.pose.bones]
     for material in bpy.data.materials:
         for node in material.node_tree.nodes:
-            found[f"{material.name} {node.name}"] = [
-                list(value) if hasattr(value, "__len__") else value
-                for value in (getattr(socket, "default_value", None) for socket in node.inputs)]  # fmt: skip
+            found[f"{material.name} {node.name}"] = [plain(getattr(socket, "default_value", None))
+                                                     for socket in node.inputs]  # fmt: skip
     return found
+
+
+def plain(value: Any) -> Any:
+    """Return a value of Blender's without Blender."""
+    return tuple(value) if hasattr(value, "__len__") and not isinstance(value, str) else value
 
 
 def pressed(name: str, file: Path) -> Script:

@@ -56,8 +56,8 @@ def obstacle(context: Any) -> Obstacle | None:
         if scene.objects.get(ob.name) != ob:
             return Obstacle(f"Object '{ob.name}' is not in this scene")
         if ob.mode in ("EDIT", "SCULPT"):
-            return Obstacle(f"Object '{ob.name}' is in {ob.mode.title()} Mode", "object.mode_set", "Leave It",
-                            {"mode": "OBJECT"})  # fmt: skip
+            mode = f"{ob.mode.title()} Mode"
+            return Obstacle(f"Object '{ob.name}' is in {mode}", "object.mode_set", f"Leave {mode}", {"mode": "OBJECT"})
     return None
 
 

@@ -11,6 +11,8 @@ from ..animated.stored import PROPERTY
 from . import derived
 from .tab import Tab, editable
 
+NARROW = 300  # width of a sidebar, pixels at scale 1
+
 
 class ParameterList(bpy.types.UIList):
     """List of the parameters; each line shows datablock, property, value, and the effect on the loss as a bar."""
@@ -23,13 +25,15 @@ class ParameterList(bpy.types.UIList):
         row = layout.row(align=True)
         row.use_property_split = False
         row.prop(item, "enabled", text="")
-        split = row.split(factor=0.76, align=True)
+        # A narrow sidebar leaves the bars no room for their numbers.
+        narrow = context.region.width < NARROW * context.preferences.system.ui_scale
+        split = row.split(factor=0.86 if narrow else 0.76, align=True)
         split.active = item.enabled
         split.label(text=line.words, icon=line.icon)
         effect = item.sensitivity
         if effect >= 0.0:
-            split.progress(factor=effect, type="BAR", text=f"{effect:.0%}")
-        else:
+            split.progress(factor=effect, type="BAR", text="" if narrow else f"{effect:.0%}")
+        elif not narrow:
             split.label(text=line.value)
 
     def draw_filter(self, context: Any, layout: Any) -> None:
@@ -84,18 +88,34 @@ class ParametersPanel(Tab, bpy.types.Panel):
         column = row.column(align=True)
         column.operator_menu_enum("edgegrad.parameters_add", "of", text="", icon="ADD")
         column.operator("edgegrad.parameter_remove", text="", icon="REMOVE")
-        if settings.active_parameter >= len(settings.parameters):
-            return
+
+
+class ParameterDetailsPanel(Tab, bpy.types.Panel):
+    """Panel with the settings of the active parameter that are rarely touched."""
+
+    bl_idname = "EDGEGRAD_PT_parameter_details"
+    bl_label = "Details"
+    bl_parent_id = ParametersPanel.bl_idname
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        settings = context.scene.edgegrad
+        return (settings.active_parameter < len(settings.parameters)
+                and settings.parameters[settings.active_parameter].kind in ("VERTICES", PROPERTY))  # fmt: skip
+
+    def draw(self, context: Any) -> None:
+        layout = editable(self.begin())
+        settings = context.scene.edgegrad
         item = settings.parameters[settings.active_parameter]
-        if item.kind != PROPERTY:
-            if item.kind == "VERTICES":
-                _vertices(layout, item)
-                layout.prop(settings, "smoothness")
-                layout.prop(settings, "write_to")
+        if item.kind == "VERTICES":
+            _vertices(layout, item)
+            layout.prop(settings, "smoothness")
+            layout.prop(settings, "write_to")
             return
         column = layout.column()
-        column.prop(item, "step", text="Rate")
-        if context.scene.edgegrad.use_frames:
+        column.prop(item, "step", text="Rate" if item.step else "Rate (auto)")
+        if settings.use_frames:
             column.prop(item, "keyed")
         column.prop(item, "use_limits")
         if item.use_limits:
@@ -114,4 +134,4 @@ def _vertices(layout: Any, item: Any) -> None:
     column.prop(item, "symmetry")
 
 
-CLASSES: tuple[Any, ...] = (ParameterList, SetUpMenu, ParametersPanel)
+CLASSES: tuple[Any, ...] = (ParameterList, SetUpMenu, ParametersPanel, ParameterDetailsPanel)

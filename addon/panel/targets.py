@@ -21,15 +21,17 @@ class TargetList(bpy.types.UIList):
                   active_property: str) -> None:  # fmt: skip
         found, camera, weight = derived.picture(item, context.scene), item.camera, item.weight
         row = layout.row(align=True)
-        split = row.split(factor=0.4, align=True)
-        split.label(text=camera.name if camera else "no camera", icon="CAMERA_DATA" if camera else "ERROR")
-        split = split.split(factor=0.7, align=True)
+        split = row.split(factor=0.5, align=True)
+        if camera:
+            split.label(text=camera.name)
+        else:
+            split.label(text="no camera", icon="ERROR")
         split.label(text=found.words, icon_value=found.thumbnail)
-        right = split.row(align=True)
-        right.alignment = "RIGHT"
-        right.label(text="", icon="MOD_MASK" if item.mask else "BLANK1")
-        right.label(text="" if weight == 1.0 else f"{weight:.2g}")
-        right.label(text="", icon=found.icon)
+        if item.mask:
+            row.label(text="", icon="MOD_MASK")
+        if weight != 1.0:
+            row.label(text=f"× {weight:.2g}")
+        row.label(text="", icon=found.icon)
 
 
 class TargetsPanel(Tab, bpy.types.Panel):

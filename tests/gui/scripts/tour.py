@@ -24,6 +24,7 @@ def obstacle() -> list[str]:
 def pictured(name: str) -> Script:
     """Save a picture of the screen when it is drawn."""
     yield from redraw(0.7)
+    yield from redraw(0.7)  # panels that have grown move the others in steps
     shot(name)
 
 

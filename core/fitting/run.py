@@ -35,7 +35,6 @@ from .schedule import Schedule
 from .silhouettes import Silhouettes, is_negative, moves_silhouettes
 from .targets import View, camera_of_gradient, checked_loss
 from .variables import Unknown
-from .vertices.starts import choose_starts
 
 F64 = NDArray[np.float64]
 
@@ -73,7 +72,7 @@ class Run:
         self.first_gradient: dict[str, F64] = {}  # by the driven variables, at the start
         self.effects: dict[str, float] = {}
         self.rendered: tuple[int, NDArray[np.float32]] = (0, np.zeros((0, 0, 3), np.float32))
-        self.start = self._values()
+        self.start = self.values()
         self.best_values, self.best, self.least = self.start, 0, np.inf
         self.losses: list[float] = []
         self.newest = np.full(len(seen), np.nan)  # most recent loss of each picture
@@ -81,21 +80,6 @@ class Run:
         if keyed is not None:
             keyed.scale(seen, loss)
             _ = renderer.edges  # of the same scene in a fit that goes on from a checkpoint
-
-    def choose_start(self) -> None:
-        """Begin with the symmetric shapes that fit best, where symmetry leaves a choice."""
-        values = {one.path: one.value for one in self.variables}
-
-        def put(item: Any, value: F64) -> None:
-            if item.path in values:
-                values[item.path] = value
-                self.update(self.place(values))
-            else:
-                parameters.put(self.work, item.path, value)
-                self.update([item.path])
-
-        if choose_starts((*self.unknowns, *self.variables), put, lambda: self._loss_of(0, range(len(self.seen)))):
-            self.start = self.best_values = self._values()
 
     def iterate(self, callback: Callback | None) -> str | None:
         """Run all iterations that are left.
@@ -189,10 +173,10 @@ class Run:
             losses.clear()
             for way in ways:
                 self.update([*changed, *self.place(way, following.views)])
-                losses.append(self._loss_of(k + 1, following.views))
+                losses.append(self.loss_of(k + 1, following.views))
         return self.place(ways[int(np.argmin(losses))], following.views)
 
-    def _loss_of(self, k: int, views: Sequence[int]) -> float:
+    def loss_of(self, k: int, views: Sequence[int]) -> float:
         """Loss of some pictures as they are now, with the samples of iteration k; it is not recorded."""
         pictures = {j: self._pictures(k, j, 0.0, len(views)) for j in views}
         return sum(self.seen[j].weight * value for j, (value, _) in self._compare(k, self.loss, pictures)[1].items())
@@ -337,10 +321,10 @@ class Run:
         # If losses differ by less than their noise, the latest values count as the best: the shorter steps at the end
         # average the noise of many gradients.
         if not complete and self.keyed is not None:  # a part of the frames is better than none
-            self.best, self.best_values, self.best_gains = len(self.losses) - 1, self._values(), self.gains.values
+            self.best, self.best_values, self.best_gains = len(self.losses) - 1, self.values(), self.gains.values
         if complete and self.smoothed() <= self.least + self._noise():
             self.least, self.best = min(self.least, self.smoothed()), len(self.losses) - 1
-            self.best_values, self.best_gains = self._values(), self.gains.values
+            self.best_values, self.best_gains = self.values(), self.gains.values
 
     def smoothed(self) -> float:
         """Mean of the loss over the last few iterations."""
@@ -351,14 +335,14 @@ class Run:
         steps = np.diff(self.losses[-NOISE_OVER:])
         return float(np.sqrt(0.5 * np.mean(steps**2) / SMOOTHED_OVER)) if len(steps) else 0.0
 
-    def _values(self) -> dict[str, Any]:
+    def values(self) -> dict[str, Any]:
         own = {item.path: parameters.get(self.work, item.path) for item in self.unknowns}
         return own | {item.path: item.value for item in self.variables}
 
     def _report(self, iteration: int, gradient: Mapping[str, F64]) -> FitStep:
         return FitStep(
             iteration, self.iterations, self.losses[-1], self.smoothed(), self.best + 1,
-            time.monotonic() - self.started, self._values(), *self.rendered, gradient, self.effects,
+            time.monotonic() - self.started, self.values(), *self.rendered, gradient, self.effects,
         )
 
     def seed_of(self, k: int, j: int, kind: int) -> int:

@@ -45,7 +45,7 @@ from .outcome.uncertainty import uncertainty as measured_uncertainty
 from .outcome.zero_gradients import untouched_part
 from .run import Run
 from .schedule import Cycle, Schedule
-from .search.begin import Stages, begin
+from .search.begin import Stages, begin, choose_symmetric_start
 from .silhouettes import Silhouettes
 from .targets import Targets, views
 from .variables import Unknown, unknown
@@ -295,7 +295,7 @@ def fit(
     begun: list[str] = []
     stop = None
     try:
-        run.choose_start()
+        choose_symmetric_start(run)
         if film is None:
             run, begun = begin(run, run_of, stages, search=search, restarts=restarts,
                                per_iteration=per_iteration or len(seen))

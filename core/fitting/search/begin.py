@@ -15,6 +15,7 @@ from ...scene import parameters
 from ..driven import Looking
 from ..run import Run
 from ..schedule import Cycle, Schedule
+from ..vertices.starts import choose_starts
 from .coarse import Coarse
 from .find_start import BETTER, find_starts, gradient_speaks, pictures_for
 from .moves import Moves
@@ -47,6 +48,22 @@ class Stages:
     def rest(self) -> Progress | None:
         """Return the progress of all that is left."""
         return self.part(1.0 - self.done)
+
+
+def choose_symmetric_start(run: Run) -> None:
+    """Begin with the symmetric shapes that fit best, where symmetry leaves a choice."""
+    values = {one.path: one.value for one in run.variables}
+
+    def put(item: Any, value: F64) -> None:
+        if item.path in values:
+            values[item.path] = value
+            run.update(run.place(values))
+        else:
+            parameters.put(run.work, item.path, value)
+            run.update([item.path])
+
+    if choose_starts((*run.unknowns, *run.variables), put, lambda: run.loss_of(0, range(len(run.seen)))):
+        run.start = run.best_values = run.values()
 
 
 def begin(run: Run, run_of: RunOf, stages: Stages, *, search: int | None, restarts: int,

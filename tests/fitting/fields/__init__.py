@@ -1,0 +1,1 @@
+"""Tests of fits, losses and optimisers."""

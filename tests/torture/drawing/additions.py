@@ -41,9 +41,7 @@ def add_fields(draw: Draw, scene: Scene, scale: float, at: np.ndarray) -> None:
 
 def turn_lights_negative(draw: Draw, scene: Scene) -> None:
     """Let some lights take light away."""
-    for name, light in scene.lights.items():
-        if draw.chance(0.15):
-            scene.lights[name] = negative(light)
+    scene.lights = {name: negative(light) if draw.chance(0.15) else light for name, light in scene.lights.items()}
 
 
 def negative(light: Light) -> Light:

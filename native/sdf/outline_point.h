@@ -33,8 +33,8 @@ double spline_value(const FieldView& f, const double (&grid)[3]);
 // there (v . H v > 0); otherwise they come out of it.
 bool pull_to_outline(const FieldView& f, const FieldViewer& viewer, double (&grid)[3], bool& clear);
 
-// Moves a point along a ray of direction v (in grid coordinates) to where the ray is tangent to a level set of
-// the field. Returns whether Newton's method has converged near the point.
+// Moves a point along a ray of direction v (in grid coordinates) to where the ray is tangent to a level set
+// of the field. Returns whether Newton's method has converged near the point.
 bool move_to_tangency(const FieldView& f, const double (&v)[3], double (&grid)[3]);
 
 // Whether a ray of direction v (in grid coordinates) that touches the surface at a point is outside of it

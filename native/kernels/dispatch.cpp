@@ -2,8 +2,8 @@
 
 #include <stdexcept>
 
-#include "util/cpu_features.h"
 #include "tasks/kernel_table.h"
+#include "util/cpu_features.h"
 
 namespace edgegrad {
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from edgegrad import PointLight, Scene, World, plan
+from edgegrad import PointLight, Renderer, Scene, World, plan
 from tests.support.fields.outlined import FIELDS, SHIFT, bent, doughnut, over_a_sheet, shifted
 from tests.support.fields.splines import Floats, exact_sphere
 from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose, need_every_table
@@ -128,3 +128,23 @@ def test_both_modes_through_a_lens() -> None:
     paths = ["fields.ring.values", "camera.to_world", "camera.aperture_radius"]
     check_transpose(lambda _: scene, paths, spp=8, max_depth=2)
     check_equal_bits(lambda _: scene, paths, spp=4, max_depth=2)
+
+
+def test_pixels_on_an_outline_have_more_samples() -> None:
+    """Hits that graze a field have large derivatives: pixels that its outline passes have eight times the samples."""
+    size, spp = 64, 4
+    scene = Scene(camera(size=size), materials={"clay": matte(0.6, 0.4, 0.3)}, world=World(np.ones(3)),
+                  fields={"ball": exact_sphere(0.7, 20)})
+
+    def samples(wrt: str) -> float:
+        renderer = Renderer(scene)
+        renderer.render_backward(np.ones((size, size, 3)), [wrt], spp=spp, terms=("interior",))
+        return float(next(d.samples for d in renderer.last_decisions if d.part == "shading"))
+
+    assert samples("materials.clay.base_color") == size**2 * spp
+    dense = (samples("fields.ball.values") / spp - size**2) / 7
+    # A convex curve passes about as many pixels as the box around it has along its sides
+    black = replace(scene, materials={"clay": matte(0.0, 0.0, 0.0)})
+    covered = Renderer(black).render(spp=16)[..., 0] < 0.5
+    box = 2 * int(covered.any(axis=0).sum() + covered.any(axis=1).sum())
+    assert 0.8 * box < dense < 2.5 * box

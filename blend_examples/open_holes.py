@@ -42,6 +42,8 @@ ITERATIONS, SAMPLES, VIEWS_PER_ITERATION = 72, 4, 4
 TOPOLOGY_EVERY = 8
 # Values of the colours along each axis, for a grid whose cells are twice as large as those of the field.
 COLORS = CELLS // 2 + 1
+# First step of the colours: they must be about right before holes are carved, which compares pictures.
+COLOR_STEP = 0.1
 # Weight against roughness: a larger one is smoother, and rounds the shape.
 LAPLACIAN = 0.03
 
@@ -145,10 +147,11 @@ def main() -> int:
     [material] = {mesh.materials[0] for mesh in scene.meshes.values()}
     scene.meshes = {}
     ball = Field((np.linalg.norm(grid(CELLS), axis=-1) - 0.7).astype(np.float32), material)
-    wrt = ["fields.body.values"]
+    wrt, step_sizes = ["fields.body.values"], {}
     if given.painted:
         ball.attributes = {PAINT: np.full((COLORS, COLORS, COLORS, 3), 0.5)}
         wrt.append(f"fields.body.attributes.{PAINT}")
+        step_sizes = {wrt[1]: COLOR_STEP}
     scene.fields = {"body": ball}
     before = pictures_of(scene, targets)
     start = distance_fields.to_mesh(ball)
@@ -156,7 +159,8 @@ def main() -> int:
     cpu, seconds = time.process_time(), time.monotonic()
     with ProgressBar("Fitting") as bar:
         fit(scene, targets, wrt, iterations=given.iterations, spp=SAMPLES,
-            views_per_iteration=VIEWS_PER_ITERATION, field_steps=steps, progress=bar.update)  # fmt: skip
+            views_per_iteration=VIEWS_PER_ITERATION, field_steps=steps, step_sizes=step_sizes,
+            progress=bar.update)  # fmt: skip
     cpu, seconds = time.process_time() - cpu, time.monotonic() - seconds
     found = distance_fields.to_mesh(scene.fields["body"])
     rows = {"start": before, "target (Cycles)": [np.asarray(t.image)[..., :3] for t in targets],

@@ -111,6 +111,7 @@ def uncertainty(run: Run, values: dict[str, Any]) -> tuple[tuple[Uncertainty, ..
     variables: list[Unknown | Variable | Numbers] = [*run.unknowns, *(() if run.driven is None else
                                                                       run.driven.variables)]  # fmt: skip
     places, arrays = coordinates(variables, values, run.placement)
+    arrays = [path for path in arrays if any(path == item.path for item in run.unknowns)]  # others are not the scene's
     factors = _factors(run.seen)
     equations = Equations.empty(len(places) + len(factors))
     loss = run.loss.at(1.0) if hasattr(run.loss, "at") else run.loss
@@ -205,7 +206,7 @@ def _probe(run: Run, j: int, residual: F64, entries: dict[str, F64], generator: 
     For random signs s of the pixels, the mean of (J^T s)^2 is the diagonal of J^T J.
     """
     view = run.seen[j]
-    wrt = [path for path in entries if _is_own(run, path) and (view.objects is None or moves_silhouettes(path))]
+    wrt = [path for path in entries if view.objects is None or moves_silhouettes(path)]
     if not wrt:
         return
     weight = np.ones(view.image.shape) if view.mask is None else np.repeat(view.mask[..., None], 3, axis=2)
@@ -221,11 +222,6 @@ def _probe(run: Run, j: int, residual: F64, entries: dict[str, F64], generator: 
                       for half in (0, 1)]  # fmt: skip
             for path in wrt:
                 entries[path][kind] += np.where(np.isfinite(halves[0][path]), halves[0][path], 0.0) * halves[1][path]
-
-
-def _is_own(run: Run, path: str) -> bool:
-    """Whether the path is a parameter of the scene, not a variable outside of it."""
-    return any(path == item.path for item in run.unknowns)
 
 
 def _array(path: str, squares: F64, tilted: F64) -> Uncertainty:

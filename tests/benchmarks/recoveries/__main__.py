@@ -1,7 +1,8 @@
 """``python -m tests.benchmarks.recoveries [CASE …]``: a table of errors before and after fits to Cycles' pictures.
 
 For each case, the scene is built and rendered by Cycles, what is to be found is changed, and the .blend is fitted by
-the command line, which saves another .blend; the values there are compared with the truth.
+the command line, which saves another .blend; the values there are compared with the truth. The error is the largest of a
+case's numbers, of vertices the median.
 """
 
 from __future__ import annotations
@@ -80,7 +81,9 @@ def run(name: str, case: Case, size: int, samples: int, folder: Path) -> str:
     report = json.loads((out / "report.json").read_text())
     told = "; ".join(one["sentence"] for one in report["uncertainty"])
     print(f"{name}: {told}", flush=True)
-    return f"| {name} | {case.title} | {before.max():.3g} | {after.max():.2g} | {seconds:.0f} |"
+    # Some vertices of a cage are hidden from all cameras.
+    of = np.median if any(path in bpy.data.objects for path in paths) else np.max
+    return f"| {name} | {case.title} | {of(before):.3g} | {of(after):.2g} | {seconds:.0f} |"
 
 
 def main() -> None:
@@ -97,7 +100,7 @@ def main() -> None:
     for name in arguments.cases or list(CASES):
         rows.append(run(name, CASES[name], arguments.size, arguments.samples, folder))
         print(rows[-1], flush=True)
-    print("\n".join(["| case | found | largest error before | after | CPU seconds |", "|---|---|---|---|---|", *rows]))
+    print("\n".join(["| case | found | error before | after | CPU seconds |", "|---|---|---|---|---|", *rows]))
 
 
 if __name__ == "__main__":

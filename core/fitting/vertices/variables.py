@@ -24,8 +24,9 @@ VERTEX_STEP = 0.02
 # but material borders and UV maps cannot move along the surface.
 SLIDE = 0.5
 # Without a given smoothness, it falls from its automatic value to this one, within this part of the fit, on this many
-# levels. Large moves first drag whole regions along; fine detail comes last.
-LAST_SMOOTHNESS, RELEASED, LEVELS = 2.0, 0.7, 12
+# levels. Large moves first drag whole regions along; fine detail comes last. An earlier release crumples hollows before
+# large moves have reached them.
+LAST_SMOOTHNESS, RELEASED, LEVELS = 2.0, 1.0, 12
 # Where faces have become longer than at the start by more than this factor, vertices go up to this part of the way to
 # the middle of their neighbours in each step, along the surface. A smaller factor keeps sides equal, but UV maps move.
 DISTORTED, EVENED = 1.3, 0.5

@@ -102,9 +102,7 @@ def vector_displacement() -> None:
         ob.data.polygons.foreach_set("use_smooth", np.ones(1600, bool))
 
 
-@case("Displacement and bump on a coarse mesh: fine noise that its vertices cannot show", bounces=2, differs=(
-    "Cycles takes the slopes of the bump beside the place before displacement, in directions of the displaced surface; "
-    "the export names it",))  # fmt: skip
+@case("Displacement and bump on a coarse mesh: fine noise that its vertices cannot show", bounces=2)
 def displacement_and_bump() -> None:
     """The method "Displacement and Bump"."""
     _set()

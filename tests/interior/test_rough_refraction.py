@@ -56,6 +56,20 @@ def test_a_sheet_under_the_sky(name: str) -> None:
     check_agreement(moving, **samples, max_depth=2)
 
 
+def with_an_image(material: edgegrad.Material) -> edgegrad.Scene:
+    """The sheet with an even image as its colour: narrow lobes are differentiated in material form then."""
+    scene = under_sky(replace(material, textures={"base_color": e.ImageTexture("even", e.Attribute("UVMap"))}))
+    return replace(scene, images={**scene.images, "even": edgegrad.Image(np.full((2, 2, 3), 0.9, np.float32))})
+
+
+@pytest.mark.parametrize(("kind", "ior", "roughness"), [("REFRACTION", 1.1, 0.03), ("REFRACTION", 1.5, 0.015),
+                                                       ("GLASS", 1.1, 0.02), ("GLOSSY", 1.5, 0.012)])  # fmt: skip
+def test_rounding_does_not_shift_the_samples_of_narrow_lobes(kind: str, ior: float, roughness: float) -> None:
+    """Scores of samples are about 1/alpha. They cancel only if rounding does not shift all samples to one side."""
+    moving = along(changing(lambda: with_an_image(glass(kind, ior, roughness)), "rotation"), ["world.rotation"])
+    check_agreement(moving, seeds=8, spp=256, reference_spp=512, max_depth=2)
+
+
 RIMLESS = ("GLASS-1.4-0.5-camera", "REFRACTION-1.1-0.9-ior", "REFRACTION-0.7-0.9-rotation", "GLASS-1.1-0.9-rotation")
 
 

@@ -117,7 +117,8 @@ EG_OUTLINE void replace_by_velvet(const Bsdf& f, Vec3 wi, Scattered& s) {
 
 // Light above the plane of ng is reflected and light below it refracted. `receiving`, if not null, is a
 // second normal above whose plane light is reflected (shading/receiving_normal.h).
-EG_INLINE BsdfValue evaluate(const Bsdf& f, Mask active, Vec3 wi, const Vec3* receiving = nullptr) {
+EG_INLINE BsdfValue evaluate(const Bsdf& f, Mask active, Vec3 wi, const Vec3* receiving = nullptr,
+                             const Vec3* local = nullptr) {
     BsdfValue sum = {zero3(), splat(0.0f)};
     // Add the lobes that are defined by the shading normal
     const Float cosine = dot(f.normal, wi);
@@ -140,7 +141,7 @@ EG_INLINE BsdfValue evaluate(const Bsdf& f, Mask active, Vec3 wi, const Vec3* re
     }
     if (!(f.any_lobe[kMirrorLobe] | f.any_lobe[kCoatLobe] | f.any_lobe[kInterfaceLobe])) return sum;
     // Add the reflection of mirrors and interfaces
-    const Vec3 w = to_local(f, wi);
+    const Vec3 w = local ? *local : to_local(f, wi);
     if (any(above)) {
         const Vec3 between = f.view + w;
         const Vec3 h = between * (1.0f / max(sqrt(dot(between, between)), 1e-20f));
@@ -170,6 +171,8 @@ EG_INLINE Vec3 evaluate_rim(const Bsdf& f, Mask active, Vec3 wi) {
 // Directions sampled from one kind of lobe, for the lanes that chose it.
 struct Direction {
     Vec3 wi;
+    Vec3 local;  // wi in the frame of the lobes, for lanes of `in_frame`
+    Mask in_frame;
     Mask perfect, transmitted;
     Mask followed;  // of `perfect`
     Vec3 half;      // of the microfacet, for followed lobes
@@ -192,6 +195,12 @@ EG_INLINE void follow_sample(const Microfacets& g, Mask m, Vec3 view, Float boun
     d.followed |= m;
 }
 
+EG_INLINE void set_direction(const Bsdf& f, Mask m, Vec3 local, Direction& d) {
+    d.local = select(m, local, d.local);
+    d.in_frame |= m;
+    d.wi = select(m, to_world(f, local), d.wi);
+}
+
 // Samples a mirror or the coat. The coat's frame is not rotated.
 EG_INLINE void sample_mirror(const Bsdf& f, const Reflection& r, bool coat, Mask picked, Float u, Float v,
                              Direction& d) {
@@ -200,7 +209,7 @@ EG_INLINE void sample_mirror(const Bsdf& f, const Reflection& r, bool coat, Mask
     const Float cosine = dot(h, view);
     const Mask smooth = picked & is_smooth(r.facets);
     const Vec3 w = h * (2.0f * cosine) - view;
-    d.wi = select(picked, to_world(f, coat ? w : turned_back(f, w)), d.wi);
+    set_direction(f, picked, coat ? w : turned_back(f, w), d);
     d.perfect |= picked & is_perfect(r.facets);
     if (any(smooth)) d.value = select(smooth, reflectance(r, cosine), d.value);
     const Mask followed = picked & r.facets.followed;
@@ -215,8 +224,8 @@ EG_INLINE void sample_mirror(const Bsdf& f, const Reflection& r, bool coat, Mask
 EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float choice, Float u_all, Float v) {
     // Initialize the sample
     Direction d;
-    d.wi = f.normal;
-    d.perfect = d.transmitted = d.followed = splat(0);
+    d.wi = d.local = f.normal;
+    d.perfect = d.transmitted = d.followed = d.in_frame = splat(0);
     d.half = f.normal;
     d.value = zero3();
     d.probability = splat(1.0f);
@@ -260,7 +269,7 @@ EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float choice, Float u_al
                 break;
             case kInterfaceLobe: {
                 const InterfaceSample s = sample_interface(f.glass, f.view, choice, u, v);
-                d.wi = select(picked, to_world(f, s.w), d.wi);
+                set_direction(f, picked, s.w, d);
                 d.perfect |= picked & s.perfect;
                 d.transmitted |= picked & s.refracted;
                 done &= ~picked | s.found;
@@ -288,7 +297,13 @@ EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float choice, Float u_al
     s.lobe = d.lobe;
     s.ray_kind = select(d.transmitted, splat(static_cast<int>(kTransmissionRay)), d.ray_kind);
     s.active = done & select(d.transmitted, side < 0.0f, side > 0.0f);
-    const BsdfValue e = evaluate(f, s.active & ~d.perfect, d.wi);
+    // The density is that of the direction before its way to the world and back. This way's rounding error e
+    // is the same for all samples of a lobe. In the density it would shift the samples against the lobe, and
+    // their scores, which are about 1/alpha, would no longer cancel: a bias of derivatives of about e /
+    // alpha^2.
+    const Mask rough = s.active & ~d.perfect;
+    const Vec3 local = any(rough & ~d.in_frame) ? select(d.in_frame, d.local, to_local(f, d.wi)) : d.local;
+    const BsdfValue e = evaluate(f, rough, d.wi, nullptr, &local);
     s.active &= d.perfect | (e.pdf > 0.0f);
     s.weight =
         select(d.perfect, d.value * (1.0f / max(share, 1e-20f)), e.value * (1.0f / max(e.pdf, 1e-30f)));

@@ -148,7 +148,10 @@ EG_INLINE InterfaceSample sample_interface(const Interface& g, Vec3 view, Float 
     r.h = h;
     r.perfect = select(r.refracted, refracts_perfectly(g), is_perfect(g.facets));
     r.probability = select(r.refracted, 1.0f - s.reflect_probability, s.reflect_probability);
-    const Vec3 through = h * (cosine / g.eta - s.cosine) - view * (1.0f / g.eta);
+    // A division rounds each sample by itself. A factor 1/eta, whose rounding is that of all samples, would
+    // shift them against the lobe (sample() in shading/bsdf/bsdf.h).
+    const Vec3 bent = h * (cosine - g.eta * s.cosine) - view;
+    const Vec3 through = {bent.x / g.eta, bent.y / g.eta, bent.z / g.eta};
     r.w = select(r.refracted, through, h * (2.0f * cosine) - view);
     r.value = select(r.refracted, s.transmitted, s.reflected) * (1.0f / max(r.probability, 1e-20f));
     return r;

@@ -1,8 +1,8 @@
 """``python -m tests.benchmarks.recoveries [CASE …]``: a table of errors before and after fits to Cycles' pictures.
 
 For each case, the scene is built and rendered by Cycles, what is to be found is changed, and the .blend is fitted by
-the command line, which saves another .blend; the values there are compared with the truth. The error is the largest of a
-case's numbers, of vertices the median.
+the command line, which saves another .blend; the values there are compared with the truth. The error is the largest of
+a case's numbers, of vertices the median.
 """
 
 from __future__ import annotations

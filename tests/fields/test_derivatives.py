@@ -143,10 +143,9 @@ def test_the_plan_names_fields() -> None:
 
 
 def test_mirrors_and_fields() -> None:
+    """A mirror over a field that it shows: see also test_fields_in_mirrors.py."""
     mirror = Material(np.ones(3), kind="GLOSSY", roughness=0.0)
     scene = over_a_field(0.0, mirror)
-    said = " ".join(plan(scene, ["meshes.sheet.vertices"], max_depth=3).missing)
-    assert "mirrors and smooth glass show by way of the distance fields ball" in said
     found = Renderer(scene).render_backward(np.ones((16, 16, 3)), ["meshes.sheet.vertices"], spp=4, max_depth=3)
     assert np.all(np.isfinite(found["meshes.sheet.vertices"]))
 

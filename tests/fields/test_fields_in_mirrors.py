@@ -31,7 +31,8 @@ def _native() -> None:
 @pytest.mark.parametrize(("optics", "what"), CASES)
 def test_agrees_with_differences(optics: str, what: str) -> None:
     scene = shown_by(optics)
-    check_agreement(lambda theta: changed(scene, what, theta), max_depth=DEPTHS[optics], **OPTIONS)
+    options = OPTIONS | {"seeds": 48} if (optics, what) == ("pane", "ior") else OPTIONS  # its picture hardly changes
+    check_agreement(lambda theta: changed(scene, what, theta), max_depth=DEPTHS[optics], **options)
 
 
 @pytest.mark.parametrize(("optics", "what"), [

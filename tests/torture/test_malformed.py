@@ -30,7 +30,8 @@ SHARE, SHARE_OF_FILES = 71, 9
 RIGHT = ("right", "refused")
 
 # Results, which nobody makes by hand.
-RESULTS = (edgegrad.Checkpoint, edgegrad.Finding, edgegrad.FitResult, edgegrad.FitStep, edgegrad.Plan)
+RESULTS = (edgegrad.Checkpoint, edgegrad.Exchange, edgegrad.Finding, edgegrad.FitResult, edgegrad.FitStep,
+           edgegrad.Plan, edgegrad.Uncertainty)  # fmt: skip
 
 
 def test_every_field_of_every_public_class_has_a_check() -> None:
@@ -103,7 +104,7 @@ SENTENCES: dict[str, tuple[Callable[[Scene], Any], str]] = {
                   "mesh 'box': material 'cley' is not in the scene; did you mean 'clay'"),
     "missing UV map": (edit("materials.paint", "textures", {"base_color": e.Attribute("UVMpa")}),
                        "material 'paint': textures read the attribute 'UVMpa', which is not in attributes of any mesh "
-                       "with the material; did you mean 'UVMap'"),
+                       "or field with the material; did you mean 'UVMap'"),
     "bounces": (lambda s: edgegrad.render(s, 1, bounces=(1, 1, 1, 1)),  # type: ignore[arg-type]
                 "render: bounces must be an edgegrad.Bounces, not a value of type tuple"),
     "terms": (lambda s: edgegrad.render_backward(s, np.zeros((4, 4, 3)), [COLOR], 1, terms=3),  # type: ignore[arg-type]
@@ -204,7 +205,8 @@ CHANGES: dict[str, Callable[[Any], Any]] = {
     "decay": lambda v: "CONSTANT",
     "receivers": lambda v: ("box",), "blockers": lambda v: ("copies",), "textures": lambda v: {},
     "materials": lambda v: v[::-1], "parts": lambda v: v[::-1], "face_material": lambda v: 1 - v,
-    "attributes": lambda v: {}, "instance_attributes": lambda v: {"own": 0.5 * v["own"]},
+    "attributes": lambda v: {} if v else {"new": np.ones((2, 2, 2, 3), np.float32)},
+    "instance_attributes": lambda v: {"own": 0.5 * v["own"]},
     "normal_uv": lambda v: "UV", "normal_space": lambda v: "WORLD", "distribution": lambda v: "BECKMANN",
     "width": lambda v: v + 1, "height": lambda v: v + 1,
     "aperture_blades": lambda v: 5, "smoothing": lambda v: np.where(v == 0, -1, v), "coat_ior": lambda v: 1.6,

@@ -54,8 +54,7 @@ def calls() -> list[tuple[str, Any, Any]]:
         ("from_mesh", distance_fields.from_mesh, lambda: {
             "mesh": box(), "cells": (20, 20, 20), "lower": low, "upper": high, "material": "clay", "most_memory": 1e8}),
         ("to_mesh", distance_fields.to_mesh, lambda: {
-            "field": ball(), "finer": 0, "open_border": False, "attributes": {"a": np.zeros((2, 2, 2, 3))},
-            "most_memory": 1e8}),
+            "field": ball(), "finer": 0, "open_border": False, "most_memory": 1e8}),
         ("redistanced", distance_fields.redistanced, lambda: {"field": ball()}),
         ("refined", distance_fields.refined, lambda: {"field": ball(), "times": 1}),
         ("resampled", distance_fields.resampled, lambda: {

@@ -40,7 +40,7 @@ from .large_steps import MOST_SMOOTHNESS
 from .losses import Loss, Pyramid
 from .outcome.findings import findings, open_depths
 from .outcome.result import FitResult
-from .outcome.uncertainty import Exchange, Uncertainty
+from .outcome.uncertainty import MEASURED, Exchange, Uncertainty
 from .outcome.uncertainty import uncertainty as measured_uncertainty
 from .outcome.zero_gradients import untouched_part
 from .run import Run
@@ -229,6 +229,7 @@ def fit(
         numbers = [] if driven is None else [one for one in driven.variables if isinstance(one, KeyedNumbers)]
         keyed = KeyedFrames(numbers, film.times, film.of_views, film.smoothness)
     choice("fit", "on_cancel", on_cancel, ON_CANCEL)
+    uncertain = flag("fit", "uncertainty", uncertainty) and film is None
     threads = whole("fit", "threads", threads, 0, MOST_THREADS)
     callback, progress = optional(function)("fit", "callback", callback), checked_progress("fit", progress)
     loss = Pyramid() if loss is None else function("fit", "loss", loss)
@@ -290,9 +291,11 @@ def fit(
             driven=driven, placement=placement, silhouettes=silhouettes, keyed=keyed, field_edges=field_edges,
         )
 
-    stages = Stages(progress)
-    run = run_of(schedule, progress, first)
+    stages = Stages(progress, MEASURED if uncertain else 0.0)
+    run = run_of(schedule, stages.rest() if film is not None else None, first)
     begun: list[str] = []
+    known: tuple[Uncertainty, ...] = ()
+    exchanges: tuple[Exchange, ...] = ()
     stop = None
     try:
         choose_symmetric_start(run)
@@ -304,6 +307,8 @@ def fit(
         stop = run.iterate(callback)
         if stop is None:
             run.measure_end()
+            if uncertain:
+                known, exchanges = measured_uncertainty(run, run.best_values, stages.part(MEASURED))
     except Cancelled:
         stop = on_cancel
     stop = on_cancel if stop == "callback" else stop
@@ -316,13 +321,6 @@ def fit(
         if driven is not None:
             for path in run.place({item.path: kept[item.path] for item in driven.variables}):
                 parameters.put(scene, path, parameters.get(work, path))
-    known: tuple[Uncertainty, ...] = ()
-    exchanges: tuple[Exchange, ...] = ()
-    if flag("fit", "uncertainty", uncertainty) and stop is None and film is None:
-        for path in paths:
-            parameters.put(work, path, kept[path])
-        run.update(paths)
-        known, exchanges = measured_uncertainty(run, kept)
     variables = [*run.unknowns, *(() if driven is None else driven.variables)]
     found = findings(run.touched, kept, variables)
     if own_frames is not None:

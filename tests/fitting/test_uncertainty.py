@@ -104,3 +104,19 @@ def test_numbers_at_a_limit_have_no_error() -> None:
     seen = edgegrad.render(scene, spp=16)
     result = edgegrad.fit(scene, Target(seen * (9.0, 1.0, 1.0)), [COLOR], iterations=20, spp=2, uncertainty=True)
     assert result.uncertainty[0].names == ("[1]", "[2]")
+
+
+def test_measuring_reports_progress_and_can_be_cancelled() -> None:
+    """The last part of a fit's progress; a fit that is stopped there keeps its result."""
+    seen: list[float] = []
+    target = noisy(1)
+    whole = fitted(1, [COLOR], target, progress=seen.append)
+    assert whole.uncertainty and np.diff(seen).min() > -1e-9 and 0.85 < seen[-1] <= 1.0
+
+    def stop(fraction: float) -> None:
+        if fraction > 0.9:
+            raise edgegrad.Cancelled
+
+    cut = fitted(1, [COLOR], target, progress=stop)
+    assert not cut.uncertainty
+    np.testing.assert_array_equal(cut.values[COLOR], whole.values[COLOR])

@@ -35,6 +35,7 @@ class Stages:
     """Reports the progress of what follows one after the other as that of the whole."""
 
     report: Progress | None
+    last: float = 0.0  # part of the whole that follows the fit
     done: float = 0.0
 
     def part(self, size: float) -> Progress | None:
@@ -46,8 +47,8 @@ class Stages:
         return lambda fraction: report(first + size * fraction)
 
     def rest(self) -> Progress | None:
-        """Return the progress of all that is left."""
-        return self.part(1.0 - self.done)
+        """Return the progress of the fit itself: of all that is left before the last part."""
+        return self.part(1.0 - self.last - self.done)
 
 
 def choose_symmetric_start(run: Run) -> None:
@@ -99,6 +100,7 @@ def begin(run: Run, run_of: RunOf, stages: Stages, *, search: int | None, restar
         if search or restarts:
             raise ValueError("fit: search and restarts need a pose, a position, a direction or a driven number among "
                              "the parameters; leave them out")  # fmt: skip
+        run.progress = stages.rest()
         return run, []
     tell = stages.part(SEARCHED) or (lambda fraction: None)
     coarse = Coarse(run, moves)

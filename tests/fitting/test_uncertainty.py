@@ -117,6 +117,6 @@ def test_measuring_reports_progress_and_can_be_cancelled() -> None:
         if fraction > 0.9:
             raise edgegrad.Cancelled
 
-    cut = fitted(1, [COLOR], target, progress=stop)
+    cut = fitted(1, [COLOR], target, progress=stop, on_cancel="best")
     assert not cut.uncertainty
     np.testing.assert_array_equal(cut.values[COLOR], whole.values[COLOR])

@@ -28,7 +28,8 @@ EG_INLINE void load_row(const SceneView& scene, Shader& s, int place) {
     for (int k = 0; k < N; ++k) s.row[place + k] = values[k];
 }
 
-// The smooth normal of displaced surfaces: `point.normal`, bent by the material's own program.
+// The smooth normal of displaced surfaces: `point.normal`, bent by the material's own program, whose vectors
+// may have any length.
 EG_OUTLINE Vec3 displaced_normal(const SceneView& scene, Mask active, Int material,
                                  const TexturePoint& point) {
     const Int closure = gather(scene.material_first_closure, material);
@@ -36,7 +37,7 @@ EG_OUTLINE Vec3 displaced_normal(const SceneView& scene, Mask active, Int materi
     row[kNormalMap] = point.normal.x, row[kNormalMap + 1] = point.normal.y,
     row[kNormalMap + 2] = point.normal.z;
     run_program(scene, active, gather(scene.textures.closure_normal_program, closure), point, row);
-    return {row[kNormalMap], row[kNormalMap + 1], row[kNormalMap + 2]};
+    return normalized_or(Vec3{row[kNormalMap], row[kNormalMap + 1], row[kNormalMap + 2]}, point.normal);
 }
 
 EG_INLINE TexturePoint texture_point(const SceneView& scene, const SurfacePoint& x, Vec3 view, Int ray_kind) {

@@ -85,3 +85,17 @@ def test_layers_have_their_own_factors() -> None:
     gloss = Material(np.zeros(3), specular_ior_level=0.5, roughness=0.6, coat_weight=0.5, coat_roughness=0.5)
     wide = unsoftened(whole) - unsoftened(gloss)
     np.testing.assert_allclose(radiance(whole), unsoftened(gloss) + softening() * wide, rtol=2e-3)
+
+
+@pytest.mark.parametrize("length", [0.01, 7.0])
+def test_smooth_normals_of_any_length_are_directions(length: float) -> None:
+    """With the normal's own length, rough diffuse surfaces would give light that is too bright, or negative."""
+    def picture(vector: np.ndarray) -> np.ndarray:
+        material = Material(COLOR, kind="DIFFUSE", diffuse_roughness=0.8,
+                            textures={"smooth_normal": edgegrad.expression.Combine(*vector)})  # fmt: skip
+        plane = rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0), "bent")
+        scene = edgegrad.Scene(pixel_at(PLACE + 5.0 * VIEW, PLACE, (0, 0, 1)), {"plane": plane}, {"bent": material},
+                               {"sun": edgegrad.SunLight(-SUN)})  # fmt: skip
+        return edgegrad.Renderer(scene).render(spp=16, max_depth=2, seed=1)[0, 0].astype(float)
+
+    np.testing.assert_allclose(picture(length * TILTED), picture(TILTED), rtol=1e-5)

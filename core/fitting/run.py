@@ -161,6 +161,15 @@ class Run:
             parameters.put(self.work, path, value)
         return list(placed.parameters)
 
+    def bring_to(self, values: Mapping[str, Any]) -> None:
+        """Bring the scene to values of its parameters, of which some may be left out, and of all driven variables."""
+        changed = [item.path for item in self.unknowns if item.path in values]
+        for path in changed:
+            parameters.put(self.work, path, values[path])
+        if self.driven is not None:
+            changed += self.place({item.path: values[item.path] for item in self.variables})
+        self.update(changed)
+
     def _go_on(self, k: int, values: dict[str, F64], gradient: Mapping[str, F64], changed: list[str]) -> list[str]:
         """Place the next values of the driven variables of a film, as `place`; `changed` are the scene's others."""
         assert self.keyed is not None

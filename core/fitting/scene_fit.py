@@ -45,8 +45,9 @@ from .outcome.uncertainty import uncertainty as measured_uncertainty
 from .outcome.zero_gradients import untouched_part
 from .run import Run
 from .schedule import Cycle, Schedule
-from .search.begin import Stages, begin, choose_symmetric_start
+from .search.begin import begin, choose_symmetric_start
 from .silhouettes import Silhouettes
+from .stages import Stages
 from .targets import Targets, views
 from .variables import Unknown, unknown
 from .vertices.rules import VertexRules, checked_rules
@@ -321,7 +322,7 @@ def fit(
         if driven is not None:
             for path in run.place({item.path: kept[item.path] for item in driven.variables}):
                 parameters.put(scene, path, parameters.get(work, path))
-    variables = [*run.unknowns, *(() if driven is None else driven.variables)]
+    variables = [*run.unknowns, *run.variables]
     found = findings(run.touched, kept, variables)
     if own_frames is not None:
         kept = kept | {item.path: own_frames.values(item.path, kept[item.path]) for item in own_frames.variables}

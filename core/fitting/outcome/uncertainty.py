@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...rendering.options import Progress
-from ...scene import parameters
 from ..driven import Numbers, Variable
 from ..silhouettes import moves_silhouettes
+from ..stages import Stages
 from ..targets import View, camera_of_gradient
 from ..variables import Unknown
 from .coordinates import Coordinate, coordinates
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from ..run import Run
 
 F64 = NDArray[np.float64]
+Tell = Callable[[], Progress | None]  # returns the progress of the next render
 
 # Renders over which the end of a fit averages: optimisers follow the mean of the last gradients.
 AVERAGED = 9.0
@@ -107,33 +108,14 @@ class Exchange:
         return f"{listed} can be exchanged for one another: changed together, they hardly change the pictures"
 
 
-class Renders:
-    """Reports the progress of renders that follow one another; its reports raise `Cancelled` if the user stops."""
-
-    def __init__(self, report: Progress | None, count: int) -> None:
-        self.report, self.count, self.done = report, max(count, 1), 0
-
-    def next(self) -> Progress | None:
-        """Return the progress of the next render."""
-        report, first = self.report, self.done
-        self.done += 1
-        return None if report is None else lambda fraction: report(min((first + fraction) / self.count, 1.0))
-
-
 def uncertainty(run: Run, values: dict[str, Any], progress: Progress | None = None
                 ) -> tuple[tuple[Uncertainty, ...], tuple[Exchange, ...]]:  # fmt: skip
     """Measure what is known at some values, which the run's scene gets.
 
     It renders two pictures, two derivatives by each number, and `PROBES` gradients of arrays for each target.
     """
-    paths = [item.path for item in run.unknowns]
-    for path in paths:
-        parameters.put(run.work, path, values[path])
-    if run.driven is not None:
-        paths = [*paths, *run.place({one.path: values[one.path] for one in run.variables})]
-    run.update(paths)
-    variables: list[Unknown | Variable | Numbers] = [*run.unknowns, *(() if run.driven is None else
-                                                                      run.driven.variables)]  # fmt: skip
+    run.bring_to(values)
+    variables: list[Unknown | Variable | Numbers] = [*run.unknowns, *run.variables]
     places, arrays = coordinates(variables, values, run.placement)
     arrays = [path for path in arrays if any(path == item.path for item in run.unknowns)]  # others are not the scene's
     factors = _factors(run.seen)
@@ -143,15 +125,21 @@ def uncertainty(run: Run, values: dict[str, Any], progress: Progress | None = No
     of_pictures = int(np.clip(WORK * run.iterations, 1, MOST_SAMPLES))
     of_columns = int(np.clip(WORK * run.iterations / max(len(places), 1), 1, MOST_SAMPLES))
     entries = {path: np.zeros((2, *np.shape(values[path]))) for path in arrays}
-    renders = Renders(progress, len(run.seen) * (2 + 2 * len(places) + (4 * PROBES if entries else 0)))
+    # Each render reports its progress as one part; the reports raise `Cancelled` if the user stops.
+    part = 1.0 / (len(run.seen) * (2 + 2 * len(places) + (4 * PROBES if entries else 0)))
+    stages = Stages(progress)
+
+    def tell() -> Progress | None:
+        return stages.part(part)
+
     for j, view in enumerate(run.seen):
         run.see(j)
         gain = np.asarray(run.gains.values[j])
-        first, second = (_picture(run, j, half, of_pictures * run.spp, renders) * gain for half in (0, 1))
-        _probe(run, j, 0.5 * (first + second) - view.image, entries, generator, renders)
+        first, second = (_picture(run, j, half, of_pictures * run.spp, tell) * gain for half in (0, 1))
+        _probe(run, j, 0.5 * (first + second) - view.image, entries, generator, tell)
         if not places and not factors:
             continue
-        columns = tuple(np.stack([*(_column(run, j, one, half, of_columns * run.gradient_spp, renders) * gain
+        columns = tuple(np.stack([*(_column(run, j, one, half, of_columns * run.gradient_spp, tell) * gain
                                     for one in places),
                                   *(_of_factor(view, j, one, picture) for one in factors)])
                         for half, picture in ((0, first), (1, second)))  # fmt: skip
@@ -206,13 +194,13 @@ def _of_factor(view: View, j: int, factor: Factor, picture: F64) -> F64:
     return picture * np.array(factor.channels) if j in factor.views else np.zeros(view.image.shape)
 
 
-def _picture(run: Run, j: int, half: int, samples: int, renders: Renders) -> F64:
+def _picture(run: Run, j: int, half: int, samples: int, tell: Tell) -> F64:
     picture = run.renderer_of(j).render(spp=samples, **run.limits_of(j), seed=run.seed_of(run.iterations, j, 7 + half),
-                                        camera=run.seen[j].camera, progress=renders.next())  # fmt: skip
+                                        camera=run.seen[j].camera, progress=tell())  # fmt: skip
     return picture.astype(np.float64)
 
 
-def _column(run: Run, j: int, place: Coordinate, half: int, samples: int, renders: Renders) -> F64:
+def _column(run: Run, j: int, place: Coordinate, half: int, samples: int, tell: Tell) -> F64:
     """Derivative of picture j by a coordinate."""
     view = run.seen[j]
     tangent = {path: value for path, value in place.tangent(j).items()
@@ -221,13 +209,13 @@ def _column(run: Run, j: int, place: Coordinate, half: int, samples: int, render
         return np.zeros(view.image.shape)
     renderer = run.renderer_of(j)
     image = renderer.render_forward(tangent, spp=samples, **run.limits_of(j),
-                                    seed=run.seed_of(run.iterations, j, 9 + half), progress=renders.next(),
+                                    seed=run.seed_of(run.iterations, j, 9 + half), progress=tell(),
                                     camera=camera_of_gradient(renderer, view.camera, list(tangent)))  # fmt: skip
     return image.astype(np.float64)
 
 
 def _probe(run: Run, j: int, residual: F64, entries: dict[str, F64], generator: np.random.Generator,
-           renders: Renders) -> None:  # fmt: skip
+           tell: Tell) -> None:  # fmt: skip
     """Add to each entry of arrays the squares of its derivatives over picture j, alone and times the residual.
 
     For random signs s of the pixels, the mean of (J^T s)^2 is the diagonal of J^T J.
@@ -244,7 +232,7 @@ def _probe(run: Run, j: int, residual: F64, entries: dict[str, F64], generator: 
         for kind, adjoint in enumerate((signs * weight, signs * weight * residual)):
             # Two seeds: the square of one noisy derivative would contain its variance.
             halves = [renderer.render_backward(adjoint.astype(np.float32), wrt, spp=run.gradient_spp,
-                                               **run.limits_of(j), camera=camera, progress=renders.next(),
+                                               **run.limits_of(j), camera=camera, progress=tell(),
                                                seed=run.seed_of(run.iterations + 1 + probe, j, 9 + half))
                       for half in (0, 1)]  # fmt: skip
             for path in wrt:

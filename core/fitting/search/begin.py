@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from ...scene import parameters
 from ..driven import Looking
 from ..run import Run
 from ..schedule import Cycle, Schedule
+from ..stages import Stages
 from ..vertices.starts import choose_starts
 from .coarse import Coarse
 from .find_start import BETTER, find_starts, gradient_speaks, pictures_for
@@ -28,27 +29,6 @@ TRIAL, SHORTEST = 0.25, 10
 SEARCHED, TRIED = 0.08, 0.1
 
 RunOf = Callable[[Schedule, Progress | None], Run]
-
-
-@dataclass
-class Stages:
-    """Reports the progress of what follows one after the other as that of the whole."""
-
-    report: Progress | None
-    last: float = 0.0  # part of the whole that follows the fit
-    done: float = 0.0
-
-    def part(self, size: float) -> Progress | None:
-        """Return the progress of the next part of the whole, which begins where the last one has ended."""
-        if self.report is None:
-            return None
-        report, first = self.report, self.done
-        self.done = min(self.done + size, 1.0)
-        return lambda fraction: report(first + size * fraction)
-
-    def rest(self) -> Progress | None:
-        """Return the progress of the fit itself: of all that is left before the last part."""
-        return self.part(1.0 - self.last - self.done)
 
 
 def choose_symmetric_start(run: Run) -> None:
@@ -89,12 +69,11 @@ def begin(run: Run, run_of: RunOf, stages: Stages, *, search: int | None, restar
     -------
     The run to go on with, and sentences on what was found.
     """
-    driven = () if run.driven is None else run.driven.variables
     scene = replace(run.work, camera=replace(run.work.camera),
                     meshes={name: replace(one) for name, one in run.work.meshes.items()},
                     fields={name: replace(one) for name, one in run.work.fields.items()},
                     lights={name: replace(one) for name, one in run.work.lights.items()})  # fmt: skip
-    moves = Moves(scene, [*run.unknowns, *driven], run.start)
+    moves = Moves(scene, [*run.unknowns, *run.variables], run.start)
     can = moves.count > 0 and (run.driven is None or isinstance(run.driven, Looking))
     if not can or (search == 0 and not restarts):
         if search or restarts:
@@ -105,7 +84,7 @@ def begin(run: Run, run_of: RunOf, stages: Stages, *, search: int | None, restar
     tell = stages.part(SEARCHED) or (lambda fraction: None)
     coarse = Coarse(run, moves)
     start = np.zeros(moves.count)
-    states = [item.state() for item in driven]
+    states = [item.state() for item in run.variables]
     at_start = coarse.loss(start)
     silent = search is None and not gradient_speaks(coarse.loss, moves.count, at_start)
     starts = []
@@ -135,15 +114,11 @@ def _best_of(run: Run, run_of: RunOf, stages: Stages, coarse: Coarse, starts: Se
     """Fit from several starts for a while, and return a run that begins where the best one has ended."""
     steps = max(SHORTEST, round(TRIAL * run.iterations))
     ends: list[tuple[float, dict[str, Any]]] = []
-    driven = () if run.driven is None else run.driven.variables
-    before = dict(run.start)
+    before = {item.path: run.start[item.path] for item in run.unknowns}
     for vector in starts:
-        for path in (item.path for item in run.unknowns):
-            parameters.put(run.work, path, before[path])
-        for item, state in zip(driven, states, strict=True):
+        for item, state in zip(run.variables, states, strict=True):
             item.restore(state)
-        run.update([item.path for item in run.unknowns])
-        coarse.take(vector)
+        coarse.take(vector, before)
         schedule = Cycle(len(run.seen), per_iteration, steps, run.seed)
         trial = _continued(run, run_of(schedule, stages.part(TRIED)))
         with warnings.catch_warnings():
@@ -152,15 +127,9 @@ def _best_of(run: Run, run_of: RunOf, stages: Stages, coarse: Coarse, starts: Se
             trial.measure_end()
         ends.append((trial.least, trial.best_values))
     best = int(np.argmin([loss for loss, _ in ends]))
-    values = ends[best][1]
-    for path in (item.path for item in run.unknowns):
-        parameters.put(run.work, path, values[path])
-    changed = [item.path for item in run.unknowns]
-    for item, state in zip(driven, states, strict=True):
+    for item, state in zip(run.variables, states, strict=True):
         item.restore(state)
-    if driven:
-        changed += run.place({item.path: np.asarray(values[item.path]) for item in driven})
-    run.update(changed)
+    run.bring_to(ends[best][1])
     listed = ", ".join(f"{loss:.3g}" for loss, _ in ends)
     which = "the scene's own start" if best == 0 else f"start {best + 1}"
     return _continued(run, run_of(run.schedule, stages.rest())), [

@@ -31,7 +31,7 @@ class Coarse:
 
     def __init__(self, run: Run, moves: Moves) -> None:
         self._run, self._moves = run, moves
-        self._start = {} if run.driven is None else {item.path: item.value for item in run.driven.variables}
+        self._start = {item.path: item.value for item in run.variables}
         self._seen = [_coarse(view) for view in run.seen]
         self._gains = Gains(self._seen)
         self._loss = Pyramid(LEVELS, focus=FOCUS)
@@ -60,13 +60,9 @@ class Coarse:
             total += view.weight * self._loss(image.astype(np.float32), view.image, view.mask)[0]
         return total / len(self._seen)
 
-    def take(self, vector: F64) -> None:
-        """Bring the scene, and the driven variables, to the moved values."""
-        run, values = self._run, self._moves.at(vector)
-        changed = self._put(values)
-        if run.driven is not None:
-            changed += run.place(self._start | {path: value for path, value in values.items() if path in self._start})
-        run.update(changed)
+    def take(self, vector: F64, others: Mapping[str, F64] | None = None) -> None:
+        """Bring the scene, and the driven variables, to the moved values, and other parameters to `others`."""
+        self._run.bring_to({**(others or {}), **self._start, **self._moves.at(vector)})
 
     def _place(self, values: Mapping[str, F64]) -> bool:
         run, changed = self._run, self._put(values)

@@ -56,7 +56,7 @@ Vec3 relative_to_fields(const SceneView& scene, Mask lanes, Int face, Vec3 posit
     const FieldDerivatives& derivatives = current_tape->fields();
     const auto requested = [&](int i) -> const FieldView* {
         if (!lanes[i]) return nullptr;
-        const FieldView* field = scene.fields + (face[i] - scene.first_field_face);
+        const FieldView* field = &field_of_face(scene, face[i]);
         return derivatives.places.has(field->first_place()) ? field : nullptr;
     };
     bool moves = false;

@@ -30,7 +30,7 @@ inline void find_field_points(const SceneView& scene, Mask lanes, Int face, cons
     out.g = raw_zero3();
     for (raw::Float& h : out.h) h = raw::splat(0.0f);
     for (int i = 0; i < W; ++i) {
-        out.field[i] = lanes[i] ? scene.fields + (face[i] - scene.first_field_face) : nullptr;
+        out.field[i] = lanes[i] ? &field_of_face(scene, face[i]) : nullptr;
         if (!lanes[i]) continue;
         const float position[3] = {at.x[i], at.y[i], at.z[i]};
         const FieldJet& jet = out.jet[i] = field_jet(*out.field[i], position);

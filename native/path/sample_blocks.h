@@ -35,7 +35,7 @@ EG_INLINE void for_each_field_point(const SceneView& scene, const FieldDerivativ
                                     Int face, Vec3 at, Vec3 g, const Block& block) {
     for (int i = 0; i < W; ++i) {
         if (!lanes[i]) continue;
-        const FieldView& field = scene.fields[face[i] - scene.first_field_face];
+        const FieldView& field = field_of_face(scene, face[i]);
         if (!fields.moves(field)) continue;
         const FieldJet x = field_jet(field, {at.x[i], at.y[i], at.z[i]});
         const auto& n = x.gradient;

@@ -2,23 +2,33 @@
 #pragma once
 
 #include <algorithm>
+#include <span>
 
 #include "scene/tables.h"
 #include "scene/textures/opcodes.h"
 
 namespace edgegrad {
 
-// Returns whether `is` holds for any instruction of a closure's program, or of its weight's or normal's.
-template <typename Is>
-bool any_step(const SceneTables& tables, size_t closure, const Is& is) {
+// Calls visit(instructions) for a closure's program, and for those of its weight and normal.
+template <typename Visit>
+void for_each_program(const SceneTables& tables, size_t closure, const Visit& visit) {
     const TextureTables& t = tables.textures;
     for (const auto* programs : {&t.closure_program, &t.closure_weight_program, &t.closure_normal_program}) {
         const int32_t program = closure < programs->size() ? (*programs)[closure] : -1;
         if (program < 0) continue;
         const int32_t* range = t.program_first.data() + program;
-        if (std::any_of(t.code.data() + range[0], t.code.data() + range[1], is)) return true;
+        visit(std::span<const TextureInstruction>(t.code.data() + range[0], t.code.data() + range[1]));
     }
-    return false;
+}
+
+// Returns whether `is` holds for any instruction of these programs.
+template <typename Is>
+bool any_step(const SceneTables& tables, size_t closure, const Is& is) {
+    bool found = false;
+    for_each_program(tables, closure, [&](std::span<const TextureInstruction> steps) {
+        found = found || std::any_of(steps.begin(), steps.end(), is);
+    });
+    return found;
 }
 
 // Returns whether a texture computes a column of a closure.

@@ -66,7 +66,14 @@ EG_INLINE Float place_triangle(const SceneView& scene, Int instance, Triangle& t
     return select(placed, handedness(m), splat(1.0f));
 }
 
-// Lanes of hits of distance fields.
+// Hits of distance fields, which the face tells.
+EG_INLINE bool is_on_field(const SceneView& scene, int32_t face) {
+    const int32_t number = face - scene.first_field_face;
+    return number >= 0 && number < scene.field_count;
+}
+EG_INLINE const FieldView& field_of_face(const SceneView& scene, int32_t face) {
+    return scene.fields[face - scene.first_field_face];
+}
 EG_INLINE Mask on_field(const SceneView& scene, Mask active, Int face) {
     if (scene.field_count == 0) return splat(0);
     const Int number = face - scene.first_field_face;
@@ -98,7 +105,7 @@ EG_OUTLINE void place_on_fields(const SceneView& scene, Mask lanes, Int face, Tr
         if (!lanes[i]) continue;
         const uint32_t code[2] = {bits_of(b1[i]), bits_of(b2[i])};
         float corners[3][3];
-        tangent_triangle(scene.fields[face[i] - scene.first_field_face], code, corners);
+        tangent_triangle(field_of_face(scene, face[i]), code, corners);
         Vec3* const out[3] = {&tangent.p0, &tangent.p1, &tangent.p2};
         for (int k = 0; k < 3; ++k) {
             set_lane(out[k]->x, i, corners[k][0]);

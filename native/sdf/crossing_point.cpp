@@ -79,6 +79,11 @@ bool both_hold(const CrossedSurface (&surfaces)[2], Vector p) {
 
 }  // namespace
 
+Vector unit_normal(const CrossedSurface& surface, Vector at) {
+    Height h;
+    return height_over(surface, at, h) ? h.normal : Vector{};
+}
+
 bool pull_to_crossing(const CrossedSurface (&surfaces)[2], Vector& point) {
     const Vector start = point;
     for (int step = 0; step < kMostSteps; ++step) {

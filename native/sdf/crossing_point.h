@@ -21,6 +21,8 @@ inline CrossedSurface crossed_field(const FieldView& field) { return {&field, {}
 // the angle goes to zero.
 constexpr double kCrossingParallel = 1e-6;
 
+// The unit normal of a surface at a point near it; 0 where the field has no gradient.
+Vector unit_normal(const CrossedSurface& surface, Vector at);
 // Moves a point onto the curve along the two normals, by Newton's method. Returns whether that has converged
 // near the point, within the fields' boxes.
 bool pull_to_crossing(const CrossedSurface (&surfaces)[2], Vector& point);

@@ -15,14 +15,6 @@ EG_INLINE Int field_of_line(const SceneView& scene, Mask active, Int line) {
     return face;
 }
 
-EG_INLINE bool is_on_field(const SceneView& scene, int32_t face) {
-    const int32_t number = face - scene.first_field_face;
-    return number >= 0 && number < scene.field_count;
-}
-EG_INLINE const FieldView& field_of_face(const SceneView& scene, int32_t face) {
-    return scene.fields[face - scene.first_field_face];
-}
-
 // A tangent direction, turned a little against the normal, so that rounding does not decide whether a ray
 // meets the front of the surface. With `out` it is turned the other way.
 EG_INLINE Vec3 onto_surface(Vec3 direction, Vec3 normal, bool out = false) {

@@ -45,13 +45,7 @@ EG_OUTLINE CrossingSample crossed_surfaces(const SceneView& scene, const ChainCr
         for (int i = 0; i < W; ++i) {
             if (!side.field[i]) continue;
             const FieldView& field = field_of_face(scene, side.face[i]);
-            const Vector position = vector_of(x.position, i);
-            const double point[3] = {position.x, position.y, position.z};
-            double grid[3], gradient[3];
-            field.place_in_grid(point, grid);
-            field.gradient_in_world(spline_jet(field, grid).gradient, gradient);
-            const Vector g = {gradient[0], gradient[1], gradient[2]};
-            set_lane3(side.normal, i, g * (1.0 / std::max(length(g), 1e-300)));
+            set_lane3(side.normal, i, unit_normal(crossed_field(field), vector_of(x.position, i)));
         }
     }
     x.tangent = cross(x.side[0].normal, x.side[1].normal);
@@ -164,14 +158,8 @@ EG_OUTLINE int see_outline(const SceneView& scene, const BoundaryTask& task, con
 }
 
 // The surfaces of a line, each of which a ray to it meets once.
-struct CrossedPair {
-    static constexpr bool kField = true;
-    Int face[2];
-    Float contact[2];  // over which hits do not count
+struct CrossedPair : CrossedFields {
     EG_INLINE Ignored ignored(const EdgeSample&) const { return ignore_nothing(); }
-    EG_INLINE Float contact_of(Int of_face) const {
-        return select(of_face == face[0], contact[0], select(of_face == face[1], contact[1], 0.0f));
-    }
 };
 
 // The same for lines of two surfaces.
@@ -180,26 +168,19 @@ EG_OUTLINE int see_line(const SceneView& scene, const BoundaryTask& task, const 
     constexpr float kNearFaces = 1e-2f;
     const CrossingSample x = crossed_surfaces(scene, c, at, s.active);
     const Int plus = nearer_beside(s, x);
-    CrossedPair own{{x.side[0].face, x.side[1].face}, {}};
+    CrossedPair own{{{x.side[0].face, x.side[1].face}, {}}};
     s.active = reached_first(scene, s.active, x, s.view.direction, own.contact);
     if (!any(s.active)) return queued;
-    SideFace face[2];
-    for (int k = 0; k < 2; ++k) {
-        face[k] = {x.side[k].face, x.side[k].instance, splat(0), splat(0.0f)};
+    for (int k = 0; k < 2; ++k)
         own.contact[k] = select(x.side[k].field, own.contact[k], s.view.distance * kNearFaces);
-    }
-    const Behind before = look_behind(scene, s, {face[0], face[1], splat(0)}, task.limits.transparent, own);
+    const Behind before = look_behind(scene, s, crossed_sides(x), task.limits.transparent, own);
     if (!any(s.active)) return queued;
-    const Float length = step_length(scene, s.active, x);
-    for (int k = 0; k < 2; ++k) {
-        const Mask second = plus == (k == 0 ? 1 : 0);
-        const Vec3 outwards = k == 0 ? s.normal : -s.normal;
-        const Vec3 step = select(second, step_beside(x.side[1], s.tangent, outwards, length),
-                                 step_beside(x.side[0], s.tangent, outwards, length));
+    const auto start = [&](int k, const Closest& hit, Vec3 step) EG_INLINE_LAMBDA {
         queued = append_side(work, queued, s, p, before,
                              lane_index() + at + (k == 0 ? 0 : static_cast<int>(task.count)),
-                             s.view.direction, crossing_hit(scene, s, x, second), step);
-    }
+                             s.view.direction, hit, step);
+    };
+    start_on_both_sides(scene, s, x, plus, start);
     return queued;
 }
 

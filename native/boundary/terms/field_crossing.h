@@ -53,6 +53,29 @@ EG_INLINE Closest crossing_hit(const SceneView& scene, const EdgeSample& s, cons
     return hit;
 }
 
+// The surfaces of a curve, neither of which hides what is behind the other.
+EG_INLINE Sides crossed_sides(const CrossingSample& curve) {
+    const auto face = [&](int k) EG_INLINE_LAMBDA {
+        return SideFace{curve.side[k].face, curve.side[k].instance, splat(0), splat(0.0f)};
+    };
+    return {face(0), face(1), splat(0)};
+}
+
+// Calls start(k, hit, step) for both sides of a curve, of which 0 is that of N: the hit there, and the step
+// to where its path starts, a little beside the curve. `plus`: what nearer_beside() returned.
+template <typename Start>
+EG_INLINE void start_on_both_sides(const SceneView& scene, const EdgeSample& s, const CrossingSample& curve,
+                                   Int plus, const Start& start) {
+    const Float length = step_length(scene, s.active, curve);
+    for (int k = 0; k < 2; ++k) {
+        const Mask second = plus == (k == 0 ? 1 : 0);
+        const Vec3 outwards = k == 0 ? s.normal : -s.normal;
+        start(k, crossing_hit(scene, s, curve, second),
+              select(second, step_beside(curve.side[1], s.tangent, outwards, length),
+                     step_beside(curve.side[0], s.tangent, outwards, length)));
+    }
+}
+
 // Estimates the radiance of both sides, as trace_sides does for edges.
 template <typename Factor>
 EG_OUTLINE TracedCrossing* trace_crossing_sides(const SceneView& scene, const BoundaryTask& task,
@@ -81,26 +104,18 @@ EG_OUTLINE TracedCrossing* trace_crossing_sides(const SceneView& scene, const Bo
         Float contact[2];
         if (any(s.active)) s.active = reached_first(scene, s.active, curve, s.view.direction, contact);
         if (!any(s.active)) continue;
-        const SideFace face[2] = {{curve.side[0].face, curve.side[0].instance, splat(0), splat(0.0f)},
-                                  {curve.side[1].face, curve.side[1].instance, splat(0), splat(0.0f)}};
         const Behind before =
-            look_behind(scene, s, {face[0], face[1], splat(0)}, task.limits.transparent,
+            look_behind(scene, s, crossed_sides(curve), task.limits.transparent,
                         CrossedFields{{curve.side[0].face, curve.side[1].face}, {contact[0], contact[1]}});
         if (!any(s.active)) continue;
-        // Start a path on each side, a little beside the curve
-        const Float length = step_length(scene, s.active, curve);
-        const Mask second[2] = {plus == 1, plus == 0};
-        for (int k = 0; k < 2; ++k) {
-            const Closest hit = crossing_hit(scene, s, curve, second[k]);
-            const Vec3 outwards = k == 0 ? s.normal : -s.normal;
-            const Vec3 step = select(second[k], step_beside(curve.side[1], s.tangent, outwards, length),
-                                     step_beside(curve.side[0], s.tangent, outwards, length));
+        const auto start = [&](int k, const Closest& hit, Vec3 step) EG_INLINE_LAMBDA {
             Closest other = hit;
             other.hit = splat(0);
             queued = append_start(work, queued, s.active, lane_index() + at + (k == 0 ? 0 : count),
                                   s.view.origin, s.view.direction, hit, step, other, before.through,
                                   before.passed, task.max_depth);
-        }
+        };
+        start_on_both_sides(scene, s, curve, plus, start);
     }
     // Trace all paths
     run_appended(scene, side_paths(task), work, queued, 2 * task.count);

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <span>
 
+#include "scene/closure_programs.h"
 #include "scene/textures/opcodes.h"
 
 namespace edgegrad {
@@ -66,11 +68,9 @@ Value add_grid(TextureJumps& jumps, const std::array<Value, N>& coordinates,
 }
 
 // Adds where one program jumps.
-void add_jumps(const TextureTables& t, int32_t program, TextureJumps& jumps) {
+void add_jumps(const TextureTables& t, std::span<const TextureInstruction> program, TextureJumps& jumps) {
     std::vector<Value> registers(kTextureRegisters + 1);
-    const int32_t* range = t.program_first.data() + program;
-    for (int32_t at = range[0]; at < range[1]; ++at) {
-        const TextureInstruction& step = t.code[static_cast<size_t>(at)];
+    for (const TextureInstruction& step : program) {
         const auto in = [&](int k) -> Value {
             const int32_t place = step.in[k];
             if (place >= 0) return registers[static_cast<size_t>(place)];
@@ -144,11 +144,9 @@ void add_jumps(const TextureTables& t, int32_t program, TextureJumps& jumps) {
 
 TextureJumps texture_jumps(const SceneTables& tables, size_t closure) {
     TextureJumps jumps;
-    const TextureTables& t = tables.textures;
-    for (const auto* programs : {&t.closure_program, &t.closure_weight_program, &t.closure_normal_program}) {
-        const int32_t program = closure < programs->size() ? (*programs)[closure] : -1;
-        if (program >= 0) add_jumps(t, program, jumps);
-    }
+    for_each_program(tables, closure, [&](std::span<const TextureInstruction> program) {
+        add_jumps(tables.textures, program, jumps);
+    });
     return jumps;
 }
 

@@ -36,16 +36,18 @@ def assign(paths: list[str], values: Any) -> None:
     bpy.context.view_layer.update()
 
 
+def rendered(folder: Path, camera: str) -> Picture:
+    """Cycles' picture of a camera, as a target."""
+    scene, file = bpy.context.scene, str(folder / f"{camera}.exr")
+    scene.camera, scene.render.filepath = bpy.data.objects[camera], file
+    bpy.ops.render.render(write_still=True)
+    return Picture(camera, file)
+
+
 def recover(folder: Path, paths: list[str], offsets: Any, iterations: int = 60, samples: int = 8,
             cameras: tuple[str, ...] = ("Camera",), **request: Any) -> tuple[float, float]:  # fmt: skip
     """Move properties away from their values, fit them to Cycles' pictures; return both largest errors."""
-    scene = bpy.context.scene
-    pictures = []
-    for name in cameras:
-        scene.camera = bpy.data.objects[name]
-        scene.render.filepath = str(folder / f"{name}.exr")
-        bpy.ops.render.render(write_still=True)
-        pictures.append(Picture(name, str(folder / f"{name}.exr")))
+    pictures = [rendered(folder, name) for name in cameras]
     truth = read(paths)
     assign(paths, truth + offsets)
     before = np.abs(read(paths) - truth).max()
@@ -63,20 +65,7 @@ def recover(folder: Path, paths: list[str], offsets: Any, iterations: int = 60, 
 
 def test_rotations_of_a_chain_of_bones(tmp_path: Path) -> None:
     """A long box in 48 slices, bent by eight bones."""
-    zoo.stage(SIZE)
-    bpy.data.objects.remove(bpy.data.objects["Cube"])
-    ring = ((-0.2, -0.2), (0.2, -0.2), (0.2, 0.2), (-0.2, 0.2))
-    points = [(x, y, -1.0 + 4.0 * k / 48) for k in range(49) for x, y in ring]
-    faces = [(j + i, j + (i + 1) % 4, j + 4 + (i + 1) % 4, j + 4 + i) for j in range(0, 192, 4) for i in range(4)]
-    ob = bs.add("Arm", bs.mesh("Arm", points, [*faces, (3, 2, 1, 0), (192, 193, 194, 195)], bpy.data.materials["Clay"]),
-                (-1.6, 0.3, 0.2), (0.0, 1.3, 0.3))  # fmt: skip
-    rig = zoo.armature(ob, 8, 0.5)
-    bs.camera((0.0, 0.0, 7.0), (0.0, 0.0, 0.0), "Front")
-    bends = np.array([0.1, 0.3, -0.2, 0.2, 0.3, -0.1, 0.2, -0.3])
-    for k, bend in enumerate(bends):
-        rig.pose.bones[f"Bone{k}"].rotation_euler = (0.0, 0.0, float(bend))
-    paths = [f'objects["Rig"].pose.bones["Bone{k}"].rotation_euler[2]' for k in range(8)]
-    before, after = recover(tmp_path, paths, -0.6 * bends, 100, cameras=("Camera", "Front"))
+    before, after = recover(tmp_path, *zoo.bent_arm(SIZE), 100, cameras=("Camera", "Front"))
     assert after < 0.2 * before
 
 
@@ -119,10 +108,7 @@ def test_two_cameras_with_moving_poses(tmp_path: Path) -> None:
 
 def test_a_fit_in_another_thread_is_served_by_the_main_thread(tmp_path: Path) -> None:
     zoo.stage(16)
-    target = tmp_path / "Camera.exr"
-    bpy.context.scene.render.filepath = str(target)
-    bpy.ops.render.render(write_still=True)
-    request = Request([Picture("Camera", str(target))], Names(), iterations=4, samples=2,
+    request = Request([rendered(tmp_path, "Camera")], Names(), iterations=4, samples=2,
                       animated=(Wanted(f"{zoo.CUBE}.location"),))  # fmt: skip
     assign([f"{zoo.CUBE}.location"], [0.3, 0.2, 0.1])
     alone = Session.prepare(bpy.context, request).run()
@@ -159,13 +145,11 @@ def test_a_start_out_of_view_is_searched_for_and_the_result_has_errors(tmp_path:
 
 def test_errors_of_properties_are_reported(tmp_path: Path) -> None:
     zoo.stage(32)
-    target = tmp_path / "Camera.exr"
-    bpy.context.scene.render.filepath = str(target)
-    bpy.ops.render.render(write_still=True)
+    target = rendered(tmp_path, "Camera")
     path = f"{zoo.CUBE}.location"
     truth = read([path])
     assign([path], truth + [0.1, -0.1, 0.1])
-    session = Session.prepare(bpy.context, Request([Picture("Camera", str(target))], Names(), iterations=40, samples=8,
+    session = Session.prepare(bpy.context, Request([target], Names(), iterations=40, samples=8,
                                                    animated=(Wanted(path),)))  # fmt: skip
     result = session.run()
     found = result.uncertainty[0]

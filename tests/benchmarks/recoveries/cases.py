@@ -41,19 +41,7 @@ class Case:
 
 def bones(size: int) -> tuple[Sequence[str], Any]:
     """A long box, bent by a chain of eight bones."""
-    zoo.stage(size)
-    bpy.data.objects.remove(bpy.data.objects["Cube"])
-    ring = ((-0.2, -0.2), (0.2, -0.2), (0.2, 0.2), (-0.2, 0.2))
-    points = [(x, y, -1.0 + 4.0 * k / 48) for k in range(49) for x, y in ring]
-    faces = [(j + i, j + (i + 1) % 4, j + 4 + (i + 1) % 4, j + 4 + i) for j in range(0, 192, 4) for i in range(4)]
-    ob = bs.add("Arm", bs.mesh("Arm", points, [*faces, (3, 2, 1, 0), (192, 193, 194, 195)], bpy.data.materials["Clay"]),
-                (-1.6, 0.3, 0.2), (0.0, 1.3, 0.3))  # fmt: skip
-    rig = zoo.armature(ob, 8, 0.5)
-    bs.camera((0.0, 0.0, 7.0), (0.0, 0.0, 0.0), "Front")
-    bends = np.array([0.1, 0.3, -0.2, 0.2, 0.3, -0.1, 0.2, -0.3])
-    for k, bend in enumerate(bends):
-        rig.pose.bones[f"Bone{k}"].rotation_euler = (0.0, 0.0, float(bend))
-    return [f'objects["Rig"].pose.bones["Bone{k}"].rotation_euler[2]' for k in range(8)], -0.6 * bends
+    return zoo.bent_arm(size)
 
 
 def face(size: int) -> tuple[Sequence[str], Any]:

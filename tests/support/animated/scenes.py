@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import bpy
+import numpy as np
 
 from tests.support.scenes import blender_scenes as bs
 
@@ -65,6 +66,23 @@ def armature(ob: Any, bones: int = 2, length: float = 1.0, base: Any = (0, 0, -1
                 group.add([vertex.index], weight, "REPLACE")
     ob.modifiers.new("Armature", "ARMATURE").object = rig
     return rig
+
+
+def bent_arm(size: int) -> tuple[list[str], Any]:
+    """A long box in 48 slices, bent by a chain of eight bones; the bones' angles, and offsets that straighten it."""
+    stage(size)
+    bpy.data.objects.remove(bpy.data.objects["Cube"])
+    ring = ((-0.2, -0.2), (0.2, -0.2), (0.2, 0.2), (-0.2, 0.2))
+    points = [(x, y, -1.0 + 4.0 * k / 48) for k in range(49) for x, y in ring]
+    faces = [(j + i, j + (i + 1) % 4, j + 4 + (i + 1) % 4, j + 4 + i) for j in range(0, 192, 4) for i in range(4)]
+    ob = bs.add("Arm", bs.mesh("Arm", points, [*faces, (3, 2, 1, 0), (192, 193, 194, 195)], bpy.data.materials["Clay"]),
+                (-1.6, 0.3, 0.2), (0.0, 1.3, 0.3))  # fmt: skip
+    rig = armature(ob, 8, 0.5)
+    bs.camera((0.0, 0.0, 7.0), (0.0, 0.0, 0.0), "Front")
+    bends = np.array([0.1, 0.3, -0.2, 0.2, 0.3, -0.1, 0.2, -0.3])
+    for k, bend in enumerate(bends):
+        rig.pose.bones[f"Bone{k}"].rotation_euler = (0.0, 0.0, float(bend))
+    return [f'objects["Rig"].pose.bones["Bone{k}"].rotation_euler[2]' for k in range(8)], -0.6 * bends
 
 
 def mixed_material(name: str, factor: float) -> Any:

@@ -17,13 +17,16 @@ def unfold() -> None:
     """Fold the upper panels, and unfold Look and Plan, before they are drawn for the first time."""
     from bl_ext.user_default.edgegrad.panel import look, parameters, targets  # type: ignore[import-not-found]
 
-    bpy.utils.unregister_class(targets.TargetDetailsPanel)
+    details = (targets.TargetDetailsPanel, parameters.ParameterDetailsPanel)  # panels within those that are made anew
+    for panel in details:
+        bpy.utils.unregister_class(panel)
     for panel, options in ((targets.TargetsPanel, {"DEFAULT_CLOSED"}), (parameters.ParametersPanel, {"DEFAULT_CLOSED"}),
                            (look.LookPanel, set()), (look.PlanPanel, set())):  # fmt: skip
         bpy.utils.unregister_class(panel)
         panel.bl_options = options
         bpy.utils.register_class(panel)
-    bpy.utils.register_class(targets.TargetDetailsPanel)
+    for panel in details:
+        bpy.utils.register_class(panel)
 
 
 def main() -> Script:

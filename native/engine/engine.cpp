@@ -12,6 +12,7 @@
 #include "engine/image_tasks.h"
 #include "engine/workspace.h"
 #include "film/pixel_filter.h"
+#include "kernels/dispatch.h"
 #include "scene/shading_normals.h"
 #include "tasks/image_task.h"
 #include "tasks/kernel_table.h"
@@ -373,12 +374,12 @@ std::shared_ptr<const LightList> Engine::lights(bool dark_too) const {
 
 void Engine::probe_lights(const LightProbes& probes) const {
     require_settled();
-    kernels_.light_samples(PreparedScene(api_, &bvh(), tables_, nullptr, false, lights()).view(), probes);
+    with_probes(kernels_).light_samples(PreparedScene(api_, &bvh(), tables_, nullptr, false, lights()).view(), probes);
 }
 
 void Engine::probe_directions(const DirectionProbes& probes) const {
     require_settled();
-    kernels_.light_directions(PreparedScene(api_, &bvh(), tables_, nullptr, false, lights()).view(), probes);
+    with_probes(kernels_).light_directions(PreparedScene(api_, &bvh(), tables_, nullptr, false, lights()).view(), probes);
 }
 
 void Engine::trace(const RayBatch& rays, int32_t* face, float* distance) const {
@@ -392,7 +393,7 @@ void Engine::probe_environment(const EnvironmentProbes& probes) const {
     const PreparedScene prepared(api_, &bvh(), tables_, nullptr, false, lights());
     if (!prepared.view().environment_image.pixels)
         throw std::invalid_argument("the environment has no image");
-    kernels_.environment(prepared.view(), probes);
+    with_probes(kernels_).environment(prepared.view(), probes);
 }
 
 }  // namespace edgegrad

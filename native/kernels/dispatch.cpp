@@ -63,4 +63,11 @@ const KernelTable& kernels(const std::string& instruction_set) {
                                 "' is not available here; these are: " + known);
 }
 
+const KernelTable& with_probes(const KernelTable& table) {
+    if (!table.bsdfs)
+        throw std::invalid_argument(
+            "this build has no probes of single functions; build it with -DEDGEGRAD_KERNELS=native");
+    return table;
+}
+
 }  // namespace edgegrad

@@ -20,7 +20,10 @@ const KernelTable& kernel_table() {
         EDGEGRAD_KERNEL_PARTS(EDGEGRAD_ADD_PART)
 #undef EDGEGRAD_ADD_PART
         EDGEGRAD_ADJOINT_ISA::add_adjoint_path_kernels(table);
+#ifdef EDGEGRAD_PROBES
+        add_probe_kernels(table);
         EDGEGRAD_ADJOINT_ISA::add_adjoint_probe_kernels(table);
+#endif
         for (const BoundaryKindRow& row : kBoundaryTable)
             table.boundary[row.kind] = table.boundary[row.kernels];
         return table;

@@ -14,9 +14,10 @@ const KernelTable& kernel_table();
     X(camera_sampled)            \
     X(edge_on)                   \
     X(emitter)                   \
-    X(field) X(field_band) X(horizon) X(indirect) X(outline) X(path) X(primary) X(probe) X(specular)
+    X(field) X(field_band) X(horizon) X(indirect) X(outline) X(path) X(primary) X(query) X(specular)
 #define EDGEGRAD_DECLARE_PART(name) void add_##name##_kernels(KernelTable& table);
 EDGEGRAD_KERNEL_PARTS(EDGEGRAD_DECLARE_PART)
 #undef EDGEGRAD_DECLARE_PART
+void add_probe_kernels(KernelTable& table);  // builds with EDGEGRAD_PROBES alone
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -195,7 +195,7 @@ ProbeTables tables_of(const Points& p) {
 nb::dict backward(nb::handle tables, nb::handle points, nb::handle adjoint, nb::handle instruction_set) {
     const Points p(tables, points);
     const std::vector<float> rows(p.count() * kMaterialParams);
-    const KernelTable& table = kernels(text(instruction_set));
+    const KernelTable& table = with_probes(kernels(text(instruction_set)));
     return probe_backward(tables_of(p), adjoint, p.count(), kMaterialParams, [&](const ProbeSweep& sweep) {
         table.texture_derivatives(p.scene(), p.task(), rows.data(), sweep);
     });
@@ -204,7 +204,7 @@ nb::dict backward(nb::handle tables, nb::handle points, nb::handle adjoint, nb::
 nb::object forward(nb::handle tables, nb::handle points, nb::handle tangents, nb::handle instruction_set) {
     const Points p(tables, points);
     const std::vector<float> rows(p.count() * kMaterialParams);
-    const KernelTable& table = kernels(text(instruction_set));
+    const KernelTable& table = with_probes(kernels(text(instruction_set)));
     return probe_forward(tables_of(p), tangents, p.count(), kMaterialParams, [&](const ProbeSweep& sweep) {
         table.texture_derivatives(p.scene(), p.task(), rows.data(), sweep);
     });

@@ -71,6 +71,8 @@ struct KernelTable {
     void (*chain_backward)(const SceneView&, const ChainCrossings&, int count, const float* adjoint,
                            DerivativeView& gradient, float* seeds);
     void (*textures)(const SceneView&, const TextureTask&, float* rows);  // (count, kMaterialParams)
+    void (*ray_batch)(const SceneView&, const RayBatch&, int32_t* face, float* distance);
+    // Probes: single functions of the path tracer and their derivatives, for tests. Null in builds without them.
     void (*bsdfs)(const BsdfTask&, const BsdfResult&);
     void (*texture_derivatives)(const SceneView&, const TextureTask&, const float* rows, const ProbeSweep&);
     void (*bsdf_derivatives)(const BsdfTask&, const ProbeSweep&);
@@ -78,7 +80,6 @@ struct KernelTable {
     void (*light_samples)(const SceneView&, const LightProbes&);
     void (*light_directions)(const SceneView&, const DirectionProbes&);
     void (*environment)(const SceneView&, const EnvironmentProbes&);
-    void (*ray_batch)(const SceneView&, const RayBatch&, int32_t* face, float* distance);
 };
 
 }  // namespace edgegrad

@@ -85,7 +85,7 @@ nb::dict evaluate(nb::handle materials, nb::handle points, nb::handle instructio
                                sample_wi.values.data(), weight.values.data(),   sample_pdf.values.data(),
                                active.values.data(),    specular.values.data(), transmitted.values.data(),
                                ray_kind.values.data()};
-    const KernelTable& table = kernels(text(instruction_set));
+    const KernelTable& table = with_probes(kernels(text(instruction_set)));
     {
         const WithoutInterpreter without;
         table.bsdfs(task, result);
@@ -112,14 +112,14 @@ ProbeTables tables_of(const Points& p) {
 
 nb::dict backward(nb::handle materials, nb::handle points, nb::handle adjoint, nb::handle instruction_set) {
     const Points p(materials, points);
-    const KernelTable& table = kernels(text(instruction_set));
+    const KernelTable& table = with_probes(kernels(text(instruction_set)));
     return probe_backward(tables_of(p), adjoint, p.count(), kBsdfOutputs,
                           [&](const ProbeSweep& sweep) { table.bsdf_derivatives(p.task(), sweep); });
 }
 
 nb::object forward(nb::handle materials, nb::handle points, nb::handle tangents, nb::handle instruction_set) {
     const Points p(materials, points);
-    const KernelTable& table = kernels(text(instruction_set));
+    const KernelTable& table = with_probes(kernels(text(instruction_set)));
     return probe_forward(tables_of(p), tangents, p.count(), kBsdfOutputs,
                          [&](const ProbeSweep& sweep) { table.bsdf_derivatives(p.task(), sweep); });
 }

@@ -101,7 +101,7 @@ class Scene {
 nb::dict backward(int32_t kind, nb::handle scene, nb::handle probe, nb::handle adjoint,
                   nb::handle instruction_set) {
     const Scene s(scene, probe);
-    const KernelTable& table = kernels(text(instruction_set));
+    const KernelTable& table = with_probes(kernels(text(instruction_set)));
     return probe_backward(s.tables(), adjoint, s.count(), kSceneOutputs, [&](const ProbeSweep& sweep) {
         table.scene_derivatives(s.view(), s.probe(kind, nullptr), sweep);
     });
@@ -110,7 +110,7 @@ nb::dict backward(int32_t kind, nb::handle scene, nb::handle probe, nb::handle a
 nb::tuple forward(int32_t kind, nb::handle scene, nb::handle probe, nb::handle tangents,
                   nb::handle instruction_set) {
     const Scene s(scene, probe);
-    const KernelTable& table = kernels(text(instruction_set));
+    const KernelTable& table = with_probes(kernels(text(instruction_set)));
     std::vector<float> value(s.count() * kSceneOutputs);
     const nb::object tangent =
         probe_forward(s.tables(), tangents, s.count(), kSceneOutputs, [&](const ProbeSweep& sweep) {

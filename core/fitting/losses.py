@@ -268,18 +268,18 @@ def _automatic_levels(shape: tuple[int, ...]) -> int:
 
 def _blur(x: F64) -> F64:
     """Filter by [1 2 1]/4 along both axes, with zeros outside. The matrix is symmetric: it is its own transpose."""
-    for axis in (0, 1):
-        padded = np.pad(x, [(1, 1) if a == axis else (0, 0) for a in range(x.ndim)])
-        low, mid, high = (np.take(padded, range(k, k + x.shape[axis]), axis) for k in range(3))
-        x = 0.25 * low + 0.5 * mid + 0.25 * high
-    return x
+    rows, quarter = 0.5 * x, 0.25 * x
+    rows[1:] += quarter[:-1]
+    rows[:-1] += quarter[1:]
+    both, quarter = 0.5 * rows, 0.25 * rows
+    both[:, 1:] += quarter[:, :-1]
+    both[:, :-1] += quarter[:, 1:]
+    return both
 
 
 def _halve(x: F64) -> F64:
     """Blur, then average 2 x 2 pixels; zeros complete an odd row or column."""
-    x = _blur(x)
-    x = np.pad(x, [(0, x.shape[0] % 2), (0, x.shape[1] % 2), (0, 0)])
-    return 0.25 * (x[0::2, 0::2] + x[1::2, 0::2] + x[0::2, 1::2] + x[1::2, 1::2])
+    return 0.25 * _blocks(_blur(x))
 
 
 def _double(y: F64, shape: tuple[int, ...]) -> F64:
@@ -296,7 +296,8 @@ def _charbonnier(difference: F64, epsilon: float) -> tuple[F64, F64]:
 
 def _blocks(x: F64) -> F64:
     """Sum 2 x 2 pixels; zeros complete an odd row or column."""
-    x = np.pad(x, [(0, x.shape[0] % 2), (0, x.shape[1] % 2), (0, 0)])
+    if x.shape[0] % 2 or x.shape[1] % 2:
+        x = np.pad(x, [(0, x.shape[0] % 2), (0, x.shape[1] % 2), (0, 0)])
     return np.asarray(x[0::2, 0::2] + x[1::2, 0::2] + x[0::2, 1::2] + x[1::2, 1::2])
 
 

@@ -36,8 +36,8 @@ LARGE = 0.25
 WORK, MOST_SAMPLES = 0.2, 16
 # Part of a fit's progress that this takes.
 MEASURED = 0.15
-# Directions in which the pictures' dependence on an array is measured.
-PROBES = 4
+# Directions in which the dependence on an array is measured: over all pictures together, and at most of each picture.
+DIRECTIONS, MOST_OF_PICTURE = 16, 4
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,8 @@ def uncertainty(run: Run, values: dict[str, Any], progress: Progress | None = No
                 ) -> tuple[tuple[Uncertainty, ...], tuple[Exchange, ...]]:  # fmt: skip
     """Measure what is known at some values, which the run's scene gets.
 
-    It renders two pictures, two derivatives by each number, and `PROBES` gradients of arrays for each target.
+    For each target it renders two pictures, two derivatives by each number, and four gradients of arrays for each of
+    up to `MOST_OF_PICTURE` random directions.
     """
     run.bring_to(values)
     variables: list[Unknown | Variable | Numbers] = [*run.unknowns, *run.variables]
@@ -125,8 +126,9 @@ def uncertainty(run: Run, values: dict[str, Any], progress: Progress | None = No
     of_pictures = int(np.clip(WORK * run.iterations, 1, MOST_SAMPLES))
     of_columns = int(np.clip(WORK * run.iterations / max(len(places), 1), 1, MOST_SAMPLES))
     entries = {path: np.zeros((2, *np.shape(values[path]))) for path in arrays}
+    directions = int(np.clip(DIRECTIONS // len(run.seen), 1, MOST_OF_PICTURE))
     # Each render reports its progress as one part; the reports raise `Cancelled` if the user stops.
-    part = 1.0 / (len(run.seen) * (2 + 2 * len(places) + (4 * PROBES if entries else 0)))
+    part = 1.0 / (len(run.seen) * (2 + 2 * len(places) + (4 * directions if entries else 0)))
     stages = Stages(progress)
 
     def tell() -> Progress | None:
@@ -136,7 +138,7 @@ def uncertainty(run: Run, values: dict[str, Any], progress: Progress | None = No
         run.see(j)
         gain = np.asarray(run.gains.values[j])
         first, second = (_picture(run, j, half, of_pictures * run.spp, tell) * gain for half in (0, 1))
-        _probe(run, j, 0.5 * (first + second) - view.image, entries, generator, tell)
+        _probe(run, j, 0.5 * (first + second) - view.image, entries, directions, generator, tell)
         if not places and not factors:
             continue
         columns = tuple(np.stack([*(_column(run, j, one, half, of_columns * run.gradient_spp, tell) * gain
@@ -144,7 +146,7 @@ def uncertainty(run: Run, values: dict[str, Any], progress: Progress | None = No
                                   *(_of_factor(view, j, one, picture) for one in factors)])
                         for half, picture in ((0, first), (1, second)))  # fmt: skip
         equations.add(view, loss, (first, second), (columns[0], columns[1]), generator)
-    out = [_array(path, *found) for path, found in entries.items()]
+    out = [_array(path, *found, directions) for path, found in entries.items()]
     if not places:
         return tuple(out), ()
     steps = [*(one.step for one in places), *(1.0 for _ in factors)]
@@ -214,7 +216,7 @@ def _column(run: Run, j: int, place: Coordinate, half: int, samples: int, tell: 
     return image.astype(np.float64)
 
 
-def _probe(run: Run, j: int, residual: F64, entries: dict[str, F64], generator: np.random.Generator,
+def _probe(run: Run, j: int, residual: F64, entries: dict[str, F64], directions: int, generator: np.random.Generator,
            tell: Tell) -> None:  # fmt: skip
     """Add to each entry of arrays the squares of its derivatives over picture j, alone and times the residual.
 
@@ -227,7 +229,7 @@ def _probe(run: Run, j: int, residual: F64, entries: dict[str, F64], generator: 
     weight = np.ones(view.image.shape) if view.mask is None else np.repeat(view.mask[..., None], 3, axis=2)
     renderer = run.renderer_of(j)
     camera = camera_of_gradient(renderer, view.camera, wrt)
-    for probe in range(PROBES):
+    for probe in range(directions):
         signs = generator.choice((-1.0, 1.0), view.image.shape)
         for kind, adjoint in enumerate((signs * weight, signs * weight * residual)):
             # Two seeds: the square of one noisy derivative would contain its variance.
@@ -239,11 +241,11 @@ def _probe(run: Run, j: int, residual: F64, entries: dict[str, F64], generator: 
                 entries[path][kind] += np.where(np.isfinite(halves[0][path]), halves[0][path], 0.0) * halves[1][path]
 
 
-def _array(path: str, squares: F64, tilted: F64) -> Uncertainty:
+def _array(path: str, squares: F64, tilted: F64, directions: int) -> Uncertainty:
     """Standard errors of an array's entries: the residual's mean variance where the array is seen over its squares."""
     seen = squares > 0.0
     variance = max(float(tilted.sum()), 0.0) / float(squares.sum()) if squares.sum() > 0.0 else np.inf
-    errors = np.sqrt(variance * PROBES / np.where(seen, squares, 1.0))
+    errors = np.sqrt(variance * directions / np.where(seen, squares, 1.0))
     return Uncertainty(path, (), (), (), np.where(seen, errors, np.inf))
 
 

@@ -374,12 +374,14 @@ std::shared_ptr<const LightList> Engine::lights(bool dark_too) const {
 
 void Engine::probe_lights(const LightProbes& probes) const {
     require_settled();
-    with_probes(kernels_).light_samples(PreparedScene(api_, &bvh(), tables_, nullptr, false, lights()).view(), probes);
+    with_probes(kernels_).light_samples(PreparedScene(api_, &bvh(), tables_, nullptr, false, lights()).view(),
+                                        probes);
 }
 
 void Engine::probe_directions(const DirectionProbes& probes) const {
     require_settled();
-    with_probes(kernels_).light_directions(PreparedScene(api_, &bvh(), tables_, nullptr, false, lights()).view(), probes);
+    with_probes(kernels_).light_directions(
+        PreparedScene(api_, &bvh(), tables_, nullptr, false, lights()).view(), probes);
 }
 
 void Engine::trace(const RayBatch& rays, int32_t* face, float* distance) const {

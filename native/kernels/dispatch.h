@@ -15,7 +15,8 @@ std::vector<std::string> instruction_sets();
 // among instruction_sets().
 const KernelTable& kernels(const std::string& instruction_set);
 
-// Returns the table. Throws std::invalid_argument in builds without probes (EDGEGRAD_KERNELS in CMakeLists.txt).
+// Returns the table. Throws std::invalid_argument in builds without probes (EDGEGRAD_KERNELS in
+// CMakeLists.txt).
 const KernelTable& with_probes(const KernelTable& table);
 
 }  // namespace edgegrad

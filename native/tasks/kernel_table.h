@@ -72,7 +72,8 @@ struct KernelTable {
                            DerivativeView& gradient, float* seeds);
     void (*textures)(const SceneView&, const TextureTask&, float* rows);  // (count, kMaterialParams)
     void (*ray_batch)(const SceneView&, const RayBatch&, int32_t* face, float* distance);
-    // Probes: single functions of the path tracer and their derivatives, for tests. Null in builds without them.
+    // Probes: single functions of the path tracer and their derivatives, for tests. Null in builds without
+    // them.
     void (*bsdfs)(const BsdfTask&, const BsdfResult&);
     void (*texture_derivatives)(const SceneView&, const TextureTask&, const float* rows, const ProbeSweep&);
     void (*bsdf_derivatives)(const BsdfTask&, const ProbeSweep&);

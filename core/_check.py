@@ -33,6 +33,8 @@ _ORTHONORMAL = 1e-4
 
 # Largest number by size of a float in bytes.
 _MOST = {np.dtype(kind).itemsize: float(np.finfo(kind).max) for kind in (np.float16, np.float32, np.float64)}
+# Numbers that OpenBLAS sums in one thread (interface/dot.c).
+_ONE_THREAD = 8192
 
 # Longest file path, in characters, that operating systems accept.
 _LONGEST_PATH = 4096
@@ -85,9 +87,15 @@ def array(
 
 
 def _surely_within(numbers: NDArray[Any], most: float) -> bool:
-    """Whether a sum of squares already shows that floats are within [-most, most]: scenes have very many arrays."""
+    """Whether a sum of squares already shows that floats are within [-most, most]: scenes have very many arrays.
+
+    Large arrays are left to the complete check: OpenBLAS would share the sum among its threads, which then keep the
+    processor busy for a while to wait for more work.
+    """
     if numbers.dtype.kind != "f":
         return True
+    if numbers.size > _ONE_THREAD:
+        return False
     flat = numbers.reshape(-1)
     return bool(np.dot(flat, flat) <= min(most * most, _MOST[numbers.dtype.itemsize]))  # False for NaN
 

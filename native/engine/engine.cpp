@@ -12,7 +12,6 @@
 #include "engine/image_tasks.h"
 #include "engine/workspace.h"
 #include "film/pixel_filter.h"
-#include "kernels/dispatch.h"
 #include "scene/shading_normals.h"
 #include "tasks/image_task.h"
 #include "tasks/kernel_table.h"
@@ -370,32 +369,6 @@ std::shared_ptr<const LightList> Engine::lights(bool dark_too) const {
     std::shared_ptr<const LightList>& list = dark_too ? dark_lights_ : lights_;
     if (!list) list = std::make_shared<const LightList>(tables_, dark_too);
     return list;
-}
-
-void Engine::probe_lights(const LightProbes& probes) const {
-    require_settled();
-    with_probes(kernels_).light_samples(PreparedScene(api_, &bvh(), tables_, nullptr, false, lights()).view(),
-                                        probes);
-}
-
-void Engine::probe_directions(const DirectionProbes& probes) const {
-    require_settled();
-    with_probes(kernels_).light_directions(
-        PreparedScene(api_, &bvh(), tables_, nullptr, false, lights()).view(), probes);
-}
-
-void Engine::trace(const RayBatch& rays, int32_t* face, float* distance) const {
-    require_settled();
-    kernels_.ray_batch(PreparedScene(api_, &bvh(), tables_, nullptr, false, nullptr).view(), rays, face,
-                       distance);
-}
-
-void Engine::probe_environment(const EnvironmentProbes& probes) const {
-    require_settled();
-    const PreparedScene prepared(api_, &bvh(), tables_, nullptr, false, lights());
-    if (!prepared.view().environment_image.pixels)
-        throw std::invalid_argument("the environment has no image");
-    with_probes(kernels_).environment(prepared.view(), probes);
 }
 
 }  // namespace edgegrad

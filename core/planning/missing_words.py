@@ -9,7 +9,8 @@ _ABOUT_MESHES = {
     "self intersections": "surfaces that pass through themselves are left out in {}: meshes of more than {limit:,} "
                           "faces are not searched",
     "clip borders": "the borders that the camera's clip distances cut into {}: they are no edges",
-    "texel borders": "borders inside of the faces of {} that an image without interpolation draws: they are no edges",
+    "texel borders": "borders within the faces of {} where their textures may jump: only those of checkerboards, of "
+                     "images without interpolation and at whole numbers are sampled, on meshes and in moderate numbers",
     "partly seen shadows": "shadows of {}, which only some kinds of rays can hit: computed as for shadow rays, or as "
                            "for diffuse rays in an environment of one colour",
     "lit from below": "the edges of shadows on {}, where a light lies below the plane of a face that its smooth "
@@ -23,10 +24,8 @@ _ABOUT_LIGHTS = {
     "mirrored outlines": "the outlines of lights in mirrors and behind glass ({}): they are no edges",
 }
 _ABOUT_MATERIALS = {
-    "slid textures": "the borders of texels of images without interpolation, where they move over {}: they are no "
-                     "edges",
-    "stepped shadows": "shadows of the borders that an image without interpolation draws in the transmittance of {}: "
-                       "they are no edges",
+    "slid textures": "borders at which textures may jump, where they move over {}: they are no edges",
+    "stepped shadows": "shadows of borders at which textures may make the transmittance of {} jump: they are no edges",
     "clear absorption": "how absorption in meshes with transparent surfaces ({}) changes with their shape, and its "
                         "shadows",
     "total reflection": "borders of total reflection of Refraction shaders ({})",
@@ -78,8 +77,8 @@ def _mirrored(words: SceneWords) -> list[str]:
     if edges.materials:
         longest = words.by_part.get("long chains")
         out.append("seen in mirrors and through smooth glass: features thinner than a quarter of a pixel may be "
-                   "missed; left out are lines where lights pass through surfaces, seams "
-                   "of textures inside of smooth surfaces, borders of spots without blend, and where faces of "
+                   "missed; left out are lines where lights pass through surfaces, borders "
+                   "within faces at which textures jump, seams of textures inside of smooth surfaces, borders of spots without blend, and where faces of "
                    "smooth-shaded meshes turn away from lights without size"
                    + (f", and edges seen by chains of more than {longest.limit} surfaces" if longest else ""))
     return out

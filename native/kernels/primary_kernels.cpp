@@ -3,6 +3,7 @@
 #include "boundary/terms/field_crossing.h"
 #include "boundary/terms/field_outline.h"
 #include "boundary/terms/primary.h"
+#include "boundary/terms/texture_border.h"
 #include "kernels/parts.h"
 #include "tasks/boundary_kind.h"
 #include "tasks/kernel_table.h"
@@ -16,6 +17,8 @@ void add_primary_kernels(KernelTable& table) {
                                      primary_backward_kernel<FieldCurves>};
     table.boundary[kFieldCrossing] = {primary_forward_kernel<CrossingCurves>,
                                       primary_backward_kernel<CrossingCurves>};
+    table.boundary[kTextureBorder] = {primary_forward_kernel<BorderCurves>,
+                                      primary_backward_kernel<BorderCurves>};
     table.edge_weights = edge_weights_kernel;
     table.add_splats = add_splats_kernel;
 }

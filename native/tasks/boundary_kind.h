@@ -31,6 +31,7 @@ enum BoundaryKind : int32_t {
     kWarpedPicture,          // boundary/terms/warped_picture.h, with kernels of its own
     kCrossedLight,           // boundary/terms/intersection.h: fields that pass through emissive meshes
     kCrossedSurface,         // the same: through surfaces that scatter light
+    kTextureBorder,          // boundary/terms/texture_border.h
     kBoundaryKinds
 };
 
@@ -84,6 +85,7 @@ constexpr BoundaryKindRow kBoundaryTable[kBoundaryKinds] = {
     {kWarpedPicture, Part::kFieldBands, kWholePicture, 0.25, 0.18, 1, kWarpedPicture},
     {kCrossedLight, Part::kCrossedLights, kLineDirections, 0.5, 0.0625, 2, kLightIntersection},
     {kCrossedSurface, Part::kCrossedSurfaces, kLineDirections, 0.5, 0.0625, 3, kLightIntersection},
+    {kTextureBorder, Part::kTextureBorders, kPictureLines, 0.27, 0.18, 1, kTextureBorder},
 };
 // Of intersections: whether the occluded surface scatters light, else it emits light; and whether the lines
 // are curves on fields.

@@ -26,6 +26,7 @@ enum class Part : int32_t {
     kFieldOutlines,          // outlines of distance fields that the camera sees
     kFieldBands,             // the same, from bands about them
     kFieldCrossings,         // lines where distance fields that the camera sees pass through surfaces
+    kTextureBorders,         // borders within faces at which textures jump, as the camera sees them
     kFollowedLobes,          // lobes that count as mirrors in the next part
     kMirroredEdges,          // edges that the camera sees by mirrors and glass
     kLightShadows,           // edges between a surface and a light
@@ -48,15 +49,15 @@ enum class Part : int32_t {
     // Parts that are not computed (engine/decisions/missing_parts.h):
     kSelfIntersections,  // of meshes of very many faces
     kClipBorders,        // borders that the camera's clip distances cut
-    kTexelBorders,       // borders of texels of images without interpolation, on moving surfaces
-    kSlidTextures,       // the same borders, of textures that move over static surfaces
+    kTexelBorders,       // those of the borders of kTextureBorders that are not sampled
+    kSlidTextures,       // borders at which textures jump, where they move over static surfaces
     kBlurredOutlines,    // outlines of disks and suns, seen by parallel rays through a lens
     kParallelDisks,      // disks that surfaces pass through, seen by parallel rays
     kPartlySeenShadows,  // shadows of meshes that only some kinds of rays can hit
     kLightJumps,         // jumps of light on a surface that passes through its source
     kFaceFlips,          // faces of smooth meshes that lights without size begin or cease to reach
     kLitFromBelow,       // shadows where lights below the planes of faces light smooth meshes
-    kSteppedShadows,     // shadows of borders that an image draws in a surface's transmittance
+    kSteppedShadows,     // shadows of borders at which a surface's transmittance jumps
     kClearAbsorption,    // absorption in meshes whose surface is transparent
     kRimLines,           // rims on rough glass, for lights without size
     kFieldBorders,       // lines where distance fields end at their boxes
@@ -90,6 +91,7 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kFieldOutlines, "field outlines", kPrimaryTerm},
     {Part::kFieldBands, "field bands", kPrimaryTerm},
     {Part::kFieldCrossings, "field crossings", kPrimaryTerm},
+    {Part::kTextureBorders, "texture borders", kPrimaryTerm},
     {Part::kFollowedLobes, "followed lobes", kPrimaryTerm},
     {Part::kMirroredEdges, "mirrored edges", kPrimaryTerm},
     {Part::kLightShadows, "light shadows", kShadowTerm},

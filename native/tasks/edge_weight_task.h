@@ -8,6 +8,9 @@ namespace edgegrad {
 // Logarithm to the base 2 of the number of tiles along each side of the picture.
 constexpr uint32_t kTileBits = 6;
 
+// Faces whose normals differ by less than this sine count as coplanar.
+constexpr float kCoplanar = 1e-6f;
+
 // Weights of edges: by the area that they sweep in the picture, or by the light that they may occlude.
 enum EdgeWeightKind : int32_t { kPictureWeight, kLightWeight, kEnvironmentWeight };
 

@@ -22,9 +22,6 @@ struct Wedges {
     Mask flat;          // two faces in one plane, of one orientation and surface: no discontinuity
 };
 
-// Faces whose normals differ by less than this sine count as coplanar.
-constexpr float kCoplanar = 1e-6f;
-
 EG_INLINE Vec3 placed_vertex(const SceneView& scene, int32_t instance, Int vertex) {
     const Vec3 p = gather3(scene.vertices, vertex);
     if (instance < 0) return p;

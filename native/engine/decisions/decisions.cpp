@@ -4,6 +4,7 @@
 #include <chrono>
 #include <set>
 
+#include "boundary/curves/texture_borders.h"
 #include "engine/decisions/interior_rules.h"
 #include "scene/camera_row.h"
 #include "scene/lights/light_params.h"
@@ -109,6 +110,17 @@ void decide_primary(const BoundaryFacts& f, Decisions& decided) {
                    f.scene.lights.sized_count == 0
                        ? Reason::kNoLight
                        : unless(m.camera || m.lights || m.any_mesh_moves(), Reason::kStill));
+}
+
+// Borders within faces at which textures jump, as the camera sees them.
+void decide_texture_borders(const BoundaryFacts& f, Decisions& decided) {
+    const bool moves = f.motion.camera || f.motion.any_mesh_moves();
+    RequestedMotion motion = f.motion;
+    motion.camera |= !moves;  // where nothing moves, the part may be forced
+    std::vector<int32_t> meshes = jumping_meshes(f.tables, motion).sampled;
+    decided.decide(Part::kTextureBorders,
+                   first_of({unless(!meshes.empty(), Reason::kNone), unless(moves, Reason::kStill)}));
+    if (decided.computes(Part::kTextureBorders)) decided[Part::kTextureBorders].meshes = std::move(meshes);
 }
 
 // Outlines of fields that the camera sees, and curves along which they pass through other surfaces.
@@ -273,6 +285,7 @@ void decide_boundaries(const BoundaryFacts& f, Decisions& decided) {
     const bool lit = options.max_depth >= 2 && (options.terms[kShadowTerm] || options.terms[kIndirectTerm]);
     const Reason black = unless(!lit || !all_black(f.scene, f.tables), Reason::kBlack);
     if (options.terms[kPrimaryTerm]) decide_primary(f, decided);
+    if (options.terms[kPrimaryTerm]) decide_texture_borders(f, decided);
     if (options.terms[kPrimaryTerm]) decide_field_outlines(f, decided);
     if (options.terms[kShadowTerm]) decide_shadows(f, black, decided);
     decide_horizons(f, decided);

@@ -7,6 +7,7 @@
 
 #include "boundary/curves/edge_cache.h"
 #include "boundary/curves/light_intersections.h"
+#include "boundary/curves/texture_borders.h"
 #include "boundary/meshes/face_tree.h"
 #include "boundary/meshes/star_shaped.h"
 #include "engine/decisions/clip_borders.h"
@@ -15,18 +16,16 @@
 #include "scene/lights/light_params.h"
 #include "scene/mesh_instances.h"
 #include "scene/sharp_lobes.h"
+#include "scene/textures/jumps.h"
 #include "sdf/outline.h"
 #include "tasks/scan_task.h"
 
 namespace edgegrad {
 namespace {
 
-// Whether a closure reads an image without interpolation, whose texels have borders within faces.
-bool has_texel_borders(const SceneTables& tables, size_t closure) {
-    return any_step(tables, closure, [&](const TextureInstruction& step) {
-        return static_cast<TextureOp>(step.op) == TextureOp::IMAGE &&
-               tables.textures.images[static_cast<size_t>(step.data)].interpolation == kImageClosest;
-    });
+// Whether a closure's textures jump within faces.
+bool jumps_within_faces(const SceneTables& tables, size_t closure) {
+    return texture_jumps(tables, closure).any();
 }
 
 class Search {
@@ -49,11 +48,7 @@ class Search {
     void seen_by_the_camera() {
         const CameraView& camera = f_.scene.camera;
         const auto boxes = kept_.boxes.get(true, [&] { return MeshBoxes(tables_); });
-        std::vector<int32_t> large, closed, cut, stepped;
-        std::vector<uint8_t> steps(tables_.material_first_closure.size() - 1, 0);
-        for (int32_t m : used_materials(tables_, [&](size_t k) { return has_texel_borders(tables_, k); }))
-            steps[static_cast<size_t>(m)] = 1;
-        const bool any_steps = std::find(steps.begin(), steps.end(), 1) != steps.end();
+        std::vector<int32_t> large, closed, cut;
         const auto instances = mesh_instances(tables_);
         for (int32_t mesh = 0; mesh < tables_.visible_meshes; ++mesh) {
             const auto m = static_cast<size_t>(mesh);
@@ -63,10 +58,6 @@ class Search {
             if (mesh < tables_.first_field() && !is_placed(instances[m]) &&
                 may_be_cut(camera, boxes->of[m]) && is_cut(camera, tables_, m))
                 cut.push_back(mesh);
-            if (any_steps &&
-                std::any_of(tables_.face_material.begin() + first, tables_.face_material.begin() + last,
-                            [&](int32_t material) { return steps[static_cast<size_t>(material)]; }))
-                stepped.push_back(mesh);
         }
         if (!closed.empty()) {
             const auto others = kept_.not_star_shaped.get(closed, [&] { return not_star_shaped(closed); });
@@ -75,7 +66,7 @@ class Search {
         }
         meshes(Part::kSelfIntersections, std::move(large), kSelfIntersectionFaces);
         meshes(Part::kClipBorders, std::move(cut));
-        meshes(Part::kTexelBorders, std::move(stepped));
+        meshes(Part::kTexelBorders, jumping_meshes(tables_, motion_).left_out);
         slid_textures();
         lights_by_parallel_rays();
     }
@@ -99,7 +90,7 @@ class Search {
         light_jumps();
         face_flips();
         materials(Part::kSteppedShadows, used_materials(tables_, [&](size_t k) {
-                      return (tables_.closure_flags[k] & kHasTransparency) && has_texel_borders(tables_, k);
+                      return (tables_.closure_flags[k] & kHasTransparency) && jumps_within_faces(tables_, k);
                   }));
     }
 
@@ -172,13 +163,13 @@ class Search {
         return closed;
     }
 
-    // Images without interpolation that move over static meshes.
+    // Textures with jumps that move over static meshes.
     void slid_textures() {
         const bool moves = requested_.any("texture_attributes") || requested_.any("texture_lookups") ||
                            requested_.any("texture_constants");
         if (moves)
             materials(Part::kSlidTextures,
-                      used_materials(tables_, [&](size_t k) { return has_texel_borders(tables_, k); }));
+                      used_materials(tables_, [&](size_t k) { return jumps_within_faces(tables_, k); }));
     }
 
     // Lights whose outlines or intersections depend on the origin of parallel rays.

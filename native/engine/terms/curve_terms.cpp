@@ -2,6 +2,7 @@
 
 #include "boundary/curves/light_intersections.h"
 #include "boundary/curves/segment_cells.h"
+#include "boundary/curves/texture_borders.h"
 #include "boundary/fields/field_crossings.h"
 #include "boundary/fields/field_curves.h"
 #include "engine/terms/outline_cells.h"
@@ -179,7 +180,19 @@ void add_field_crossings(const SceneView& scene, const EdgeList& edges, const Re
     out.push_back({kFieldCrossing, std::move(candidates), std::move(lines)});
 }
 
-// Bands about these outlines.
+// Borders at which textures jump, on the meshes that the part lists.
+void add_texture_borders(const SceneView& scene, const EdgeList& edges, Decisions& decided,
+                         std::vector<CurveTerm>& out) {
+    if (!decided.computes(Part::kTextureBorders) || decided.alone()) return;
+    auto lines = std::make_shared<EdgesAndIntersections>(
+        edges.tables, texture_borders(edges, decided[Part::kTextureBorders].meshes));
+    Candidates candidates;
+    lines->add_candidates(scene.camera, candidates);
+    if (candidates.size() == 0) return;  // out of view, which decisions do not look for
+    out.push_back({kTextureBorder, std::move(candidates), std::move(lines)});
+}
+
+// Bands about the outlines of fields.
 void add_field_bands(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
                      const RequestedMotion& motion, Decisions& decided, std::vector<CurveTerm>& out) {
     if (!decided.computes(Part::kFieldBands) || decided.alone()) return;
@@ -246,6 +259,7 @@ std::vector<CurveTerm> curve_terms(const SceneView& scene, const EdgeList& edges
     add_intersection_outlines(scene, edges, motion, decided, out);
     add_field_outlines(scene, edges, options, decided, out);
     add_field_crossings(scene, edges, motion, decided, out);
+    add_texture_borders(scene, edges, decided, out);
     add_field_bands(scene, edges, options, motion, decided, out);
     add_fields_between(scene, edges, options, decided, out);
     add_crossed_surfaces(scene, edges, options, motion, decided, out);

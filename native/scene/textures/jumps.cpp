@@ -23,6 +23,9 @@ struct Linear {
 struct Value {
     std::optional<Linear> linear;
     bool steps = false;
+
+    // Whether it is constant within the cells that have been found.
+    bool level() const { return steps || (linear && linear->constant()); }
 };
 
 Value sum(const Value& first, const Value& second, double sign = 1.0) {
@@ -76,6 +79,12 @@ void add_jumps(const TextureTables& t, std::span<const TextureInstruction> progr
             if (place >= 0) return registers[static_cast<size_t>(place)];
             return {Linear{-1, {0.0, 0.0, 0.0, t.constants[static_cast<size_t>(~place)]}}};
         };
+        // Whether the first inputs are constant within cells, so that the output is as well
+        const auto level = [&](int inputs) {
+            bool all = true;
+            for (int k = 0; k < inputs; ++k) all &= in(k).level();
+            return all;
+        };
         Value found[4];
         switch (static_cast<TextureOp>(step.op)) {
             case TextureOp::ATTRIBUTE:
@@ -84,17 +93,29 @@ void add_jumps(const TextureTables& t, std::span<const TextureInstruction> progr
                     found[k].linear->factor[k] = 1.0;
                 }
                 break;
+            case TextureOp::RAY_KIND:
+            case TextureOp::BACKFACING:
+                for (Value& one : found) one.steps = true;
+                break;
             case TextureOp::ADD:
                 found[0] = sum(in(0), in(1));
+                found[0].steps = level(2);
                 break;
             case TextureOp::SUBTRACT:
                 found[0] = sum(in(0), in(1), -1.0);
+                found[0].steps = level(2);
                 break;
             case TextureOp::MULTIPLY:
                 found[0] = product(in(0), in(1));
+                found[0].steps = level(2);
                 break;
             case TextureOp::MULTIPLY_ADD:
                 found[0] = sum(product(in(0), in(1)), in(2));
+                found[0].steps = level(3);
+                break;
+            case TextureOp::MINIMUM:
+            case TextureOp::MAXIMUM:
+                found[0].steps = level(2);
                 break;
             case TextureOp::AFFINE:
                 found[0] =
@@ -114,13 +135,17 @@ void add_jumps(const TextureTables& t, std::span<const TextureInstruction> progr
                 found[0] = add_grid<1>(jumps, {in(0)}, {1.0});
                 break;
             case TextureOp::SELECT:
-                jumps.elsewhere |= !in(0).steps;
+                jumps.elsewhere |= !in(0).level();
+                found[0].steps = level(3);
+                break;
+            case TextureOp::LESS_THAN:
+            case TextureOp::GREATER_THAN:
+                found[0].steps = level(2);
+                jumps.elsewhere |= !found[0].steps;
                 break;
             case TextureOp::LOOKUP:
                 jumps.elsewhere |= t.tables[static_cast<size_t>(step.data)].interpolate == 0;
                 break;
-            case TextureOp::LESS_THAN:
-            case TextureOp::GREATER_THAN:
             case TextureOp::EQUAL:
             case TextureOp::SIGN:
             case TextureOp::MODULO:

@@ -23,6 +23,8 @@ struct CellGrid {
 struct TextureJumps {
     bool elsewhere = false;
     std::vector<CellGrid> grids;
+
+    bool any() const { return elsewhere || !grids.empty(); }
 };
 
 TextureJumps texture_jumps(const SceneTables& tables, size_t closure);

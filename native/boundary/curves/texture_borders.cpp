@@ -1,0 +1,225 @@
+#include "boundary/curves/texture_borders.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "boundary/meshes/placed_vertex.h"
+#include "boundary/meshes/seams.h"
+#include "scene/face_vectors.h"
+#include "scene/mesh_edges.h"
+#include "scene/mesh_instances.h"
+#include "scene/textures/jumps.h"
+#include "tasks/edge_weight_task.h"
+#include "util/parallel.h"
+
+namespace edgegrad {
+namespace {
+
+// Coordinates that vary less over a face, relative to their size, are constant but for rounding.
+constexpr double kConstant = 1e-5;
+
+// A coordinate of a grid at the corners of a face.
+using Corners = std::array<double, 3>;
+
+// The coordinates of the grids of one material.
+class MaterialJumps {
+ public:
+    MaterialJumps(const SceneTables& tables, size_t material) {
+        const auto first = static_cast<size_t>(tables.material_first_closure[material]),
+                   last = static_cast<size_t>(tables.material_first_closure[material + 1]);
+        for (size_t closure = first; closure < last; ++closure) {
+            const TextureJumps jumps = texture_jumps(tables, closure);
+            elsewhere_ |= jumps.elsewhere;
+            for (const CellGrid& grid : jumps.grids)
+                if (std::find(grids_.begin(), grids_.end(), grid) == grids_.end()) grids_.push_back(grid);
+        }
+    }
+    bool elsewhere() const { return elsewhere_; }
+    bool any() const { return elsewhere_ || !grids_.empty(); }
+
+    // Calls visit(corners) for each coordinate that varies over the face.
+    template <typename Visit>
+    void visit(const TextureTables& t, int32_t face, const Visit& visit) const {
+        const size_t meshes = t.mesh_box.size() / 6,
+                     mesh = static_cast<size_t>(t.face_mesh[static_cast<size_t>(face)]);
+        for (const CellGrid& grid : grids_) {
+            const TextureAttribute& a =
+                t.mesh_attributes[static_cast<size_t>(grid.attribute) * meshes + mesh];
+            if (a.components <= 0) continue;  // one value for all corners, or none
+            const float* values = t.attributes.data() + a.offset + 3 * int64_t{face} * a.components;
+            for (const float* row : grid.row) {
+                Corners at;
+                for (int corner = 0; corner < 3; ++corner) {
+                    double sum = row[3];
+                    for (int k = 0; k < 3; ++k) {
+                        const int component = a.components == 1 ? 0 : k;
+                        if (component < a.components)
+                            sum += static_cast<double>(row[k]) * values[corner * a.components + component];
+                    }
+                    at[static_cast<size_t>(corner)] = sum;
+                }
+                const auto [low, high] = std::minmax_element(at.begin(), at.end());
+                if (*high - *low > kConstant * std::max({std::abs(*low), std::abs(*high), 1.0})) visit(at);
+            }
+        }
+    }
+
+ private:
+    bool elsewhere_ = false;
+    std::vector<CellGrid> grids_;
+};
+
+// The jumps of all materials that are in use; none where nothing jumps.
+std::vector<std::optional<MaterialJumps>> jumps_of_materials(const SceneTables& tables) {
+    std::vector<std::optional<MaterialJumps>> out(tables.material_used.size());
+    for (size_t m = 0; m < out.size(); ++m) {
+        if (!tables.material_used[m]) continue;
+        MaterialJumps jumps(tables, m);
+        if (jumps.any()) out[m] = std::move(jumps);
+    }
+    return out;
+}
+
+// The number of borders strictly within a face.
+int64_t borders_within(const Corners& at) {
+    const auto [low, high] = std::minmax_element(at.begin(), at.end());
+    return std::max<int64_t>(0, std::llround(std::ceil(*high) - std::floor(*low)) - 1);
+}
+
+// The barycentrics at which the coordinate is `border` on the sides of the face.
+bool ends_of(const Corners& at, double border, std::array<double, 3> (&ends)[2]) {
+    int found = 0;
+    for (size_t k = 0; k < 3 && found < 2; ++k) {
+        const size_t next = (k + 1) % 3;
+        if ((at[k] < border) == (at[next] < border)) continue;
+        const double u = (border - at[k]) / (at[next] - at[k]);
+        ends[found] = {0.0, 0.0, 0.0};
+        ends[found][k] = 1.0 - u, ends[found][next] = u;
+        ++found;
+    }
+    return found == 2;
+}
+
+Vector corner_of(const SceneTables& t, int32_t face, size_t corner) {
+    return vertex(&t.vertices[3 * static_cast<size_t>(t.faces[3 * static_cast<size_t>(face) + corner])]);
+}
+
+// Adds the borders strictly within a face.
+void add_within(const SceneTables& t, int32_t face, const Corners& at, const Placement& placed,
+                int32_t instance, Intersections& out) {
+    if (borders_within(at) > kMostFaceBorders) return;
+    const auto [low, high] = std::minmax_element(at.begin(), at.end());
+    for (double border = std::floor(*low) + 1.0; border < *high; border += 1.0) {
+        std::array<double, 3> ends[2];
+        if (!ends_of(at, border, ends)) continue;
+        Vector line[2];
+        for (int e = 0; e < 2; ++e) {
+            line[e] = {0.0, 0.0, 0.0};
+            for (size_t k = 0; k < 3; ++k) line[e] = line[e] + corner_of(t, face, k) * ends[e][k];
+            line[e] = placed(line[e]);
+        }
+        const IntersectedFace one{static_cast<uint32_t>(face), instance};
+        out.add(line, one, one);
+    }
+}
+
+// Whether an edge lies along a border between two faces of one plane across which the texture continues.
+// Such an edge is no candidate: else nothing jumps there.
+bool follows_border(const EdgeList& edges, const MaterialJumps& jumps, int64_t edge) {
+    const SceneTables& t = edges.tables;
+    const auto e = static_cast<size_t>(edge);
+    const uint32_t first = t.edge_face_first[e];
+    if (t.edge_face_first[e + 1] - first != 2) return false;
+    const uint32_t one = t.edge_faces[first], other = t.edge_faces[first + 1];
+    if (t.face_material[one] != t.face_material[other]) return false;
+    const float *n = edges.normal + 3 * size_t{one}, *m = edges.normal + 3 * size_t{other};
+    if (!(dot(vertex(n), vertex(m)) > 0.0) ||
+        length(cross(vertex(n), vertex(m))) >= static_cast<double>(kCoplanar))
+        return false;
+    bool along = false;
+    jumps.visit(t.textures, static_cast<int32_t>(one), [&](const Corners& at) {
+        std::array<double, 2> ends{};
+        size_t found = 0;
+        for (size_t k = 0; k < 3; ++k) {
+            const auto v = static_cast<uint32_t>(t.faces[3 * size_t{one} + k]);
+            if (found < 2 && (v == t.edge_vertices[2 * e] || v == t.edge_vertices[2 * e + 1]))
+                ends[found++] = at[k];
+        }
+        const double border = std::round(ends[0]), near = kConstant * std::max(1.0, std::abs(border));
+        const bool here =
+            found == 2 && std::abs(ends[0] - border) < near && std::abs(ends[1] - border) < near;
+        along |= here;
+    });
+    return along && !is_seam(t, edge);
+}
+
+}  // namespace
+
+JumpingMeshes jumping_meshes(const SceneTables& tables, const RequestedMotion& motion) {
+    JumpingMeshes out;
+    const auto jumps = jumps_of_materials(tables);
+    if (std::none_of(jumps.begin(), jumps.end(), [](const auto& one) { return one.has_value(); })) return out;
+    const std::vector<uint8_t> moving = moving_meshes(tables, motion);
+    const auto instances = mesh_instances(tables);
+    int64_t all = 0;
+    for (int32_t mesh = 0; mesh < tables.visible_meshes; ++mesh) {
+        const auto m = static_cast<size_t>(mesh);
+        const bool moves = motion.camera || (mesh < tables.first_field() && moving[m]);
+        if (!moves || !(tables.mesh_mask[m] & (1 << kCameraRay))) continue;
+        bool sampled = false, left_out = false;
+        int64_t borders = 0;
+        for (int32_t face = tables.mesh_first_face[m]; face < tables.mesh_first_face[m + 1]; ++face) {
+            const auto& found = jumps[static_cast<size_t>(tables.face_material[static_cast<size_t>(face)])];
+            if (!found) continue;
+            left_out |= found->elsewhere() || mesh >= tables.first_field();
+            if (mesh >= tables.first_field()) break;
+            found->visit(tables.textures, face, [&](const Corners& at) {
+                const int64_t count = borders_within(at);
+                left_out |= count > kMostFaceBorders;
+                if (count <= kMostFaceBorders) borders += count, sampled = true;
+            });
+        }
+        borders *= static_cast<int64_t>(instances[m].size());
+        if (sampled && all + borders > kMostBorders) sampled = false, left_out = true;
+        if (sampled) all += borders, out.sampled.push_back(mesh);
+        if (left_out) out.left_out.push_back(mesh);
+    }
+    return out;
+}
+
+Intersections texture_borders(const EdgeList& edges, const std::vector<int32_t>& meshes) {
+    const SceneTables& t = edges.tables;
+    const auto jumps = jumps_of_materials(t);
+    const auto instances = mesh_instances(t);
+    const auto jumps_at = [&](int64_t face) -> const std::optional<MaterialJumps>& {
+        return jumps[static_cast<size_t>(t.face_material[static_cast<size_t>(face)])];
+    };
+    Intersections out;
+    for (const int32_t mesh : meshes) {
+        const auto m = static_cast<size_t>(mesh);
+        const auto [first_edge, last_edge] = mesh_edges(t, m);
+        for (const int32_t instance : instances[m]) {
+            may_cancel();
+            const Placement placed = Placement::of(t, instance);
+            for (int32_t face = t.mesh_first_face[m]; face < t.mesh_first_face[m + 1]; ++face)
+                if (const auto& found = jumps_at(face))
+                    found->visit(t.textures, face,
+                                 [&](const Corners& at) { add_within(t, face, at, placed, instance, out); });
+            for (int64_t edge = first_edge; edge < last_edge; ++edge) {
+                const auto e = static_cast<size_t>(edge);
+                const uint32_t face = t.edge_faces[t.edge_face_first[e]];
+                const auto& found = jumps_at(face);
+                if (!found || !follows_border(edges, *found, edge)) continue;
+                const Vector line[2] = {
+                    placed(vertex(&t.vertices[3 * static_cast<size_t>(t.edge_vertices[2 * e])])),
+                    placed(vertex(&t.vertices[3 * static_cast<size_t>(t.edge_vertices[2 * e + 1])]))};
+                out.add(line, {face, instance}, {face, instance});
+            }
+        }
+    }
+    return out;
+}
+
+}  // namespace edgegrad

@@ -57,7 +57,8 @@ def primary(words: SceneWords) -> Term:
     seen += words.pairs("field crossings", "besides edges: the curves where {} pass through each other")
     borders = words.computed("texture borders")
     if borders is not None:
-        seen.append(f"besides edges: the borders within the faces of {words.mesh_names(borders)} at which textures jump")
+        seen.append(f"besides edges: the borders within the faces of {words.mesh_names(borders)} at which textures "
+                    "jump")
     seen += words.pierced("intersection outlines",
                           "besides edges: the lines where {meshes} pass through the light '{light}'")
     if mirrors:

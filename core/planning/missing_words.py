@@ -77,9 +77,9 @@ def _mirrored(words: SceneWords) -> list[str]:
     if edges.materials:
         longest = words.by_part.get("long chains")
         out.append("seen in mirrors and through smooth glass: features thinner than a quarter of a pixel may be "
-                   "missed; left out are lines where lights pass through surfaces, borders "
-                   "within faces at which textures jump, seams of textures inside of smooth surfaces, borders of spots without blend, and where faces of "
-                   "smooth-shaded meshes turn away from lights without size"
+                   "missed; left out are lines where lights pass through surfaces, borders within faces at which "
+                   "textures jump, seams of textures inside of smooth surfaces, borders of spots without blend, and "
+                   "where faces of smooth-shaded meshes turn away from lights without size"
                    + (f", and edges seen by chains of more than {longest.limit} surfaces" if longest else ""))
     return out
 

@@ -6,6 +6,7 @@
 #include "scene/mesh_instances.h"
 #include "scene/sharp_lobes.h"
 #include "scene/table_rows.h"
+#include "scene/textures/jumps.h"
 
 namespace edgegrad {
 
@@ -155,6 +156,10 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const Scene
     if (!motion) return;
     view_.followed_alpha = followed;
     hold_directions(tables, *motion);
+    if (kept && (motion->camera || motion->any_mesh_moves())) {
+        material_jumps_ = kept->material_jumps.get(true, [&] { return materials_that_jump(tables); });
+        view_.material_jumps = material_jumps_->empty() ? nullptr : material_jumps_->data();
+    }
     if (kept) blend_near_contact(tables, *motion, *kept);
 }
 

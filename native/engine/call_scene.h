@@ -38,6 +38,7 @@ class PreparedScene {
     std::shared_ptr<const std::vector<float>> transparent_boxes_, mesh_size_;
     std::shared_ptr<const CoplanarPolygons> polygons_;
     std::shared_ptr<const ContactMaterials> contact_materials_;
+    std::shared_ptr<const std::vector<int32_t>> material_jumps_;
     SceneView view_{};
 };
 

@@ -108,8 +108,10 @@ struct SceneView {
     // (F) 1: its light has a fixed direction (shading/lights/fixed_direction_light.h), or null.
     const int32_t* face_fixed_direction;
     const int32_t* material_fixed_direction;  // (M) 1: receives such light
-    const int32_t* mesh_first_face;           // by Embree's geomID
-    const int32_t* mesh_contact;  // (S) contact bits, or null: no surface moves, or no light qualifies
+    // (M) 1: its textures may jump within faces (scene/textures/jumps.h), or null: nothing moves, or none do.
+    const int32_t* material_jumps;
+    const int32_t* mesh_first_face;  // by Embree's geomID
+    const int32_t* mesh_contact;     // (S) contact bits, or null: no surface moves, or no light qualifies
     // Grids of cells by material (M + 1), and by grid the attribute and (kCellCoordinates, 4) rows
     // (scene/contact_meshes.h), if mesh_contact is not null.
     const int32_t *material_first_grid, *cell_attributes;

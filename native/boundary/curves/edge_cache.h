@@ -79,6 +79,7 @@ struct EdgeCache {
     Kept<bool, CoplanarPolygons> polygons;
     Kept<bool, ContactMaterials> contact_materials;                // scene/contact_meshes.h
     Kept<bool, std::vector<int32_t>> contact_meshes;               // the same
+    Kept<bool, std::vector<int32_t>> material_jumps;               // scene/textures/jumps.h
     Kept<bool, std::vector<float>> mesh_sizes, transparent_boxes;  // the same
     Kept<bool, bool> cross;  // whether any surface intersects another surface or a light
     Kept<bool, MeshBoxes> boxes;
@@ -100,6 +101,7 @@ struct EdgeCache {
         shadow.clear(), silhouettes.clear();
         tree.clear(), regions.clear(), polygons.clear(), cross.clear();
         contact_materials.clear(), contact_meshes.clear(), transparent_boxes.clear();
+        material_jumps.clear();
     }
 };
 

@@ -35,6 +35,24 @@ EG_INLINE ImageTask side_paths(const BoundaryTask& task) {
     return sample_paths(task, 2, boundary_stream(task));
 }
 
+// Moves barycentrics from the point of the edge to the place where rays beside it start, in lanes where the
+// textures of the face may jump: else a border along the edge itself, such as the end of the texture space,
+// could give the value of the wrong side.
+EG_INLINE void leave_border(const SceneView& scene, const EdgeSample& s, Int face, Int instance, Vec3 step,
+                            Float& b1, Float& b2) {
+    if (!scene.material_jumps) return;
+    const Mask jumps =
+        s.active &
+        (gather(scene.material_jumps, gather(scene.face_material, select(s.active, face, splat(0)))) != 0);
+    if (!any(jumps)) return;
+    Float c1, c2;
+    place_in_face(
+        placed_triangle(scene, select(jumps, face, splat(0)), select(jumps, instance, splat(-1))).triangle,
+        s.point + step, c1, c2);
+    b1 = select(jumps, c1, b1);
+    b2 = select(jumps, c2, b2);
+}
+
 // The hit on one side: the near face at the point of the edge, or the surface behind it. The point is the
 // edge point itself. So all shading that is continuous across the edge (smooth normals, textures, light
 // samples) is equal on both sides. Rays leave the surface at the offset `aside`.
@@ -63,6 +81,7 @@ EG_INLINE Closest side_hit(const SceneView& scene, const EdgeSample& s, const Si
     face.face = select(is_near, near.face, splat(-1));
     Float b1, b2;
     const Vec3 step = near_point(scene, s, face, outwards, b1, b2);
+    leave_border(scene, s, select(is_near, face.face, splat(0)), face.instance, step, b1, b2);
     aside = select(is_near, select(sides.narrow | touched | s.intersection, step, zero3()), aside);
     hit.hit |= is_near;
     hit.face = select(is_near, near.face, hit.face);

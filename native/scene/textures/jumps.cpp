@@ -175,4 +175,14 @@ TextureJumps texture_jumps(const SceneTables& tables, size_t closure) {
     return jumps;
 }
 
+std::vector<int32_t> materials_that_jump(const SceneTables& tables) {
+    std::vector<int32_t> out(tables.material_first_closure.size() - 1, 0);
+    bool any = false;
+    for (size_t m = 0; m < out.size(); ++m)
+        for (int32_t k = tables.material_first_closure[m]; k < tables.material_first_closure[m + 1]; ++k)
+            if (texture_jumps(tables, static_cast<size_t>(k)).any()) out[m] = 1, any = true;
+    if (!any) out.clear();
+    return out;
+}
+
 }  // namespace edgegrad

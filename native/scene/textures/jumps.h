@@ -29,4 +29,7 @@ struct TextureJumps {
 
 TextureJumps texture_jumps(const SceneTables& tables, size_t closure);
 
+// By material 1 if textures of its closures jump; empty if no material's do.
+std::vector<int32_t> materials_that_jump(const SceneTables& tables);
+
 }  // namespace edgegrad

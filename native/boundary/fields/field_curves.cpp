@@ -200,7 +200,7 @@ std::vector<LensPlace> lens_places(const CameraView& camera, uint32_t seed) {
         double inverse = 0.0, digit = 0.5;
         for (int rest = k; rest > 0; rest /= 2, digit *= 0.5) inverse += (rest % 2) * digit;
         const double u = (k + 0.5) / kLensPoints + shift_u, v = inverse + shift_v;
-        out.push_back(aperture_place(camera, u - std::floor(u), v - std::floor(v)));
+        out.push_back(lens_place(camera, u - std::floor(u), v - std::floor(v)));
     }
     return out;
 }

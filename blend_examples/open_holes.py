@@ -188,7 +188,7 @@ def pictures_of(scene: Scene, targets: list[Target]) -> list[Any]:
 
 def draw(rows: dict[str, list[Any]], path: Path) -> None:
     """Every other view, a row for each kind of picture."""
-    columns = VIEWS // 2
+    columns = len(next(iter(rows.values()))) // 2
     figure, axes = pyplot.subplots(len(rows), columns, figsize=(1.3 * columns, 1.35 * len(rows)), squeeze=False)
     for line, (label, pictures) in zip(axes, rows.items(), strict=True):
         line[0].set_ylabel(label, fontsize=8)

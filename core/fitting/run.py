@@ -100,7 +100,10 @@ class Run:
                 values = self.steps.take(gradient, turn.factor)
                 changed += self.place(values) if self.keyed is None else self._go_on(k, values, gradient, changed)
             self.update(changed)
-            self._change_topology(k, full_turn)
+            for item in self.unknowns:
+                if isinstance(item, Coefficients) and topology_is_due(item.options.topology_every, k, full_turn,
+                                                                      self.iterations):  # fmt: skip
+                    self._topological_step(k, item).take()
             self.done = k + 1
             if k == full_turn - 1:
                 warn_of_untouched(self.work, self.touched, self.newest, [item.path for item in self.variables],
@@ -112,28 +115,26 @@ class Run:
                 return stop
         return None
 
-    def _change_topology(self, k: int, full_turn: int) -> None:
-        """Let the distance fields open holes and get parts, if it is time for it."""
-        for item in self.unknowns:
-            if not isinstance(item, Coefficients):
-                continue
-            last = item.options.topology_every > 0 and k == self.iterations - 1
-            if not last and not topology_is_due(item.options.topology_every, k, full_turn, self.iterations):
-                continue
+    def _topological_step(self, k: int, item: Coefficients) -> TopologicalStep:
+        """The step that follows iteration k."""
 
-            def render(j: int, twin: int, without: bool) -> NDArray[np.float32]:
-                view = self.seen[j]
-                if without and view.objects is not None:
-                    return np.full(view.image.shape, is_negative(self.work, view.objects), np.float32)
-                image = self.renderer_of(j).render(spp=self.spp, **self.limits_of(j), seed=self.seed_of(k, j, 5 + twin),
-                                                 camera=view.camera)
-                return np.asarray(self.gains.values[j] * image, np.float32) if isinstance(view.gain, str) else image
+        def render(j: int, twin: int, without: bool) -> NDArray[np.float32]:
+            view = self.seen[j]
+            if without and view.objects is not None:
+                return np.full(view.image.shape, is_negative(self.work, view.objects), np.float32)
+            image = self.renderer_of(j).render(spp=self.spp, **self.limits_of(j), seed=self.seed_of(k, j, 5 + twin),
+                                             camera=view.camera)
+            return np.asarray(self.gains.values[j] * image, np.float32) if isinstance(view.gain, str) else image
 
-            step = TopologicalStep(item, self.work, self.update, self.seen, self.loss, render)
-            if last:
-                step.simplify()
-            else:
-                step.take()
+        return TopologicalStep(item, self.work, self.update, self.seen, self.loss, render)
+
+    def _simplify_best(self) -> None:
+        """Remove what the pictures do not need from the best values of fields whose topology may change."""
+        for item in [one for one in self.unknowns if isinstance(one, Coefficients) and one.options.topology_every]:
+            self.bring_to(self.best_values)
+            if item.adopt_scene_values(self.best_values[item.path]) and self._topological_step(
+                    self.iterations, item).simplify():  # fmt: skip
+                self.best_values = self.best_values | {item.path: parameters.get(self.work, item.path)}
 
     def update(self, changed: list[str] | None) -> None:
         """Take over changed parameters, in the scene's renderer and in those of silhouettes.
@@ -208,6 +209,7 @@ class Run:
         every = range(len(self.seen))
         self._adjoints(self.iterations, {j: self._pictures(self.iterations, j, 1.0, len(every)) for j in every})
         self._record(True)
+        self._simplify_best()
         self.measured = True
         if self.checkpoint is not None:
             self.checkpoint()

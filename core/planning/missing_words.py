@@ -28,11 +28,12 @@ _ABOUT_MATERIALS = {
     "stepped shadows": "shadows of borders at which textures may make the transmittance of {} jump: they are no edges",
     "clear absorption": "how absorption in meshes with transparent surfaces ({}) changes with their shape, and its "
                         "shadows",
+    "turned normals": "the borders where a normal map of smooth glass ({}) turns rays below interpolated normals, or "
+                      "normals away from the viewer",
     "total reflection": "borders of total reflection of Refraction shaders ({})",
 }
 _PIERCED = {
-    "field lines": "the curves where the light '{light}' may pass through the distance fields {meshes}: its box meets "
-                   "theirs",
+    "field lines": "the curves where the light '{light}' passes through the distance fields {meshes}",
     "parallel disks": "the outline of the light '{light}' where {meshes} pass through it: a disk that faces "
                       "parallel rays",
     "light jumps": "how the light of '{light}' jumps on {meshes} just where they pass through it: its estimate has "

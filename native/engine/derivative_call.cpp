@@ -93,7 +93,13 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
       learns(learned) {
     if (options.terms[kInteriorTerm]) begin_interior(options, of_term(options, learned, kInteriorTerm));
     const bool between = options.terms[kIndirectTerm] && options.max_depth >= 3;
-    const BoundaryFacts facts{scene, e.tables_, options, motion, chains, between && e.hides_no_surface()};
+    const BoundaryFacts facts{scene,
+                              e.tables_,
+                              options,
+                              motion,
+                              chains,
+                              bends_chains(e.tables_, requested),
+                              between && e.hides_no_surface()};
     decide_boundaries(facts, decided);
     note_missing(facts, requested, e.closed_, e.threads_, e.kept_, decided);
     if (std::any_of(std::begin(kBoundaryTable), std::end(kBoundaryTable),

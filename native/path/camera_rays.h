@@ -1,6 +1,7 @@
 // Camera rays: from a point of the picture and a point of the lens to a ray in the scene.
 #pragma once
 
+#include "scene/aperture.h"
 #include "scene/geometry.h"
 #include "simd/elementary.h"
 
@@ -26,32 +27,16 @@ EG_INLINE Vec3 camera_direction(const CameraView& c, Float sx, Float sy) {
     return across_view(c, sx, sy) - splat3(c.back);
 }
 
-// Samples a point on the unit aperture: a disk (concentric map, Shirley and Chiu 1997) or a regular polygon
-// of `blades` sides with its corners on the unit circle. The width is divided by the aperture ratio. As in
-// Cycles, the rotation's angle points to the middle of a side.
+// The mathematics of aperture_point() for packets.
+struct ApertureMath {
+    using Number = Float;
+    EG_INLINE static Float number(float a) { return splat(a); }
+    EG_INLINE static Float floor(Float a) { return EDGEGRAD_ISA::floor(a); }
+    EG_INLINE static Float sqrt(Float a) { return EDGEGRAD_ISA::sqrt(a); }
+    EG_INLINE static void turn(Float a, Float& sine, Float& cosine) { sincos_turn(a, sine, cosine); }
+};
 EG_INLINE void aperture_point(const CameraView& c, Float u, Float v, Float& x, Float& y) {
-    Float s, t;
-    if (c.aperture_blades >= 3) {
-        const float sides = static_cast<float>(c.aperture_blades);
-        const Float side = to_float(to_int(u * sides));
-        const Float r = sqrt(u * sides - side);  // position within the triangle of one side
-        const Float a0 = side * (1.0f / sides), a1 = (side + 1.0f) * (1.0f / sides);
-        Float s0, c0, s1, c1;
-        sincos_turn(a0, s0, c0);
-        sincos_turn(select(a1 >= 1.0f, splat(0.0f), a1), s1, c1);
-        x = r * (c0 * (1.0f - v) + c1 * v);
-        y = r * (s0 * (1.0f - v) + s1 * v);
-        sincos_turn(fract(broadcast(&c.aperture_rotation) * 0.159154943f - 0.5f / sides), s, t);
-        const Float px = x;
-        x = t * px - s * y;
-        y = s * px + t * y;
-    } else {
-        sincos_turn(v, s, t);
-        const Float r = sqrt(u);
-        x = r * t;
-        y = r * s;
-    }
-    x = x * (1.0f / broadcast(&c.aperture_ratio));
+    edgegrad::aperture_point<ApertureMath>(c, u, v, x, y);
 }
 
 EG_INLINE CameraRay camera_ray(const CameraView& c, Float sx, Float sy, Float lens_u, Float lens_v) {

@@ -27,21 +27,30 @@ EG_INLINE Vec3 gather_velocity(const SceneView& scene, const DerivativeView& tan
     return v;
 }
 
-// The surface of a field moves by -dphi / |grad phi| along its normal for a change dphi of the field. Calls
-// back with the fields that have derivatives, the points' derivatives there, and the factor alpha of
-// g . velocity = alpha dphi.
+// What moves with a field: the points of its surface, or its unit normals at fixed points.
+enum class FieldMotion { kSurface, kNormal };
+
+// The motion, dotted with g, is alpha dphi + beta . grad dphi (sdf/field_block.h). The surface moves by
+// -dphi / |grad phi| along its normal, and the normal turns by the part of grad dphi / |grad phi| in the
+// tangent plane. Calls back with the fields that have derivatives, the points' derivatives, alpha and beta.
 template <typename Block>
-EG_INLINE void for_each_field_point(const SceneView& scene, const FieldDerivatives& fields, Mask lanes,
-                                    Int face, Vec3 at, Vec3 g, const Block& block) {
+EG_INLINE void for_each_field_point(const SceneView& scene, const FieldDerivatives& fields,
+                                    FieldMotion motion, Mask lanes, Int face, Vec3 at, Vec3 g,
+                                    const Block& block) {
     for (int i = 0; i < W; ++i) {
         if (!lanes[i]) continue;
         const FieldView& field = field_of_face(scene, face[i]);
         if (!fields.moves(field)) continue;
         const FieldJet x = field_jet(field, {at.x[i], at.y[i], at.z[i]});
         const auto& n = x.gradient;
+        const float by[3] = {g.x[i], g.y[i], g.z[i]};
         const float square = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
-        const float along = g.x[i] * n[0] + g.y[i] * n[1] + g.z[i] * n[2];
-        block(i, field, x, -along / (square > 1e-30f ? square : 1e-30f));
+        const float inverse = 1.0f / (square > 1e-30f ? square : 1e-30f);
+        const float along = (by[0] * n[0] + by[1] * n[1] + by[2] * n[2]) * inverse;
+        float beta[3] = {};
+        if (motion == FieldMotion::kNormal)
+            for (int k = 0; k < 3; ++k) beta[k] = (by[k] - along * n[k]) * __builtin_sqrtf(inverse);
+        block(i, field, x, motion == FieldMotion::kSurface ? -along : 0.0f, beta);
     }
 }
 
@@ -100,15 +109,16 @@ struct Forward {
         }
         value = value + color * d;
     }
-    // A point of a field's surface.
-    EG_INLINE void field(Mask m, Int face, Vec3 at, Vec3 g, Vec3 color) {
+    EG_INLINE void field(Mask m, Int face, Vec3 at, Vec3 g, Vec3 color,
+                         FieldMotion motion = FieldMotion::kSurface) {
         Float d = splat(0.0f);
-        for_each_field_point(scene, tangent.fields, m, face, at, g,
-                             [&](int i, const FieldView& field, const FieldJet& x, float alpha) {
-                                 float change, slope[3];
-                                 field_forward(field, tangent.fields, x, change, slope);
-                                 d[i] = alpha * change;
-                             });
+        for_each_field_point(
+            scene, tangent.fields, motion, m, face, at, g,
+            [&](int i, const FieldView& field, const FieldJet& x, float alpha, const float (&beta)[3]) {
+                float change, slope[3];
+                field_forward(field, tangent.fields, x, change, slope);
+                d[i] = alpha * change + beta[0] * slope[0] + beta[1] * slope[1] + beta[2] * slope[2];
+            });
         value = value + color * d;
     }
 };
@@ -166,12 +176,15 @@ struct Backward {
             for (int k = 0; k < 12; ++k) p[k] += static_cast<double>(a[i] * out[k / 4] * q[k % 4]);
         }
     }
-    EG_INLINE void field(Mask m, Int face, Vec3 at, Vec3 g, Vec3 color) {
+    EG_INLINE void field(Mask m, Int face, Vec3 at, Vec3 g, Vec3 color,
+                         FieldMotion motion = FieldMotion::kSurface) {
         const Float a = dot(adjoint, color);
-        for_each_field_point(scene, gradient.fields, m, face, at, g,
-                             [&](int i, const FieldView& field, const FieldJet& x, float alpha) {
-                                 field_backward(field, gradient.fields, x, a[i] * alpha, {0.0f, 0.0f, 0.0f});
-                             });
+        for_each_field_point(
+            scene, gradient.fields, motion, m, face, at, g,
+            [&](int i, const FieldView& field, const FieldJet& x, float alpha, const float (&beta)[3]) {
+                field_backward(field, gradient.fields, x, a[i] * alpha,
+                               {a[i] * beta[0], a[i] * beta[1], a[i] * beta[2]});
+            });
     }
 };
 

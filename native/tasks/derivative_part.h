@@ -63,6 +63,7 @@ enum class Part : int32_t {
     kFieldBorders,       // lines where distance fields end at their boxes
     kFieldLines,         // lights that pass through distance fields
     kMirroredOutlines,   // outlines of lights, in mirrors and behind glass
+    kTurnedNormals,      // smooth glass whose normal map turns rays below interpolated normals
     kTotalReflection,    // borders of total reflection of Refraction closures
     kLongChains,         // chains of too many mirrors
     kCaustics,
@@ -127,6 +128,7 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kFieldBorders, "field borders", kPrimaryTerm},
     {Part::kFieldLines, "field lines", kPrimaryTerm},
     {Part::kMirroredOutlines, "mirrored outlines", kPrimaryTerm},
+    {Part::kTurnedNormals, "turned normals", kPrimaryTerm},
     {Part::kTotalReflection, "total reflection", kPrimaryTerm},
     {Part::kLongChains, "long chains", kPrimaryTerm},
     {Part::kCaustics, "caustics", kInteriorTerm},

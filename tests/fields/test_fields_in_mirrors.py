@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
+from edgegrad import Scene
+from edgegrad.expression import Coordinates, VectorMath
 from tests.support.block_statistics import check_noticed
 from tests.support.fields.in_mirrors import DEPTHS, changed, optical, shown_by
 from tests.support.picture_differences import (
@@ -53,6 +57,26 @@ def test_fields_that_are_mirrors_or_glass(material: str, what: str) -> None:
     """They show the edges of meshes."""
     scene = optical(material)
     check_agreement(lambda theta: changed(scene, what, theta), max_depth=DEPTHS[material], **OPTIONS)
+
+
+def mapped() -> Scene:
+    """A ball of glass whose normal map turns refracted rays above its surface in a part of it."""
+    scene = optical("glass")
+    tilted = VectorMath("NORMALIZE", VectorMath("ADD", Coordinates("NORMAL"), (0.2, 0.1, 0.5)))
+    scene.materials["glass"] = replace(scene.materials["glass"], textures={"normal": tilted}, normal_space="WORLD")
+    return scene
+
+
+@pytest.mark.parametrize("what", ["values", "transform", "camera"])
+def test_horizons_of_fields(what: str) -> None:
+    """No light comes from rays that a normal map turns to the wrong side."""
+    check_agreement(lambda theta: changed(mapped(), what, theta), max_depth=4, **OPTIONS | {"seeds": 24})
+
+
+def test_horizons_of_fields_in_both_modes() -> None:
+    paths = ["fields.body.values", "fields.body.transform", "camera.to_world"]
+    check_transpose(lambda _: mapped(), paths, spp=16, seed=3, max_depth=4)
+    check_equal_bits(lambda _: mapped(), paths, spp=4, max_depth=4)
 
 
 @pytest.mark.parametrize(("optics", "what"), [("flat mirror", "values"), ("ball of glass", "transform")])

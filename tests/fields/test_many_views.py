@@ -24,7 +24,7 @@ ABOVE[:3, 3] = 0.5, -0.4, 3.2
 LIGHTS: dict[str, Any] = {
     "point": PointLight(ABOVE[:3, 3].copy(), power=300.0),
     "spot": SpotLight(ABOVE[:3, 3].copy(), np.array([-0.1, 0.1, -1.0]), power=600.0, angle=1.6, blend=1.0),
-    "sun": SunLight(np.array([0.2, 0.3, -1.0]), strength=4.0, angle=0.1),
+    "sun": SunLight(np.array([0.2, 0.3, -1.0]), strength=4.0, angle=0.1, visible_to=UNSEEN),  # no caustics
     "area": AreaLight(ABOVE, power=200.0, size=np.array([0.8, 0.5]), visible_to=UNSEEN),
 }
 FLOORS = {"glossy": Material(np.array([0.8, 0.7, 0.6]), kind="GLOSSY", roughness=0.3),

@@ -36,6 +36,10 @@ _SEEN = 0.1
 # With T = B + a (I - B), a ray is empty for a below 1/4: (I - T)^2 - (B - T)^2 > |I - B|^2 / 2. Besides, (B - T)^2 must
 # be small.
 _GAIN, _LEFT = 0.5, 0.25
+# In some pixel of each connected region of empty rays it must be smaller, since T equals B there: below a part of
+# |I - B|^2, or not much above what is usual beside the field, if B itself differs from the target. Else a field whose
+# colours are not yet known would be carved where its true colour is near that of what is behind.
+_SAME, _BESIDE = 0.02, 9.0
 # A ray is filled if (B - T)^2 is more than this part of the typical |I - B|^2.
 _FILLED = 0.25
 
@@ -91,7 +95,12 @@ def evidence(
     positive = np.where(known, np.maximum(contrast, 0.0), 0.0)
     typical = float((positive**2).sum() / max(positive.sum(), 1e-300))
     seen = contrast > _SEEN * typical
-    empty = known & seen & (with_field - without > _GAIN * contrast) & (without < _LEFT * contrast)
+    # Where the field is not seen, the target shows how well B is known.
+    beside = without[known & ~seen]
+    unknown = _BESIDE * float(np.median(np.abs(beside))) if len(beside) else np.inf
+    like_behind = without < np.maximum(_SAME * contrast, unknown)
+    region = parts(known & seen & (with_field - without > _GAIN * contrast) & (without < _LEFT * contrast))
+    empty = (region >= 0) & np.isin(region, region[like_behind])
     filled = without > _FILLED * typical
     missing = known & filled & ~seen if typical > 0.0 else np.zeros_like(known)
     return Evidence(camera, block, signed_distance(empty), signed_distance(filled | ~known), signed_distance(missing))
@@ -130,10 +139,10 @@ def added(values: F64, points: F64, scale: float, views: Sequence[Evidence]) -> 
 
 
 def parts(inside: Flags) -> NDArray[np.int64]:
-    """Number of the connected part of each node inside; -1 outside. Nodes are connected along the axes."""
+    """Number of the connected part of each node or pixel inside; -1 outside. They are connected along the axes."""
     index = np.arange(inside.size).reshape(inside.shape)
     start, end = [], []
-    for axis in range(3):
+    for axis in range(inside.ndim):
         within, at = np.moveaxis(inside, axis, 0), np.moveaxis(index, axis, 0)
         both = within[:-1] & within[1:]
         start.append(at[:-1][both])

@@ -72,23 +72,28 @@ class TopologicalStep:
         return self.simplify() or changed
 
     def simplify(self) -> bool:
-        """Remove separate parts that the pictures do not need; return whether anything has changed."""
+        """Remove parts and fill cavities that the pictures do not need; return whether anything has changed."""
         if not self.losses.any():
             self.losses = self._losses(self._pictures())
-        label = parts(self.item.nodes() < 0.0)
-        # From small to large; the largest part stays.
-        return self._without(label, np.argsort(np.bincount(label[label >= 0]), kind="stable")[:-1])
+        changed = False
+        for change, sign in ((self.item.coefficients_without, 1.0), (self.item.coefficients_filled, -1.0)):
+            label = parts(sign * self.item.nodes() < 0.0)
+            # From small to large; the largest part stays, and so does what surrounds everything.
+            changed |= self._simpler(change, label, np.argsort(np.bincount(label[label >= 0]), kind="stable")[:-1])
+        return changed
 
-    def _without(self, label: NDArray[np.int64], numbers: NDArray[np.int64]) -> bool:
-        """Remove these parts together or, if the pictures need them, those of each half of them."""
+    def _simpler(
+        self, change: Callable[[NDArray[np.bool_]], F64], label: NDArray[np.int64], numbers: NDArray[np.int64]
+    ) -> bool:
+        """Change these parts together or, if the pictures need them, those of each half of them."""
         if not len(numbers):
             return False
-        if self._is_kept(self.item.coefficients_without(np.isin(label, numbers)), -LEAST_FALL):
+        if self._is_kept(change(np.isin(label, numbers)), -LEAST_FALL):
             return True
         middle = len(numbers) // 2
         changed = False
         for half in [numbers[:middle], numbers[middle:]] if middle else []:
-            changed |= self._without(label, half)
+            changed |= self._simpler(change, label, half)
         return changed
 
     def _is_kept(self, values: F64, fall: float) -> bool:

@@ -130,10 +130,20 @@ class Coefficients(Resumable):
         """
         return self._within(coefficients_without(self._values, removed, self._spacing))
 
+    def coefficients_filled(self, filled: NDArray[np.bool_]) -> F64:
+        """Likewise with matter at some of the nodes outside, which are whole cavities."""
+        return self._within(-coefficients_without(-self._values, filled, self._spacing))
+
     def adopt(self, values: F64) -> None:
         """Go on from other coefficients of the present grid. Means of gradients of the former shape are forgotten."""
         self._values = values
         self._optimiser = AdamUniform(1.0, beta2=BETA2)
+
+    def adopt_scene_values(self, values: NDArray[np.float32]) -> bool:
+        """Go on from other coefficients of the scene's field, unless the present grid is coarser."""
+        if self._level == 0:
+            self.adopt(distance_coefficients(np.asarray(values, np.float64), self._spacing))
+        return self._level == 0
 
     def restore(self, state: State) -> None:
         super().restore(state)

@@ -159,29 +159,51 @@ struct RoundLight {
     }
 };
 
+using SizedLight = std::variant<FlatLight, RoundLight>;
+
+std::optional<SizedLight> sized_light(const SceneTables& tables, size_t row) {
+    const int32_t kind = tables.lights.kind[row];
+    const float* params = &tables.lights.params[kLightParams * row];
+    if (kind == kRectangleLight || kind == kEllipseLight) return FlatLight(params, kind == kEllipseLight);
+    if (kind == kSphereLight || kind == kDiskLight) return RoundLight(params, kind == kDiskLight);
+    return std::nullopt;
+}
+
+Box box_of(const SizedLight& light) {
+    return std::visit([](const auto& one) { return one.box; }, light);
+}
+
 }  // namespace
+
+std::optional<Box> box_of_light(const SceneTables& tables, size_t row) {
+    const auto light = sized_light(tables, row);
+    return light ? std::optional(box_of(*light)) : std::nullopt;
+}
+
+bool any_through_light(const SceneTables& tables, size_t row, std::span<const Triangle3> surface) {
+    const auto light = sized_light(tables, row);
+    if (!light) return false;
+    bool found = false;
+    const VisitLine note = [&](const Vector&, const Vector&) { found = true; };
+    for (const Triangle3& t : surface) {
+        std::visit([&](const auto& one) { one.cut_by(t, note); }, *light);
+        if (found) return true;
+    }
+    return false;
+}
 
 Intersections lines_through_lights(const SceneTables& tables, const RequestedPair& requested, int threads) {
     const auto instances = mesh_instances(tables);
     // A light and the faces near it.
     struct Search {
-        std::variant<FlatLight, RoundLight> light;
+        SizedLight light;
         size_t row;
         std::vector<IntersectedFace> faces;
     };
     // List the lights that have a size
     std::vector<Search> searches;
-    for (size_t row = 0; row < tables.lights.kind.size(); ++row) {
-        const int32_t kind = tables.lights.kind[row];
-        const float* params = &tables.lights.params[kLightParams * row];
-        if (kind == kRectangleLight || kind == kEllipseLight)
-            searches.push_back({FlatLight(params, kind == kEllipseLight), row, {}});
-        if (kind == kSphereLight || kind == kDiskLight)
-            searches.push_back({RoundLight(params, kind == kDiskLight), row, {}});
-    }
-    const auto box_of_light = [](const Search& s) {
-        return std::visit([](const auto& light) { return light.box; }, s.light);
-    };
+    for (size_t row = 0; row < tables.lights.kind.size(); ++row)
+        if (auto light = sized_light(tables, row)) searches.push_back({*light, row, {}});
     // Find the faces near each light, mesh by mesh
     for (size_t m = 0; m < instances.size(); ++m) {
         may_cancel();
@@ -197,7 +219,7 @@ Intersections lines_through_lights(const SceneTables& tables, const RequestedPai
         for (int32_t instance : instances[m]) {
             const PlacedMesh placed(tables, mesh, instance, own);
             for (Search* s : searched) {
-                const Box box = box_of_light(*s);
+                const Box box = box_of(s->light);
                 if (!placed.box.meets(box)) continue;
                 near.emplace_back(s, instance);
                 boxes.push_back(placed.local(box));

@@ -9,8 +9,11 @@
 #pragma once
 
 #include <functional>
+#include <optional>
+#include <span>
 
 #include "boundary/curves/intersections.h"
+#include "boundary/meshes/face_cut.h"
 
 namespace edgegrad {
 
@@ -30,5 +33,10 @@ Intersections find_seen_lights(const SceneTables& tables, const RequestedMotion&
 // Those of the lights and meshes that requested(row, mesh) names.
 using RequestedPair = std::function<bool(size_t row, size_t mesh)>;
 Intersections lines_through_lights(const SceneTables& tables, const RequestedPair& requested, int threads);
+
+// The box of a light with a size; that of a disk contains it in all of its orientations. Null: other lights.
+std::optional<Box> box_of_light(const SceneTables& tables, size_t row);
+// Whether some of the triangles pass through such a light.
+bool any_through_light(const SceneTables& tables, size_t row, std::span<const Triangle3> surface);
 
 }  // namespace edgegrad

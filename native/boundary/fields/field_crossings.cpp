@@ -48,20 +48,7 @@ struct Facets {
 Facets facets_of(const FieldView& field, const FieldCarrier& carrier, uint32_t face) {
     Facets out;
     out.field = &field;
-    const auto corner = [&](size_t k) {
-        const double* x = &carrier.point[3 * static_cast<size_t>(carrier.triangle[k])];
-        const double grid[3] = {x[0], x[1], x[2]};
-        double point[3];
-        field.place_in_world(grid, point);
-        return Vector{point[0], point[1], point[2]};
-    };
-    // Maps that mirror reverse the order of corners
-    const auto& m = field.to_world;
-    const Vector x = {m[0][0], m[1][0], m[2][0]}, y = {m[0][1], m[1][1], m[2][1]},
-                 z = {m[0][2], m[1][2], m[2][2]};
-    const bool mirrors = dot(cross(x, y), z) < 0.0;
-    for (size_t k = 0; k + 2 < carrier.triangle.size(); k += 3)
-        out.add({corner(k), corner(mirrors ? k + 2 : k + 1), corner(mirrors ? k + 1 : k + 2)}, face);
+    for (const Triangle3& t : placed_triangles(field, carrier)) out.add(t, face);
     return out;
 }
 
@@ -171,7 +158,7 @@ Intersections field_crossings(const EdgeList& edges, const RequestedMotion& moti
     const SceneTables& t = edges.tables;
     Intersections out;
     if (t.first_field() == 0 && t.fields.size() < 2) return out;  // nothing else is there
-    const auto carriers = field_carriers(edges);
+    const auto carriers = field_carriers(t, edges.kept, edges.threads);
     const std::vector<uint8_t> moving = moving_meshes(t, motion);
     const auto instances = mesh_instances(t);
     const auto seen = [&](int32_t mesh) { return (t.mesh_mask[static_cast<size_t>(mesh)] & seers) != 0; };

@@ -27,7 +27,7 @@ struct CarriedField {
 template <typename Visit>
 void for_each_field(const EdgeList& edges, const std::vector<int32_t>& meshes, const Visit& visit) {
     const SceneTables& t = edges.tables;
-    const auto carriers = field_carriers(edges);
+    const auto carriers = field_carriers(t, edges.kept, edges.threads);
     for (const int32_t mesh : meshes) {
         const auto k = static_cast<size_t>(mesh - t.first_field());
         visit(CarriedField{t.fields[k].view(), (*carriers)[k],
@@ -200,20 +200,40 @@ std::vector<LensPlace> lens_places(const CameraView& camera, uint32_t seed) {
         double inverse = 0.0, digit = 0.5;
         for (int rest = k; rest > 0; rest /= 2, digit *= 0.5) inverse += (rest % 2) * digit;
         const double u = (k + 0.5) / kLensPoints + shift_u, v = inverse + shift_v;
-        out.push_back(aperture_place(camera, u - std::floor(u), v - std::floor(v)));
+        out.push_back(lens_place(camera, u - std::floor(u), v - std::floor(v)));
     }
     return out;
 }
 
 }  // namespace
 
-std::shared_ptr<const std::vector<FieldCarrier>> field_carriers(const EdgeList& edges) {
-    return edges.kept.carriers.get(true, [&] {
+std::shared_ptr<const std::vector<FieldCarrier>> field_carriers(const SceneTables& tables, EdgeCache& kept,
+                                                                int threads) {
+    return kept.carriers.get(true, [&] {
         std::vector<FieldCarrier> all;
-        for (const FieldTable& field : edges.tables.fields)
-            all.push_back(field_carrier(field.view(), edges.threads));
+        for (const FieldTable& field : tables.fields) all.push_back(field_carrier(field.view(), threads));
         return all;
     });
+}
+
+std::vector<Triangle3> placed_triangles(const FieldView& field, const FieldCarrier& carrier) {
+    const auto corner = [&](size_t k) {
+        const double* x = &carrier.point[3 * static_cast<size_t>(carrier.triangle[k])];
+        const double grid[3] = {x[0], x[1], x[2]};
+        double point[3];
+        field.place_in_world(grid, point);
+        return Vector{point[0], point[1], point[2]};
+    };
+    // Maps that mirror reverse the order of corners
+    const auto& m = field.to_world;
+    const Vector x = {m[0][0], m[1][0], m[2][0]}, y = {m[0][1], m[1][1], m[2][1]},
+                 z = {m[0][2], m[1][2], m[2][2]};
+    const bool mirrors = dot(cross(x, y), z) < 0.0;
+    std::vector<Triangle3> out;
+    out.reserve(carrier.triangle.size() / 3);
+    for (size_t k = 0; k + 2 < carrier.triangle.size(); k += 3)
+        out.emplace_back(corner(k), corner(mirrors ? k + 2 : k + 1), corner(mirrors ? k + 1 : k + 2));
+    return out;
 }
 
 Intersections seen_outlines(const SceneView& scene, const EdgeList& edges, const std::vector<int32_t>& meshes,

@@ -3,24 +3,28 @@
 #include <cmath>
 #include <numbers>
 
+#include "scene/aperture.h"
+
 namespace edgegrad {
 
-LensPlace aperture_place(const CameraView& c, double u, double v) {
-    constexpr double kTurn = 2.0 * std::numbers::pi;
-    double x, y;
-    if (c.aperture_blades >= 3) {
-        const double sides = c.aperture_blades, side = std::floor(u * sides), r = std::sqrt(u * sides - side),
-                     first = kTurn * side / sides, last = kTurn * (side + 1.0) / sides;
-        const double a = r * (std::cos(first) * (1.0 - v) + std::cos(last) * v),
-                     b = r * (std::sin(first) * (1.0 - v) + std::sin(last) * v);
-        const double turn = static_cast<double>(c.aperture_rotation) - 0.5 * kTurn / sides;
-        x = std::cos(turn) * a - std::sin(turn) * b;
-        y = std::sin(turn) * a + std::cos(turn) * b;
-    } else {
-        x = std::sqrt(u) * std::cos(kTurn * v);
-        y = std::sqrt(u) * std::sin(kTurn * v);
+namespace {
+
+struct ApertureMath {
+    using Number = double;
+    static double number(float a) { return static_cast<double>(a); }
+    static double floor(double a) { return std::floor(a); }
+    static double sqrt(double a) { return std::sqrt(a); }
+    static void turn(double a, double& sine, double& cosine) {
+        sine = std::sin(2.0 * std::numbers::pi * a), cosine = std::cos(2.0 * std::numbers::pi * a);
     }
-    return {static_cast<float>(x / static_cast<double>(c.aperture_ratio)), static_cast<float>(y)};
+};
+
+}  // namespace
+
+LensPlace lens_place(const CameraView& camera, double u, double v) {
+    double x, y;
+    aperture_point<ApertureMath>(camera, u, v, x, y);
+    return {static_cast<float>(x), static_cast<float>(y)};
 }
 
 FieldViewer camera_viewer(const FieldView& field, const CameraView& camera, LensPlace lens) {

@@ -11,8 +11,8 @@ namespace edgegrad {
 struct LensPlace {
     float x, y;
 };
-// The camera's aperture at the fractions (u, v), uniformly, as camera rays sample it (path/camera_rays.h).
-LensPlace aperture_place(const CameraView& camera, double u, double v);
+// The camera's aperture at the fractions (u, v), uniformly, as camera rays sample it (scene/aperture.h).
+LensPlace lens_place(const CameraView& camera, double u, double v);
 
 FieldViewer camera_viewer(const FieldView& field, const CameraView& camera, LensPlace lens);
 // `row`: a light without size, in the light table.

@@ -6,7 +6,9 @@
 // its face F towards the side of continuing rays, this begins where
 //   g(s, theta) = D . n = 0,   -dg/dtheta = -n . dD + n . (m_F(p + D) - m_F(p)).
 // m_F is the velocity of F's points, extended affinely over its plane, in which D lies. L- = 0, and L+ is the
-// radiance along D (boundary/specular/chain_term.h). If the ray continues from only one of two adjacent
+// radiance along D (boundary/specular/chain_term.h). The normal of a distance field also turns as p slides:
+// with its Hessian H and its gradient f along n at p,
+//   -dg/dtheta = -n . dD - D . (H dp + grad dphi) / |f|. If the ray continues from only one of two adjacent
 // faces, the curve is that of their edge and of the ray that touches it, as for any other edge. The jump of
 // radiance is the same.
 #pragma once
@@ -44,10 +46,25 @@ EG_INLINE Mask at_horizon(const ChainCrossings& c, int at, int count) {
 }
 
 // Stores the slopes -dg with respect to the continuing rays.
-EG_INLINE void horizon_slopes(ChainCrossings& c, int at, Mask active, const ChainRay& ray,
-                              const PathPacket& p) {
+EG_INLINE void horizon_slopes(const SceneView& scene, ChainCrossings& c, int at, Mask active,
+                              const ChainRay& ray, const PathPacket& p) {
     const Vec3 n = select(ray.kind == static_cast<int>(kTransmissionRay), -p.from_normal, p.from_normal);
-    put3(c.by_point, at, active, zero3()), put3(c.by_direction, at, active, -n);
+    const Int face = last_vertex(c, at, active).face;
+    Vec3 by_point = zero3();
+    for (int i = 0; i < W; ++i) {
+        if (!active[i] || !is_on_field(scene, face[i])) continue;
+        const FieldJet x =
+            field_jet(field_of_face(scene, face[i]), {ray.from.x[i], ray.from.y[i], ray.from.z[i]});
+        const auto& g = x.gradient;
+        const auto& h = x.hessian;
+        const float w[3] = {ray.direction.x[i], ray.direction.y[i], ray.direction.z[i]};
+        const float along = g[0] * n.x[i] + g[1] * n.y[i] + g[2] * n.z[i];  // |f| or -|f|
+        const float scale = along == 0.0f ? 0.0f : -1.0f / along;
+        by_point.x[i] = scale * (h[0] * w[0] + h[5] * w[1] + h[4] * w[2]);
+        by_point.y[i] = scale * (h[5] * w[0] + h[1] * w[1] + h[3] * w[2]);
+        by_point.z[i] = scale * (h[4] * w[0] + h[3] * w[1] + h[2] * w[2]);
+    }
+    put3(c.by_point, at, active, by_point), put3(c.by_direction, at, active, -n);
     put3(c.from, at, active, ray.from), put3(c.direction, at, active, ray.direction);
 }
 
@@ -82,10 +99,19 @@ EG_INLINE void chain_horizon_blocks(Mode& mode, const SceneView& scene, const De
                                     const ChainCrossings& c, int at, Mask active, Vec3 color) {
     if (!any(active)) return;
     const LastVertex v = last_vertex(c, at, active);
-    Vec3 n, towards;
+    Vec3 n, towards;  // n: against the normal
     load3(n, c.by_direction, at);
     load3(towards, c.direction, at);
-    face_turn_blocks(mode, scene, requested, active, v.face, v.instance, v.b1, v.b2, towards, -n, color);
+    const Mask field = on_field(scene, active, v.face);
+    if (any(field) && requested.fields.any()) {
+        Triangle t = placed_triangle(scene, v.face, v.instance).triangle;
+        Float b1 = v.b1, b2 = v.b2;
+        settle_on_fields(scene, field, v.face, t, b1, b2);
+        mode.field(field, v.face, t.p0, select(dot(n, area_normal(t)) < 0.0f, -towards, towards), color,
+                   FieldMotion::kNormal);
+    }
+    face_turn_blocks(mode, scene, requested, active & ~field, v.face, v.instance, v.b1, v.b2, towards, -n,
+                     color);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

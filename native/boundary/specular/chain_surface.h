@@ -113,10 +113,12 @@ EG_OUTLINE ShadedSurface chain_bsdf(const SceneView& scene, Mask active, const C
     return surface;
 }
 
-// Scatters the rays of lanes by the lobe of their event.
+// Scatters the rays of lanes by the lobe of their event. Sets `shown` to the factor of the light that a
+// normal map leaves.
 EG_OUTLINE Specular scatter_by_event(const SceneView& scene, const ChainSurface& s, Mask scatters, Int event,
-                                     Mask transmitted, Vec3 half) {
+                                     Mask transmitted, Vec3 half, Float& shown) {
     const Shader& shader = s.shader;
+    shown = splat(1.0f);
     const Mask followed = scatters & ((event & kEventFollows) != 0);
     if (!(scene.all_flags & kHasNormalMap) && !any(followed) &&
         !any(scatters & ~scatters_plainly(shader.kind, shader.flags)))
@@ -125,24 +127,28 @@ EG_OUTLINE Specular scatter_by_event(const SceneView& scene, const ChainSurface&
             valid_mirror_normal(s.point.normal, s.x.normal, s.point.view), s.point.view, event & kEventLobes,
             transmitted);
     const ShadedSurface surface = chain_bsdf(scene, scatters, s);
-    Specular next = scatter_specular(surface.bsdf, event & kEventLobes, transmitted, followed, half);
-    if (surface.smooth)
-        next.value = next.value * bump_shadowing(*surface.smooth, surface.normal, next.wi, surface.diffuse);
+    const Specular next = scatter_specular(surface.bsdf, event & kEventLobes, transmitted, followed, half);
+    if (surface.smooth) shown = bump_shadowing(*surface.smooth, surface.normal, next.wi, surface.diffuse);
     return next;
 }
 
 // Continues the rays of lanes that scatter and sets `value` to the factor on their radiance. Returns the
 // lanes with a continuing ray. `below`: the direction is on the wrong side of the face, which interpolated
-// normals can cause.
+// and mapped normals can cause; `value` is the factor of rays just above its plane.
 EG_OUTLINE Mask scatter_chain(const SceneView& scene, const ChainSurface& s, Mask scatters, Int event,
                               Vec3 half, ChainRay& ray, Vec3& value, Mask& below) {
     const Mask transmitted = (event & kEventTransmits) != 0;
-    const Specular next = scatter_by_event(scene, s, scatters, event, transmitted, half);
-    value = next.value;
+    Float shown;
+    const Specular next = scatter_by_event(scene, s, scatters, event, transmitted, half, shown);
     const Float side = dot(s.x.normal, next.wi);
-    const Mask shines = scatters & (largest_component(value) > 0.0f);
-    const Mask fine = shines & select(transmitted, side < 0.0f, side > 0.0f);
-    below = shines & ~fine;
+    const Mask shines = scatters & (largest_component(next.value) > 0.0f);
+    const Mask above = select(transmitted, side < 0.0f, side > 0.0f);
+    const Mask fine = shines & above & (shown > 0.0f);
+    below = shines & ~above;
+    // A normal map removes light from below the plane of a normal that is the face's up to rounding
+    constexpr float kSameNormal = 0.999999f, kInPlane = 1e-4f;
+    below |= shines & ~fine & (abs(side) < kInPlane) & (dot(s.point.normal, s.x.normal) > kSameNormal);
+    value = select(below, next.value, next.value * shown);
     ray.origin = select(scatters, leave_surface(s.x, next.wi), ray.origin);
     ray.direction = select(scatters, next.wi, ray.direction);
     ray.from = select(scatters, s.x.position, ray.from);

@@ -237,7 +237,7 @@ static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task,
         store3(c.by_direction, at, select(outlined.active, -r_n, select(seen, -n, zero3())));
         store3(c.from, at, select(seen, ray.from, zero3()));
         // Handle horizons and shadow edges
-        if (any(horizon)) horizon_slopes(c, at, horizon, ray, p);
+        if (any(horizon)) horizon_slopes(scene, c, at, horizon, ray, p);
         if (any(horizon | parted)) {
             const Mask plus = horizon | is_plus_side(scene, c, at, parted, s);
             const Int path = lane_index() + at + select(plus, splat(0), splat(count));

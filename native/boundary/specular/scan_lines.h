@@ -232,8 +232,6 @@ EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, Inte
         // If the two chains end on different faces, the edge between these faces is the cause.
         const bool parted = horizon && (chain_p.face[k - 1][i] != chain_q.face[k - 1][i] ||
                                         chain_p.instance[k - 1][i] != chain_q.instance[k - 1][i]);
-        // Horizons of fields, whose rays a normal map turns below their surface, have no estimator.
-        if (horizon && is_on_field(scene, chain_p.face[k - 1][i])) continue;
         // Edges seen directly or only through transparent surfaces belong to the primary term.
         const int seen = parted ? k - 1 : k;
         bool bent = false;

@@ -166,6 +166,7 @@ struct BoundaryFacts {
     const RenderOptions& options;
     const RequestedMotion& motion;
     bool chains;           // edges move, or directions of rays change (moves_chains)
+    bool bends;            // directions of rays change by values or normals (bends_chains)
     bool nothing_between;  // no surface is between two others (Engine::hides_no_surface)
 };
 // Decides on the parts of the boundary terms, before the search for candidate edges, which may find none.

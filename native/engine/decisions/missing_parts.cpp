@@ -8,6 +8,7 @@
 #include "boundary/curves/edge_cache.h"
 #include "boundary/curves/light_intersections.h"
 #include "boundary/curves/texture_borders.h"
+#include "boundary/fields/field_lights.h"
 #include "boundary/meshes/face_tree.h"
 #include "boundary/meshes/star_shaped.h"
 #include "engine/decisions/clip_borders.h"
@@ -43,6 +44,7 @@ class Search {
           moving_(moving_meshes(facts.tables, facts.motion)) {
         any_moves_ = motion_.camera || motion_.lights || motion_.rotation || motion_.any_mesh_moves() ||
                      motion_.any_field_moves();
+        chains_turn_ = chains_turn();
     }
 
     void seen_by_the_camera() {
@@ -96,16 +98,15 @@ class Search {
 
     // What fields lack.
     void fields() {
-        std::vector<int32_t> all, ended;
+        std::vector<int32_t> ended;
         for (int32_t mesh = tables_.first_field(); mesh < tables_.visible_meshes; ++mesh) {
             const auto m = static_cast<size_t>(mesh);
-            all.push_back(mesh);
             if (may_end_at_its_box(tables_.fields[m - static_cast<size_t>(tables_.first_field())].view()))
                 ended.push_back(mesh);
         }
         if (motion_.camera || motion_.any_mesh_moves() || motion_.any_field_moves())
             meshes(Part::kFieldBorders, std::move(ended));
-        if (any_moves_) lights_in_fields(all);
+        lights_in_fields();
     }
 
     void mirrored() {
@@ -113,20 +114,56 @@ class Search {
         const std::vector<int32_t> smooth =
             used_materials(tables_, [&](size_t k) { return may_be_specular(tables_, k); });
         if (decided_.computes(Part::kRims)) rim_lines();
+        if (chains_turn_)
+            materials(Part::kTurnedNormals, used_materials(tables_, [&](size_t k) {
+                          constexpr int32_t kBoth = kHasRefraction | kHasNormalMap;
+                          return (tables_.closure_flags[k] & kBoth) == kBoth &&
+                                 may_be_specular(tables_, k, f_.scene.followed_alpha);
+                      }));
         if (smooth.empty()) return;
-        if (f_.chains)
+        if (chains_turn_)
             materials(Part::kTotalReflection, used_materials(tables_, [&](size_t k) {
                           return tables_.closure_kind[k] == kRefraction && may_be_specular(tables_, k);
                       }));
         if (f_.chains && f_.options.max_depth > kMostChain) materials(Part::kLongChains, smooth, kMostChain);
         std::vector<int32_t> shown;
-        for (const int32_t row : sized_lights(1 << kGlossyRay | 1 << kTransmissionRay))
-            if (f_.chains || light_moves(row)) shown.push_back(row);
+        for (const int32_t row : sized_lights(kBentRays))
+            if (chains_turn_ || light_moves(row)) shown.push_back(row);
         lights(Part::kMirroredOutlines, std::move(shown));
         if (f_.options.max_depth > 2 && (any_moves_ || f_.chains)) materials(Part::kCaustics, smooth);
     }
 
  private:
+    // The kinds of rays that mirrors and smooth glass show.
+    static constexpr int32_t kBentRays = 1 << kGlossyRay | 1 << kTransmissionRay;
+
+    // Whether a mesh, or the field that it stands for, moves.
+    bool moves(int32_t mesh) const {
+        const int32_t field = mesh - tables_.first_field();
+        return moving_[static_cast<size_t>(mesh)] ||
+               (field >= 0 && motion_.fields[static_cast<size_t>(field)]);
+    }
+
+    // Whether rays turn that mirrors and smooth glass show. Else what they show of still things is still.
+    bool chains_turn() const {
+        if (f_.options.max_depth < 2) return false;
+        if (motion_.camera || f_.bends) return true;
+        std::vector<uint8_t> specular(tables_.material_used.size(), 0);
+        for (const int32_t m : used_materials(
+                 tables_, [&](size_t k) { return may_be_specular(tables_, k, f_.scene.followed_alpha); }))
+            specular[static_cast<size_t>(m)] = 1;
+        for (int32_t mesh = 0; mesh < tables_.visible_meshes; ++mesh) {
+            const auto* first =
+                tables_.face_material.data() + tables_.mesh_first_face[static_cast<size_t>(mesh)];
+            const auto* last =
+                tables_.face_material.data() + tables_.mesh_first_face[static_cast<size_t>(mesh) + 1];
+            if (moves(mesh) &&
+                std::any_of(first, last, [&](int32_t m) { return specular[static_cast<size_t>(m)] != 0; }))
+                return true;
+        }
+        return false;
+    }
+
     Decision& miss(Part part, int64_t limit = 0) {
         decided_.decide(part, Reason::kNotEstimated);
         decided_[part].limit = limit;
@@ -233,43 +270,20 @@ class Search {
         decided_[Part::kFaceFlips].meshes = smooth;
     }
 
-    // Lights with a size whose bounds overlap those of fields.
-    void lights_in_fields(const std::vector<int32_t>& fields) {
-        const auto reach = [&](size_t row, double& x, double& y, double& z) {
-            const float* l = &tables_.lights.params[kLightParams * row];
+    // Lights that fields pass through, where the curve moves over the light or in the picture.
+    void lights_in_fields() {
+        auto found = fields_through_lights(tables_, kept_, threads_, [&](size_t row, size_t mesh) {
+            const auto light = static_cast<int32_t>(row);
+            const int32_t seen = tables_.lights.visible_to[row] & tables_.mesh_mask[mesh];
+            // The part of these lights that a point sees turns with the point
             const int32_t kind = tables_.lights.kind[row];
-            x = l[kLightPosition], y = l[kLightPosition + 1], z = l[kLightPosition + 2];
-            if (kind == kSphereLight || kind == kDiskLight) return static_cast<double>(l[kLightRadius]);
-            return std::hypot(static_cast<double>(l[kLightExtentX]), static_cast<double>(l[kLightExtentY]));
-        };
-        std::set<std::array<int32_t, 2>> pairs;
-        for (const int32_t mesh : fields) {
-            const FieldView f = tables_.fields[static_cast<size_t>(mesh - tables_.first_field())].view();
-            Box box;
-            for (int corner = 0; corner < 8; ++corner) {
-                float p[3];
-                for (int c = 0; c < 3; ++c) {
-                    const auto& m = f.to_world[c];
-                    double sum = m[3];
-                    for (int a = 0; a < 3; ++a) sum += (corner >> a & 1) ? m[a] * f.cells(a) : 0.0;
-                    p[c] = static_cast<float>(sum);
-                }
-                box.add(p);
-            }
-            for (size_t row = 0; row < tables_.lights.kind.size(); ++row) {
-                const int32_t kind = tables_.lights.kind[row];
-                if (!is_sized(kind) || kind >= kDirectionLight) continue;
-                double at[3];
-                const double radius = reach(row, at[0], at[1], at[2]);
-                bool meets = true;
-                for (int c = 0; c < 3; ++c)
-                    meets &= at[c] + radius >= static_cast<double>(box.low[c]) &&
-                             at[c] - radius <= static_cast<double>(box.high[c]);
-                if (meets) pairs.insert({static_cast<int32_t>(row), mesh});
-            }
-        }
-        if (pairs.empty()) return;
-        miss(Part::kFieldLines).pierced.assign(pairs.begin(), pairs.end());
+            const bool turns = kind == kSphereLight || kind == kDiskLight;
+            return moves(static_cast<int32_t>(mesh)) || light_moves(light) ||
+                   (motion_.camera && (turns || (seen & (1 << kCameraRay)))) ||
+                   (turns && (motion_.any_mesh_moves() || motion_.any_field_moves())) ||
+                   (chains_turn_ && (seen & kBentRays));
+        });
+        if (!found.empty()) miss(Part::kFieldLines).pierced = std::move(found);
     }
 
     template <typename Wanted>
@@ -301,7 +315,7 @@ class Search {
     EdgeCache& kept_;
     Decisions& decided_;
     const std::vector<uint8_t> moving_;
-    bool any_moves_;
+    bool any_moves_, chains_turn_;
 };
 
 }  // namespace

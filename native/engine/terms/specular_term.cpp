@@ -30,9 +30,12 @@ constexpr float kRounding = 1e-5f;
 }  // namespace
 
 bool moves_chains(const SceneTables& t, const Requested& requested) {
-    if (requested.any("vertices") || requested.any("normals") || requested.any("camera") ||
-        requested.any("instance_to_world") || requested.moves_fields())
-        return true;
+    return requested.any("vertices") || requested.any("camera") || requested.any("instance_to_world") ||
+           requested.moves_fields() || bends_chains(t, requested);
+}
+
+bool bends_chains(const SceneTables& t, const Requested& requested) {
+    if (requested.any("normals")) return true;
     // Of a closure's floats, the index and the normal map change the directions of rays.
     constexpr uint64_t bending =
         Requested::columns(kIor, kIor + 1) | Requested::columns(kNormalMap, kNormalStrength + 1);

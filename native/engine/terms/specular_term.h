@@ -16,6 +16,8 @@ namespace edgegrad {
 
 // Whether the requested parameters move edges, or change the directions of a chain's rays.
 bool moves_chains(const SceneTables& tables, const Requested& requested);
+// Whether they do so by shading normals or by values of mirrors and smooth glass.
+bool bends_chains(const SceneTables& tables, const Requested& requested);
 
 class SpecularTerm : public SampledTerm {
  public:

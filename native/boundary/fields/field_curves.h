@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "boundary/curves/candidates.h"
@@ -25,6 +26,10 @@ std::shared_ptr<const Intersections> seen_outlines(const SceneView& scene, const
 struct FieldLines {
     EdgesAndIntersections lines;
     Candidates all;
+    // The candidates in cells of directions, as the last call wanted them (boundary/curves/segment_cells.h).
+    // Key: about how many cells, and whether there are chains.
+    using InCells = Kept<std::pair<double, bool>, Candidates>;
+    std::unique_ptr<InCells> in_cells = std::make_unique<InCells>();
 };
 
 // The outlines as all lights without size see them. The second surface of a line is its light.

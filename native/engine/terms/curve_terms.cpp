@@ -211,9 +211,10 @@ void add_fields_between(const SceneView& scene, const EdgeList& edges, const Ren
         const double picture =
             static_cast<double>(scene.camera.width) * scene.camera.height * options.samples;
         const double segments = directions ? kDirectionSegments * row.share * picture : 0.0;
-        out.push_back({kind,
-                       over_directions(found->all, segments, row.chains(options.max_depth)),
-                       {found, &found->lines}});
+        const bool chains = row.chains(options.max_depth);
+        const auto candidates = found->in_cells->get(
+            {segments, chains}, [&] { return over_directions(found->all, segments, chains); });
+        out.push_back({kind, candidates, {found, &found->lines}});
     };
     if (decided.computes(Part::kFieldShadows)) {
         const std::vector<int32_t>& lit = decided[Part::kFieldShadows].meshes;

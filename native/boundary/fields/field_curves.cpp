@@ -317,9 +317,8 @@ std::shared_ptr<const Intersections> seen_outlines(const SceneView& scene, const
 
 std::shared_ptr<const FieldLines> lit_outlines(const SceneView& scene, const EdgeList& edges,
                                                const std::vector<int32_t>& meshes) {
-    return edges.kept.lit_outlines.get({meshes, edges.lights}, [&] {
-        return as_lines(edges, find_lit_outlines(scene, edges, meshes));
-    });
+    return edges.kept.lit_outlines.get(
+        {meshes, edges.lights}, [&] { return as_lines(edges, find_lit_outlines(scene, edges, meshes)); });
 }
 
 std::shared_ptr<const FieldLines> field_patches(const SceneView& scene, const EdgeList& edges,

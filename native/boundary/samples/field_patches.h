@@ -56,8 +56,8 @@ EG_OUTLINE void find_curvatures(const SceneView& scene, Mask active, Int line, c
     for (int i = 0; i < W; ++i) {
         if (!active[i]) continue;
         const FieldView& field = field_of_face(scene, scene.surface_of_line(line[i], 0).face());
-        const TangentCurvatures c = tangent_curvatures(field, at.point[i], {a.x[i], a.y[i], a.z[i]},
-                                                       {b.x[i], b.y[i], b.z[i]});
+        const TangentCurvatures c =
+            tangent_curvatures(field, at.point[i], {a.x[i], a.y[i], a.z[i]}, {b.x[i], b.y[i], b.z[i]});
         middle[i] = 0.5f * (c.aa + c.bb), along[i] = 0.5f * (c.aa - c.bb), across[i] = c.ab;
     }
 }

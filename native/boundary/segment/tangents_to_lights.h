@@ -64,7 +64,8 @@ EG_INLINE PlaneSection section_of_polygon(const Vec3 (&corner)[kCorners], Vec3 n
         const Vec3 before = corner[(k + kCorners - 1) % kCorners];
         const Float next = dot(normal, corner[k]);
         const Mask crosses = (height >= 0.0f) ^ (next >= 0.0f);
-        const Vec3 at = before + (corner[k] - before) * (height / select(crosses, height - next, splat(1.0f)));
+        const Vec3 at =
+            before + (corner[k] - before) * (height / select(crosses, height - next, splat(1.0f)));
         out.end[0] = select(crosses & ~one, at, out.end[0]);
         out.end[1] = select(crosses & one, at, out.end[1]);
         out.meets |= crosses & one;
@@ -78,12 +79,13 @@ EG_INLINE PlaneSection section_of_ellipse(Vec3 center, Vec3 x, Vec3 y, Vec3 norm
     const Float height = dot(normal, center), along_x = dot(normal, x), along_y = dot(normal, y),
                 square = along_x * along_x + along_y * along_y, rest = square - height * height;
     const Mask meets = rest > 0.0f;
-    const Float inverse = 1.0f / select(meets, square, splat(1.0f)),
-                half = sqrt(max(rest, 0.0f)) * inverse, middle = -height * inverse;
+    const Float inverse = 1.0f / select(meets, square, splat(1.0f)), half = sqrt(max(rest, 0.0f)) * inverse,
+                middle = -height * inverse;
     PlaneSection out;
     for (int k = 0; k < 2; ++k) {
         const Float aside = k == 0 ? half : -half;
-        out.end[k] = center + x * (middle * along_x - aside * along_y) + y * (middle * along_y + aside * along_x);
+        out.end[k] =
+            center + x * (middle * along_x - aside * along_y) + y * (middle * along_y + aside * along_x);
     }
     out.meets = meets;
     return out;
@@ -127,11 +129,10 @@ EG_OUTLINE Vec3 tangent_to_light(const SceneView& scene, const LightSample& ligh
         const Vec3 center = l.position - from;
         const Mask rectangle = is(kRectangleLight), ellipse = is(kEllipseLight);
         if (any(rectangle))
-            to_section(rectangle, section_of_polygon<4>({center - l.axis_x - l.axis_y,
-                                                         center + l.axis_x - l.axis_y,
-                                                         center + l.axis_x + l.axis_y,
-                                                         center - l.axis_x + l.axis_y},
-                                                        normal));
+            to_section(rectangle,
+                       section_of_polygon<4>({center - l.axis_x - l.axis_y, center + l.axis_x - l.axis_y,
+                                              center + l.axis_x + l.axis_y, center - l.axis_x + l.axis_y},
+                                             normal));
         if (any(ellipse)) to_section(ellipse, section_of_ellipse(center, l.axis_x, l.axis_y, normal));
         const Mask round = on_row & ~rectangle & ~ellipse;
         if (any(round)) {

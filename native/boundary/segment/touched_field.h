@@ -58,8 +58,8 @@ EG_INLINE SegmentSample begin_on_field(const SceneView& scene, const BoundaryTas
     return p;
 }
 
-// Sets the direction towards y of the lines, and what follows from it: the sweep and where rays start. Returns
-// the normal curvature along it.
+// Sets the direction towards y of the lines, and what follows from it: the sweep and where rays start.
+// Returns the normal curvature along it.
 EG_INLINE Float touch(const SceneView& scene, Vec3 towards, TouchingLine& line, BoundarySegment& s) {
     s.towards = towards;
     Float curvature, contact;
@@ -69,8 +69,8 @@ EG_INLINE Float touch(const SceneView& scene, Vec3 towards, TouchingLine& line, 
     return curvature;
 }
 
-// The angle of [0, most] up to which the integral of middle + swing cos(angle) is `part` of that up to `most`,
-// where the integrand is positive. Sets the whole integral.
+// The angle of [0, most] up to which the integral of middle + swing cos(angle) is `part` of that up to
+// `most`, where the integrand is positive. Sets the whole integral.
 EG_INLINE Float angle_of_curvature(Float middle, Float swing, Float most, Float part, Float& whole) {
     constexpr int kSteps = 12;
     constexpr float kTurns = 0.5f / 3.14159265f;
@@ -102,8 +102,7 @@ EG_INLINE void touch_by_curvature(const SceneView& scene, Float turn, TouchingLi
     find_curvatures(scene, s.active, s.edge, line.at, a, b, middle, along, across);
     const Float swing = sqrt(along * along + across * across), first = 0.5f * atan2(across, along);
     s.active &= middle + swing > 0.0f;
-    const Float most = select(middle >= swing, splat(3.14159265f),
-                              acos(-middle / max(swing, 1e-30f)));
+    const Float most = select(middle >= swing, splat(3.14159265f), acos(-middle / max(swing, 1e-30f)));
     // Four parts of equal weight: two opposite directions, and two sides of the largest curvature
     const Float quarter = min(turn, splat(0.99999994f)) * 4.0f;
     const Mask back = quarter >= 2.0f;

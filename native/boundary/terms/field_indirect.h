@@ -31,8 +31,8 @@ EG_OUTLINE int sample_field_indirect(const SceneView& scene, const BoundaryTask&
         s.color = s.color * stopped_by_field(scene, s.active, field_of_line(scene, s.active, s.edge), s.point,
                                              line.at.normal, s.towards, kDiffuseRay);
     };
-    return connect_indirect(scene, task, p, line.exit, requested, line.measure, at, work,
-                            queued, find, jump, s);
+    return connect_indirect(scene, task, p, line.exit, requested, line.measure, at, work, queued, find, jump,
+                            s);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -200,7 +200,7 @@ void Engine::DerivativeCall::add_samples_on_outlines(uint32_t seed) {
     const EdgeList edges{engine.tables_,  sides.data(),    engine.closed_, none,        nullptr,
                          engine.kernels_, engine.threads_, lights,         engine.kept_};
     interior->set_plan(
-        interior->plan().with_dense(outline_pixels(camera, seen_outlines(scene, edges, moving, seed))));
+        interior->plan().with_dense(outline_pixels(camera, *seen_outlines(scene, edges, moving, seed))));
 }
 
 // The order of passes determines the rounding of sums. Each mode keeps its own order, so that results keep

@@ -101,7 +101,20 @@ inline __attribute__((always_inline)) void sum_jet(const SplineCell& c, SplineJe
     out.hessian[3] = total(y * d[2]), out.hessian[4] = total(x * d[2]), out.hessian[5] = total(xy * w[2]);
 }
 
+inline __attribute__((always_inline)) double sum_value(const SplineCell& c) {
+    Four wx, wy, wz, sum{};
+    value_weights(c.at[0], wx), value_weights(c.at[1], wy), value_weights(c.at[2], wz);
+    for (int i = 0; i < 4; ++i)
+        for (int j = 0; j < 4; ++j) {
+            Four row;
+            c.row(i, j, row);
+            sum += row * (wx[i] * wy[j]);
+        }
+    return total(sum * wz);
+}
+
 #if defined(__x86_64__)
+__attribute__((target("avx2,fma"))) double sum_value_with_avx2(const SplineCell& c) { return sum_value(c); }
 __attribute__((target("avx2,fma"))) void sum_jet_with_avx2(const SplineCell& c, SplineJet& out) {
     sum_jet(c, out);
 }
@@ -125,15 +138,11 @@ FieldViewer viewer_along(const FieldView& f, const double (&direction)[3]) {
 
 double spline_value(const FieldView& f, const double (&grid)[3]) {
     const SplineCell c(f, grid);
-    Four wx, wy, wz, sum{};
-    value_weights(c.at[0], wx), value_weights(c.at[1], wy), value_weights(c.at[2], wz);
-    for (int i = 0; i < 4; ++i)
-        for (int j = 0; j < 4; ++j) {
-            Four row;
-            c.row(i, j, row);
-            sum += row * (wx[i] * wy[j]);
-        }
-    return total(sum * wz);
+#if defined(__x86_64__)
+    static const bool avx2 = cpu_features().avx2;
+    if (avx2) return sum_value_with_avx2(c);
+#endif
+    return sum_value(c);
 }
 
 SplineJet spline_jet(const FieldView& f, const double (&grid)[3]) {

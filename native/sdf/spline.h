@@ -34,8 +34,15 @@ struct FieldPoint {
     float gradient[3];
 };
 
-// The cell (i, j, k) at the fractions (u, v, w).
-EG_INLINE FieldPoint spline(const FieldView& f, const int32_t (&cell)[3], const float (&at)[3]) {
+EG_INLINE Taps larger_size(Taps a, Taps b) {
+    const Taps size = b < 0.0f ? -b : b;
+    return size > a ? size : a;
+}
+
+// The cell (i, j, k) at the fractions (u, v, w). `largest` becomes the size of the largest coefficient that
+// it reads.
+EG_INLINE FieldPoint spline(const FieldView& f, const int32_t (&cell)[3], const float (&at)[3],
+                            float& largest) {
     // The weights of all axes together: those of tap k are w[k]
     constexpr float sixth = 1.0f / 6.0f;
     const Taps u{at[0], at[1], at[2], 0.0f}, v = 1.0f - u, u2 = u * u, v2 = v * v;
@@ -45,7 +52,7 @@ EG_INLINE FieldPoint spline(const FieldView& f, const int32_t (&cell)[3], const 
     const Taps wz{w[0][2], w[1][2], w[2][2], w[3][2]}, dz{d[0][2], d[1][2], d[2][2], d[3][2]};
     const int64_t step = f.size[2], slab = step * f.size[1];
     const float* first = f.values + cell[0] * slab + cell[1] * step + cell[2];
-    Taps value{}, along_x{}, along_y{};
+    Taps value{}, along_x{}, along_y{}, most{};
     for (int i = 0; i < 4; ++i, first += slab) {
         const Taps r0 = load_taps(first), r1 = load_taps(first + step), r2 = load_taps(first + 2 * step),
                    r3 = load_taps(first + 3 * step);
@@ -53,8 +60,16 @@ EG_INLINE FieldPoint spline(const FieldView& f, const int32_t (&cell)[3], const 
         value += row * w[i][0];
         along_x += row * d[i][0];
         along_y += (r0 * d[0][1] + r1 * d[1][1] + (r2 * d[2][1] + r3 * d[3][1])) * w[i][0];
+        most = larger_size(larger_size(larger_size(larger_size(most, r0), r1), r2), r3);
     }
+    const float one = most[0] > most[1] ? most[0] : most[1], other = most[2] > most[3] ? most[2] : most[3];
+    largest = one > other ? one : other;
     return {sum_taps(value * wz), {sum_taps(along_x * wz), sum_taps(along_y * wz), sum_taps(value * dz)}};
+}
+
+EG_INLINE FieldPoint spline(const FieldView& f, const int32_t (&cell)[3], const float (&at)[3]) {
+    float unused;
+    return spline(f, cell, at, unused);
 }
 
 // The gradient, and the second derivatives xx, yy, zz, yz, xz, xy.

@@ -87,4 +87,14 @@ bool tangent_ray(const FieldView& f, const PatchPoint& at, const float (&along)[
     return bent > 0.0 && touches_outside(f, at.grid, v, contact);
 }
 
+TangentCurvatures tangent_curvatures(const FieldView& f, const PatchPoint& at, const float (&a)[3],
+                                     const float (&b)[3]) {
+    Triple u, v, bent_u, bent_v;
+    f.vector_in_grid(a, u), f.vector_in_grid(b, v);
+    times(at.jet.hessian, u, bent_u), times(at.jet.hessian, v, bent_v);
+    const double inverse = 1.0 / at.slope;
+    return {static_cast<float>(dot(u, bent_u) * inverse), static_cast<float>(dot(v, bent_v) * inverse),
+            static_cast<float>(dot(u, bent_v) * inverse)};
+}
+
 }  // namespace edgegrad

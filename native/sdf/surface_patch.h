@@ -33,4 +33,11 @@ bool patch_point(const FieldView& f, const FieldPatch& patch, float u, float v, 
 bool tangent_ray(const FieldView& f, const PatchPoint& at, const float (&along)[3], float& curvature,
                  float& contact);
 
+// The second fundamental form for unit tangents a and b (in the world): a . H a / |g|, and so on.
+struct TangentCurvatures {
+    float aa, bb, ab;
+};
+TangentCurvatures tangent_curvatures(const FieldView& f, const PatchPoint& at, const float (&a)[3],
+                                     const float (&b)[3]);
+
 }  // namespace edgegrad

@@ -11,20 +11,6 @@ double size_of(double a) { return a < 0.0 ? -a : a; }
 
 double length_of(const double (&v)[3]) { return __builtin_sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
-// The largest coefficient that a cell reads.
-double largest_coefficient(const FieldView& f, const int32_t (&cell)[3]) {
-    Taps most{};
-    const int64_t step = f.size[2], slab = step * f.size[1];
-    const float* first = f.values + cell[0] * slab + cell[1] * step + cell[2];
-    for (int i = 0; i < 4; ++i)
-        for (int j = 0; j < 4; ++j) {
-            const Taps c = load_taps(first + i * slab + j * step), size = c < 0.0f ? -c : c;
-            most = size > most ? size : most;
-        }
-    const float a = most[0] > most[1] ? most[0] : most[1], b = most[2] > most[3] ? most[2] : most[3];
-    return static_cast<double>(a > b ? a : b);
-}
-
 }  // namespace
 
 void tangent_triangle(const FieldView& field, const uint32_t (&code)[2], float (&corners)[3][3]) {
@@ -36,7 +22,8 @@ void tangent_triangle(const FieldView& field, const uint32_t (&code)[2], float (
     int32_t cell[3];
     float at[3];
     find_cell(field, grid, cell, at);
-    const FieldPoint p = spline(field, cell, at);
+    float largest;
+    const FieldPoint p = spline(field, cell, at, largest);
     // Pull by Newton's method in grid coordinates, but not far where the gradient vanishes
     double square = 0.0;
     for (const float slope : p.gradient) square += static_cast<double>(slope) * slope;
@@ -51,7 +38,7 @@ void tangent_triangle(const FieldView& field, const uint32_t (&code)[2], float (
     const double n[3] = {g[0] * inverse, g[1] * inverse, length > 0.0 ? g[2] * inverse : 1.0};
     // Rounding moves the surface by this much, at most by a hundredth of a cell
     const double most = 0.01 * field.cell_size,
-                 error = length > 0.0 ? kRounding * largest_coefficient(field, cell) * inverse : most;
+                 error = length > 0.0 ? kRounding * static_cast<double>(largest) * inverse : most;
     const double size = larger(extent, (error < most ? error : most) * (1.0 / kRayOffset));
     // Tangents (simd/vector.h, basis)
     const double sign = n[2] >= 0.0 ? 1.0 : -1.0, r = -1.0 / (sign + n[2]), q = n[0] * n[1] * r;

@@ -78,7 +78,7 @@ constexpr BoundaryKindRow kBoundaryTable[kBoundaryKinds] = {
     {kFieldOutline, Part::kFieldOutlines, kPictureLines, 0.05, 0.18, 1, kFieldOutline},
     {kFieldLights, Part::kFieldShadows, kLineDirections, 0.25, 0.0625, 2, kFieldLights},
     {kFieldSizedLights, Part::kFieldShadows, kLineDirections, 0.2, 0.0625, 2, kFieldSizedLights},
-    {kFieldEnvironment, Part::kFieldShadows, kLineDirections, 0.2, 0.0625, 2, kFieldSizedLights},
+    {kFieldEnvironment, Part::kFieldShadows, kLineDirections, 0.1, 0.0625, 2, kFieldSizedLights},
     {kFieldIndirect, Part::kFieldsBetween, kLineDirections, 0.1, 0.0625, 3, kFieldIndirect},
     {kFieldCrossing, Part::kFieldCrossings, kPictureLines, 0.1, 0.18, 1, kFieldCrossing},
     {kFieldBand, Part::kFieldBands, kWholePicture, 0.25, 0.18, 1, kFieldBand},

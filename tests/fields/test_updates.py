@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import edgegrad
-from edgegrad import Field, Renderer, Scene, World
+from edgegrad import AreaLight, Field, PointLight, Renderer, Scene, World
 from tests.support.fields.rays import renderer_of, trace
 from tests.support.fields.splines import exact_sphere, points, sampled, torus
 from tests.support.small_scenes import camera, matte, need, rectangle
@@ -118,3 +119,36 @@ def test_bricks_follow_small_changes() -> None:
         renderer.update()
         np.testing.assert_array_equal(trace(renderer, origins, ways), trace(renderer_of(field), origins, ways))
     assert points((13, 17, 11)).shape == (13, 17, 11, 3)
+
+
+def gradients(renderer: Renderer, path: str = "fields.body.values") -> NDArray[np.floating]:
+    """A gradient with shadows of the field and its crossings of the floor."""
+    adjoint = np.ones((24, 24, 3), np.float32)
+    return np.asarray(renderer.render_backward(adjoint, [path], spp=4, seed=3, max_depth=3)[path])
+
+
+def lit_scene(field: Field, width: float = 1.0, aside: float = 0.5) -> Scene:
+    """The field over its floor, under a rectangle, a lamp without size and an environment."""
+    pose = np.array([[1.0, 0, 0, 0.3], [0, 0, 1.0, 1.5], [0, -1.0, 0, 0.2], [0, 0, 0, 1.0]])
+    return replace(scene(field), lights={"panel": AreaLight(pose, size=np.array([width, 1.0]), power=60.0),
+                                         "lamp": PointLight((aside, 1.5, -0.4), power=20.0)})
+
+
+@pytest.mark.parametrize("change", [*CHANGES, "camera", "width", "aside"])
+def test_gradients_after_an_update_equal_those_of_a_new_renderer(change: str) -> None:
+    """What is kept of fields, their viewers and lights is found again where these have changed."""
+    field = sampled(torus, (24, 20, 18), lower=(-1.0, -1.0, -0.8))
+    made = lit_scene(field)
+    renderer = Renderer(made)
+    before = gradients(renderer)
+    np.testing.assert_array_equal(gradients(renderer), before)
+    if change == "camera":
+        made.camera = camera((-0.8, 1.5, 2.0), (0, 0, 0), 24)
+    elif change in ("width", "aside"):
+        made.lights = lit_scene(field, **{change: 1.8}).lights
+    else:
+        made.fields = {"body": CHANGES[change](field)}
+    renderer.update()
+    after = gradients(renderer)
+    assert not np.array_equal(after, before)
+    np.testing.assert_array_equal(after, gradients(Renderer(made)))

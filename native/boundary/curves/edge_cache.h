@@ -20,6 +20,7 @@ struct Candidates;
 struct ContactMaterials;
 struct CoplanarPolygons;
 struct FieldCarrier;
+struct FieldLines;
 struct Intersections;
 struct MeshBoxes;
 class EdgeTree;
@@ -84,6 +85,14 @@ struct EdgeCache {
     Kept<bool, bool> cross;  // whether any surface intersects another surface or a light
     Kept<bool, MeshBoxes> boxes;
     Kept<bool, std::vector<FieldCarrier>> carriers;  // by field (sdf/outline.h)
+    // Outlines and patches of the fields of some meshes (boundary/fields/field_curves.h): as the camera sees
+    // them, with the seed of the points of a lens; and as lights do, or (null) lines in all directions.
+    using OfLights = std::pair<std::vector<int32_t>, std::shared_ptr<const LightList>>;
+    Kept<std::tuple<CameraKey, std::vector<int32_t>, uint32_t>, Intersections> seen_outlines;
+    Kept<OfLights, FieldLines> lit_outlines, lit_patches, patches;
+    // Curves where fields pass through surfaces that rays of a mask see (boundary/fields/field_crossings.h).
+    using OfSeers = std::pair<RequestedMotion, int32_t>;
+    Kept<OfSeers, Intersections> seen_crossings, lit_crossings;
     // Of some closed meshes, those that are not certainly star-shaped (boundary/meshes/star_shaped.h).
     Kept<std::vector<int32_t>, std::vector<int32_t>> not_star_shaped;
     // Reusable memory for the candidates of the primary term.
@@ -93,12 +102,14 @@ struct EdgeCache {
     // Call after vertices have changed.
     void clear() {
         mesh_sizes.clear(), intersections.clear(), boxes.clear(), not_star_shaped.clear(), carriers.clear();
+        seen_outlines.clear(), patches.clear();
         clear_values();
     }
     // Call after other values have changed. What depends on vertices alone stays valid.
     void clear_values() {
         spare_candidates.give(primary.clear());
         shadow.clear(), silhouettes.clear();
+        lit_outlines.clear(), lit_patches.clear(), seen_crossings.clear(), lit_crossings.clear();
         tree.clear(), regions.clear(), polygons.clear(), cross.clear();
         contact_materials.clear(), contact_meshes.clear(), transparent_boxes.clear();
         material_jumps.clear();

@@ -205,41 +205,14 @@ std::vector<LensPlace> lens_places(const CameraView& camera, uint32_t seed) {
     return out;
 }
 
-}  // namespace
-
-std::shared_ptr<const std::vector<FieldCarrier>> field_carriers(const SceneTables& tables, EdgeCache& kept,
-                                                                int threads) {
-    return kept.carriers.get(true, [&] {
-        std::vector<FieldCarrier> all;
-        for (const FieldTable& field : tables.fields) all.push_back(field_carrier(field.view(), threads));
-        return all;
-    });
+bool blurs_outlines(const CameraView& camera) {
+    return camera.aperture_radius > 0.0f && camera.kind != kEquirectangular;
 }
 
-std::vector<Triangle3> placed_triangles(const FieldView& field, const FieldCarrier& carrier) {
-    const auto corner = [&](size_t k) {
-        const double* x = &carrier.point[3 * static_cast<size_t>(carrier.triangle[k])];
-        const double grid[3] = {x[0], x[1], x[2]};
-        double point[3];
-        field.place_in_world(grid, point);
-        return Vector{point[0], point[1], point[2]};
-    };
-    // Maps that mirror reverse the order of corners
-    const auto& m = field.to_world;
-    const Vector x = {m[0][0], m[1][0], m[2][0]}, y = {m[0][1], m[1][1], m[2][1]},
-                 z = {m[0][2], m[1][2], m[2][2]};
-    const bool mirrors = dot(cross(x, y), z) < 0.0;
-    std::vector<Triangle3> out;
-    out.reserve(carrier.triangle.size() / 3);
-    for (size_t k = 0; k + 2 < carrier.triangle.size(); k += 3)
-        out.emplace_back(corner(k), corner(mirrors ? k + 2 : k + 1), corner(mirrors ? k + 1 : k + 2));
-    return out;
-}
-
-Intersections seen_outlines(const SceneView& scene, const EdgeList& edges, const std::vector<int32_t>& meshes,
-                            uint32_t seed) {
+Intersections find_seen_outlines(const SceneView& scene, const EdgeList& edges,
+                                 const std::vector<int32_t>& meshes, uint32_t seed) {
     const CameraView& camera = scene.camera;
-    const bool blurs = camera.aperture_radius > 0.0f && camera.kind != kEquirectangular;
+    const bool blurs = blurs_outlines(camera);
     std::vector<LensPlace> lens = {{0.0f, 0.0f}};
     if (blurs) lens = lens_places(camera, seed);
     Intersections out;
@@ -257,8 +230,8 @@ Intersections seen_outlines(const SceneView& scene, const EdgeList& edges, const
     return out;
 }
 
-Intersections lit_outlines(const SceneView& scene, const EdgeList& edges,
-                           const std::vector<int32_t>& meshes) {
+Intersections find_lit_outlines(const SceneView& scene, const EdgeList& edges,
+                                const std::vector<int32_t>& meshes) {
     Intersections out;
     const LightView& lights = scene.lights;
     for (int32_t light = 0; light < lights.count; ++light) {
@@ -281,10 +254,10 @@ Intersections lit_outlines(const SceneView& scene, const EdgeList& edges,
     return out;
 }
 
-Intersections field_patches(const SceneView& scene, const EdgeList& edges, const std::vector<int32_t>& meshes,
-                            TouchedBy lines) {
+Intersections find_patches(const SceneView& scene, const EdgeList& edges, const std::vector<int32_t>& meshes,
+                           TouchedBy by) {
     Intersections out;
-    const bool by_lights = lines == TouchedBy::kSizedLights;
+    const bool by_lights = by == TouchedBy::kSizedLights;
     const std::vector<LightBound> lights = by_lights ? sized_lights(scene.lights) : std::vector<LightBound>{};
     if (by_lights && lights.empty()) return out;
     for_each_field(edges, meshes, [&](const CarriedField& field) {
@@ -316,6 +289,64 @@ Intersections field_patches(const SceneView& scene, const EdgeList& edges, const
     });
     out.ends.resize(6 * out.patches.size());  // samples find their points on the patches
     return out;
+}
+
+FieldLines as_lines(const EdgeList& edges, Intersections found) {
+    EdgesAndIntersections lines(edges.tables, std::move(found));
+    Candidates all = lines.intersections();
+    return {std::move(lines), std::move(all)};
+}
+
+}  // namespace
+
+std::shared_ptr<const std::vector<FieldCarrier>> field_carriers(const SceneTables& tables, EdgeCache& kept,
+                                                                int threads) {
+    return kept.carriers.get(true, [&] {
+        std::vector<FieldCarrier> all;
+        for (const FieldTable& field : tables.fields) all.push_back(field_carrier(field.view(), threads));
+        return all;
+    });
+}
+
+std::vector<Triangle3> placed_triangles(const FieldView& field, const FieldCarrier& carrier) {
+    const auto corner = [&](size_t k) {
+        const double* x = &carrier.point[3 * static_cast<size_t>(carrier.triangle[k])];
+        const double grid[3] = {x[0], x[1], x[2]};
+        double point[3];
+        field.place_in_world(grid, point);
+        return Vector{point[0], point[1], point[2]};
+    };
+    // Maps that mirror reverse the order of corners
+    const auto& m = field.to_world;
+    const Vector x = {m[0][0], m[1][0], m[2][0]}, y = {m[0][1], m[1][1], m[2][1]},
+                 z = {m[0][2], m[1][2], m[2][2]};
+    const bool mirrors = dot(cross(x, y), z) < 0.0;
+    std::vector<Triangle3> out;
+    out.reserve(carrier.triangle.size() / 3);
+    for (size_t k = 0; k + 2 < carrier.triangle.size(); k += 3)
+        out.emplace_back(corner(k), corner(mirrors ? k + 2 : k + 1), corner(mirrors ? k + 1 : k + 2));
+    return out;
+}
+
+std::shared_ptr<const Intersections> seen_outlines(const SceneView& scene, const EdgeList& edges,
+                                                   const std::vector<int32_t>& meshes, uint32_t seed) {
+    if (!blurs_outlines(scene.camera)) seed = 0;
+    return edges.kept.seen_outlines.get({{scene.camera}, meshes, seed},
+                                        [&] { return find_seen_outlines(scene, edges, meshes, seed); });
+}
+
+std::shared_ptr<const FieldLines> lit_outlines(const SceneView& scene, const EdgeList& edges,
+                                               const std::vector<int32_t>& meshes) {
+    return edges.kept.lit_outlines.get(
+        {meshes, edges.lights}, [&] { return as_lines(edges, find_lit_outlines(scene, edges, meshes)); });
+}
+
+std::shared_ptr<const FieldLines> field_patches(const SceneView& scene, const EdgeList& edges,
+                                                const std::vector<int32_t>& meshes, TouchedBy by) {
+    const bool by_lights = by == TouchedBy::kSizedLights;
+    auto& kept = by_lights ? edges.kept.lit_patches : edges.kept.patches;
+    return kept.get({meshes, by_lights ? edges.lights : nullptr},
+                    [&] { return as_lines(edges, find_patches(scene, edges, meshes, by)); });
 }
 
 }  // namespace edgegrad

@@ -48,4 +48,18 @@ EG_OUTLINE void find_tangent_rays(const SceneView& scene, Mask& active, Int line
     }
 }
 
+// The normal curvature along the tangent at the angle psi between the unit tangents a and b, which are
+// orthogonal: middle + along cos(2 psi) + across sin(2 psi).
+EG_OUTLINE void find_curvatures(const SceneView& scene, Mask active, Int line, const PatchSample& at, Vec3 a,
+                                Vec3 b, Float& middle, Float& along, Float& across) {
+    middle = along = across = splat(0.0f);
+    for (int i = 0; i < W; ++i) {
+        if (!active[i]) continue;
+        const FieldView& field = field_of_face(scene, scene.surface_of_line(line[i], 0).face());
+        const TangentCurvatures c =
+            tangent_curvatures(field, at.point[i], {a.x[i], a.y[i], a.z[i]}, {b.x[i], b.y[i], b.z[i]});
+        middle[i] = 0.5f * (c.aa + c.bb), along[i] = 0.5f * (c.aa - c.bb), across[i] = c.ab;
+    }
+}
+
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -58,24 +58,64 @@ EG_INLINE SegmentSample begin_on_field(const SceneView& scene, const BoundaryTas
     return p;
 }
 
-// Sets the direction towards y of the lines, and what follows from it: their measure, the sweep and where
-// rays start.
-EG_INLINE void touch(const SceneView& scene, Vec3 towards, TouchingLine& line, BoundarySegment& s) {
+// Sets the direction towards y of the lines, and what follows from it: the sweep and where rays start.
+// Returns the normal curvature along it.
+EG_INLINE Float touch(const SceneView& scene, Vec3 towards, TouchingLine& line, BoundarySegment& s) {
     s.towards = towards;
     Float curvature, contact;
     find_tangent_rays(scene, s.active, s.edge, line.at, towards, curvature, contact);
-    line.measure = line.measure * curvature;
     s.sweep = -line.at.normal;
     line.exit = exit_of_field(s, line.at.normal, contact);
+    return curvature;
 }
 
-// The direction of a tangent at an angle, a fraction of a turn.
-EG_INLINE Vec3 tangent_at(Vec3 normal, Float turn) {
-    Vec3 a, b;
-    basis(normal, a, b);
+// The angle of [0, most] up to which the integral of middle + swing cos(angle) is `part` of that up to
+// `most`, where the integrand is positive. Sets the whole integral.
+EG_INLINE Float angle_of_curvature(Float middle, Float swing, Float most, Float part, Float& whole) {
+    constexpr int kSteps = 12;
+    constexpr float kTurns = 0.5f / 3.14159265f;
     Float sine, cosine;
-    sincos_turn(min(turn, splat(0.99999994f)), sine, cosine);
-    return a * cosine + b * sine;
+    sincos_turn(most * kTurns, sine, cosine);
+    whole = middle * most + swing * sine;
+    const Float wanted = part * whole;
+    // Newton's method within the bracket of the root
+    Float low = splat(0.0f), high = most, at = most * (1.0f - sqrt(max(1.0f - part, 0.0f)));
+    for (int step = 0; step < kSteps; ++step) {
+        sincos_turn(at * kTurns, sine, cosine);
+        const Float off = middle * at + swing * sine - wanted, slope = middle + swing * cosine;
+        low = select(off < 0.0f, at, low), high = select(off < 0.0f, high, at);
+        const Float next = at - off / max(slope, 1e-30f);
+        at = select((next >= low) & (next <= high), next, 0.5f * (low + high));
+    }
+    return at;
+}
+
+// Sets the direction of a tangent with a density proportional to its curvature, where that is positive:
+// elsewhere the line is inside of the surface. `turn` is uniform. Completes the measure of the line.
+EG_INLINE void touch_by_curvature(const SceneView& scene, Float turn, TouchingLine& line,
+                                  BoundarySegment& s) {
+    constexpr float kTurns = 0.5f / 3.14159265f;
+    // The curvature at the angle psi from a is middle + swing cos(2 (psi - first))
+    Vec3 a, b;
+    basis(line.at.normal, a, b);
+    Float middle, along, across;
+    find_curvatures(scene, s.active, s.edge, line.at, a, b, middle, along, across);
+    const Float swing = sqrt(along * along + across * across), first = 0.5f * atan2(across, along);
+    s.active &= middle + swing > 0.0f;
+    const Float most = select(middle >= swing, splat(3.14159265f), acos(-middle / max(swing, 1e-30f)));
+    // Four parts of equal weight: two opposite directions, and two sides of the largest curvature
+    const Float quarter = min(turn, splat(0.99999994f)) * 4.0f;
+    const Mask back = quarter >= 2.0f;
+    const Float side = quarter - select(back, splat(3.0f), 1.0f);
+    Float whole;
+    const Float angle = angle_of_curvature(middle, swing, most, abs(side), whole);
+    Float psi = first + 0.5f * select(side < 0.0f, -angle, angle) + select(back, splat(3.14159265f), 0.0f);
+    psi = psi * kTurns;
+    psi = psi - floor(psi);
+    Float sine, cosine;
+    sincos_turn(min(psi, splat(0.99999994f)), sine, cosine);
+    touch(scene, a * cosine + b * sine, line, s);
+    line.measure = line.measure * (2.0f * whole);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -8,12 +8,13 @@
 //   or a sun's irradiance.
 // - For all other light, e is a point of the surface and the line a tangent there: dm = kappa_n dA dpsi
 //   (boundary/segment/touched_field.h). For lights, psi is uniform in the angle under which the tangent plane
-//   sees a ball (or cone) around the chosen light. For the environment it is uniform.
+//   meets the chosen light. For the environment its density is proportional to kappa_n.
 #pragma once
 
 #include "boundary/fields/field_viewer.h"
 #include "boundary/samples/intersection_point.h"
 #include "boundary/segment/shadow_connection.h"
+#include "boundary/segment/tangents_to_lights.h"
 #include "boundary/segment/touched_field.h"
 #include "shading/lights/environment_samples.h"
 #include "shading/lights/light_radiance.h"
@@ -165,64 +166,6 @@ EG_OUTLINE BoundarySegment sample_field_outline_shadow(const SceneView& scene, c
     return s;
 }
 
-// A ball around a light, or a cone around a distant one, as seen from a point.
-struct LightBall {
-    Vec3 center;   // relative to the point; distant: the unit direction
-    Float radius;  // distant: the sine of the cone's angle
-    Mask distant;
-};
-
-EG_INLINE LightBall ball_around(const SceneView& scene, const LightSample& light, Vec3 from) {
-    constexpr float kSlack = 1.001f;
-    LightBall ball;
-    const Mask on_face = light.active & (light.face >= 0), on_row = light.active & (light.row >= 0);
-    const auto is = [&](LightKind k) { return on_row & (light.kind == splat(static_cast<int>(k))); };
-    const LightRow l = gather_light(scene.lights, select(on_row, light.row, splat(0)));
-    const Mask flat = is(kRectangleLight) | is(kEllipseLight);
-    ball.distant = is(kConeLight);
-    ball.center = select(ball.distant, -l.direction, l.position - from);
-    const Float cosine = 1.0f - l.one_minus_cos;
-    ball.radius = select(flat, sqrt(dot(l.axis_x, l.axis_x) + dot(l.axis_y, l.axis_y)), l.radius);
-    ball.radius =
-        select(ball.distant, sqrt(max(l.one_minus_cos * (1.0f + cosine), 0.0f)), ball.radius) * kSlack;
-    if (!any(on_face)) return ball;
-    const Triangle t = gather_triangle(scene, select(on_face, light.face, splat(0)));
-    const Vec3 center = (t.p0 + t.p1 + t.p2) * splat(1.0f / 3.0f);
-    const auto square = [&](Vec3 corner) { return dot(corner - center, corner - center); };
-    ball.center = select(on_face, center - from, ball.center);
-    ball.radius =
-        select(on_face, sqrt(max(max(square(t.p0), square(t.p1)), square(t.p2))) * kSlack, ball.radius);
-    return ball;
-}
-
-// A direction in the plane with a normal, uniform in the angle under which the plane sees a ball. Sets this
-// angle; 0: the plane does not meet the ball.
-EG_INLINE Vec3 tangent_to_ball(const LightBall& ball, Vec3 normal, Float v, Float& angle) {
-    constexpr float kPi = 3.14159265f;
-    const Float height = dot(normal, ball.center), square = dot(ball.center, ball.center);
-    Vec3 a, b;
-    basis(normal, a, b);
-    const Vec3 flat = ball.center - normal * height;
-    const Float length = sqrt(dot(flat, flat));
-    const Mask centered = length <= 1e-6f * sqrt(square);
-    const Vec3 axis = select(centered, a, flat * (1.0f / select(centered, splat(1.0f), length)));
-    // The ball's section with the plane is a disk of radius^2 = radius^2 - height^2
-    const Float section = ball.radius * ball.radius - select(ball.distant, splat(0.0f), height * height);
-    // The cone of a distant light: cos(half angle) = cos(cone) / cos(elevation)
-    const Float cone = sqrt(max(1.0f - ball.radius * ball.radius, 0.0f));
-    const Float opposite =
-        select(ball.distant, sqrt(max(length * length - cone * cone, 0.0f)), sqrt(max(section, 0.0f)));
-    const Float adjacent = select(ball.distant, cone, sqrt(max(length * length - section, 0.0f)));
-    const Mask meets = select(ball.distant, length > cone, section > 0.0f);
-    const Mask around = ~ball.distant & (section >= length * length);
-    const Float half = select(around, splat(kPi), atan2(opposite, max(adjacent, 1e-30f)));
-    angle = select(meets, 2.0f * half, 0.0f);
-    Float sine, cosine;
-    const Float turn = (2.0f * v - 1.0f) * half * (0.5f / kPi);
-    sincos_turn(min(select(turn < 0.0f, turn + 1.0f, turn), splat(0.99999994f)), sine, cosine);
-    return axis * cosine + cross(normal, axis) * sine;
-}
-
 // A point that surfaces on all sides may see, as the receiver of light.
 struct OpenPoint {
     Vec3 position;
@@ -234,7 +177,6 @@ EG_OUTLINE BoundarySegment sample_field_tangent_shadow(const SceneView& scene, c
                                                        int64_t at, SegmentCursor& cursor,
                                                        const DerivativeView& requested,
                                                        const float* adjoint) {
-    constexpr float kTurn = 6.2831853f;
     BoundarySegment s;
     TouchingLine line;
     Float turn;
@@ -243,12 +185,12 @@ EG_OUTLINE BoundarySegment sample_field_tangent_shadow(const SceneView& scene, c
         const Int rays = splat(scene.environment_image.sampled ? 1 << kShadowRay : 1 << kDiffuseRay);
         s.active &= meets_field(scene, s, rays);
         if (!any(s.active)) return s;
-        touch(scene, tangent_at(line.at.normal, turn), line, s);
+        touch_by_curvature(scene, turn, line, s);
         s.distance = splat(__builtin_inff());
         s.y.environment = splat(scene.environment_image.pixels ? -1 : 0);
         if (any(s.active))
             connect_shadow(scene, task, p, line.exit, requested, adjoint, line.measure,
-                           MetEnvironment{stopped(scene, s, line.at.normal) * splat(kTurn), rays}, s);
+                           MetEnvironment{stopped(scene, s, line.at.normal), rays}, s);
         return s;
     }
     // Choose a light
@@ -270,10 +212,10 @@ EG_OUTLINE BoundarySegment sample_field_tangent_shadow(const SceneView& scene, c
     s.y.face = light.face, s.y.row = light.row, s.y.kind = kind;
     // Choose a tangent towards it
     Float angle;
-    const Vec3 towards = tangent_to_ball(ball_around(scene, light, s.point), line.at.normal, v, angle);
+    const Vec3 towards = tangent_to_light(scene, light, s.point, line.at.normal, v, angle);
     s.active &= angle > 0.0f;
     if (!any(s.active)) return s;
-    touch(scene, towards, line, s);
+    line.measure = line.measure * touch(scene, towards, line, s);
     s.distance =
         select(s.y.kind == splat(static_cast<int>(kConeLight)), splat(__builtin_inff()), splat(0.0f));
     if (any(s.active))

@@ -260,7 +260,7 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
          curve_terms(scene, edges, options, motion,
                      decided.forces(Part::kPrimaryEdges) ? nullptr : seen.get(), decided)) {
         const double samples = share_of(curve.kind) * kBoundaryTable[curve.kind].share * picture;
-        SamplePlan plan(shared(std::move(curve.candidates)), samples, samples, options, curve.kind,
+        SamplePlan plan(std::move(curve.candidates), samples, samples, options, curve.kind,
                         options.two_passes);
         if (curve.kind == kWarpedPicture) {
             if (plan.total(0) > 0)

@@ -130,7 +130,7 @@ void add_field_outlines(const SceneView& scene, const EdgeList& edges, const Ren
                         Decisions& decided, std::vector<CurveTerm>& out) {
     if (!decided.computes(Part::kFieldOutlines) || decided.alone()) return;
     auto lines = std::make_shared<EdgesAndIntersections>(
-        edges.tables, seen_outlines(scene, edges, decided[Part::kFieldOutlines].meshes, options.seed));
+        edges.tables, *seen_outlines(scene, edges, decided[Part::kFieldOutlines].meshes, options.seed));
     Candidates candidates;
     lines->add_candidates(scene.camera, candidates);
     if (candidates.size() == 0) return;  // out of view, which decisions do not look for
@@ -147,7 +147,10 @@ void add_crossed_surfaces(const SceneView& scene, const EdgeList& edges, const R
     RequestedMotion moving = motion;
     moving.camera =
         scene.mesh_contact || decided.forces(Part::kCrossedLights) || decided.forces(Part::kCrossedSurfaces);
-    const Intersections all = field_crossings(edges, moving, kScatteredRays | 1 << kShadowRay);
+    const auto kept = edges.kept.lit_crossings.get({moving, kScatteredRays | 1 << kShadowRay}, [&] {
+        return field_crossings(edges, moving, kScatteredRays | 1 << kShadowRay);
+    });
+    const Intersections& all = *kept;
     const auto select = [&](const auto& counts) {
         Intersections found;
         for (int64_t k = 0; k < all.size(); ++k) {
@@ -171,7 +174,8 @@ void add_field_crossings(const SceneView& scene, const EdgeList& edges, const Re
     if (!decided.computes(Part::kFieldCrossings)) return;
     RequestedMotion moving = motion;
     moving.camera |= decided.forces(Part::kFieldCrossings);
-    Intersections found = field_crossings(edges, moving, 1 << kCameraRay);
+    Intersections found = *edges.kept.seen_crossings.get(
+        {moving, 1 << kCameraRay}, [&] { return field_crossings(edges, moving, 1 << kCameraRay); });
     if (!decided.found(Part::kFieldCrossings, edges.tables, found) || decided.alone()) return;
     auto lines = std::make_shared<EdgesAndIntersections>(edges.tables, std::move(found));
     Candidates candidates;
@@ -197,7 +201,7 @@ void add_field_bands(const SceneView& scene, const EdgeList& edges, const Render
                      const RequestedMotion& motion, Decisions& decided, std::vector<CurveTerm>& out) {
     if (!decided.computes(Part::kFieldBands) || decided.alone()) return;
     const BoundaryKind kind = motion.warped ? kWarpedPicture : kFieldBand;
-    Intersections found = seen_outlines(scene, edges, decided[Part::kFieldBands].meshes, options.seed);
+    Intersections found = *seen_outlines(scene, edges, decided[Part::kFieldBands].meshes, options.seed);
     double pixels = 0.0;
     for (int32_t k = 0; k < scene.field_count; ++k)
         pixels = std::max(pixels, static_cast<double>(scene.field_bands[k].pixels));
@@ -213,39 +217,28 @@ void add_field_bands(const SceneView& scene, const EdgeList& edges, const Render
 void add_fields_between(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
                         Decisions& decided, std::vector<CurveTerm>& out) {
     if (decided.alone()) return;
-    using Lines = std::shared_ptr<EdgesAndIntersections>;
-    const auto lines_of = [&](Intersections found) {
-        return found.size() == 0 ? Lines{}
-                                 : std::make_shared<EdgesAndIntersections>(edges.tables, std::move(found));
-    };
     // `directions`: whether samples are divided by cells of directions, too
-    const auto add = [&](BoundaryKind kind, const Lines& lines, bool directions) {
-        if (!lines) return;
+    const auto add = [&](BoundaryKind kind, const std::shared_ptr<const FieldLines>& found, bool directions) {
+        if (found->all.size() == 0) return;
         const BoundaryKindRow& row = kBoundaryTable[kind];
         const double picture =
             static_cast<double>(scene.camera.width) * scene.camera.height * options.samples;
         const double segments = directions ? kDirectionSegments * row.share * picture : 0.0;
-        Candidates candidates =
-            over_directions(lines->intersections(), segments, row.chains(options.max_depth));
-        out.push_back({kind, std::move(candidates), lines});
+        const bool chains = row.chains(options.max_depth);
+        const auto candidates = found->in_cells->get(
+            {segments, chains}, [&] { return over_directions(found->all, segments, chains); });
+        out.push_back({kind, candidates, {found, &found->lines}});
     };
-    const auto patches = [&](const std::vector<int32_t>& meshes, TouchedBy by) {
-        return lines_of(field_patches(scene, edges, meshes, by));
-    };
-    // Patches that lines in all directions touch, of these meshes: most often the same for both parts
-    Lines touched;
-    std::vector<int32_t> touched_meshes;
     if (decided.computes(Part::kFieldShadows)) {
         const std::vector<int32_t>& lit = decided[Part::kFieldShadows].meshes;
-        add(kFieldLights, lines_of(lit_outlines(scene, edges, lit)), false);
-        add(kFieldSizedLights, patches(lit, TouchedBy::kSizedLights), false);
-        if (scene.has_environment) touched = patches(lit, TouchedBy::kAllDirections), touched_meshes = lit;
-        add(kFieldEnvironment, touched, true);
+        add(kFieldLights, lit_outlines(scene, edges, lit), false);
+        add(kFieldSizedLights, field_patches(scene, edges, lit, TouchedBy::kSizedLights), false);
+        if (scene.has_environment)
+            add(kFieldEnvironment, field_patches(scene, edges, lit, TouchedBy::kAllDirections), true);
     }
     if (decided.computes(Part::kFieldsBetween)) {
         const std::vector<int32_t>& between = decided[Part::kFieldsBetween].meshes;
-        if (!touched || touched_meshes != between) touched = patches(between, TouchedBy::kAllDirections);
-        add(kFieldIndirect, touched, true);
+        add(kFieldIndirect, field_patches(scene, edges, between, TouchedBy::kAllDirections), true);
     }
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "boundary/curves/candidates.h"
@@ -14,9 +15,15 @@
 namespace edgegrad {
 
 struct CurveTerm {
+    using Lines = std::shared_ptr<const EdgesAndIntersections>;
+    CurveTerm(BoundaryKind its_kind, std::shared_ptr<const Candidates> all, Lines its_lines)
+        : kind(its_kind), candidates(std::move(all)), lines(std::move(its_lines)) {}
+    CurveTerm(BoundaryKind its_kind, Candidates all, Lines its_lines)
+        : CurveTerm(its_kind, std::make_shared<const Candidates>(std::move(all)), std::move(its_lines)) {}
+
     BoundaryKind kind;
-    Candidates candidates;
-    std::shared_ptr<const EdgesAndIntersections> lines;  // null: curves about lights
+    std::shared_ptr<const Candidates> candidates;
+    Lines lines;  // null: curves about lights
 };
 
 // The curve terms that `decided` computes. `seen`: the intersections that the camera sees, if they are known.

@@ -1,12 +1,12 @@
 """What the panel derives from the file, such as names of properties and what is in the way of a fit.
 
 Blender draws a panel at each move of the pointer over it. What it shows is therefore kept until Blender has evaluated
-an edit, and not longer than `SECONDS`, since files can change without an edit.
+an edit. Pictures change without an edit: while the panel is being drawn, a timer looks at them. What was not drawn for
+a while is derived anew.
 """
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -16,21 +16,40 @@ from bpy.app.handlers import persistent
 
 from .. import preflight
 from .. import rows as parameter_rows
+from ..status import STATUS, redraw
 from ..targets import rows as target_rows
 from . import icons
 
 T = TypeVar("T")
 
-SECONDS = 0.5
+SECONDS = 0.5  # between two looks at the pictures
 
 _kept: dict[Hashable, Any] = {}
-_until: list[float] = [0.0]
+
+
+class _Seen:
+    """What the file was like when it was looked at.
+
+    Attributes
+    ----------
+    rows
+        Numbers of rows by the pointer of a scene's settings.
+    edits
+        Number of edits of rows.
+    pictures
+        State of the pictures of all targets.
+    drawn
+        Whether the panel was drawn since the last look.
+    """
+
+    rows: dict[int, tuple[int, int]] = {}  # noqa: RUF012
+    edits: int = 0
+    pictures: Hashable = None
+    drawn: bool = False
 
 
 def _derived(key: Hashable, make: Callable[[], T]) -> T:
-    if time.monotonic() > _until[0]:
-        _kept.clear()
-        _until[0] = time.monotonic() + SECONDS
+    _Seen.drawn = True
     if key not in _kept:
         _kept[key] = make()
     found: T = _kept[key]
@@ -43,48 +62,88 @@ def forget(*_: Any) -> None:
     _kept.clear()
 
 
+def see_rows(settings: Any) -> None:
+    """Forget what is kept if rows were added, removed or edited, of which Blender's handlers do not tell."""
+    rows, scene = (len(settings.targets), len(settings.parameters)), settings.as_pointer()
+    if _Seen.edits != STATUS.edits or _Seen.rows.get(scene) != rows:
+        _Seen.edits, _Seen.rows[scene] = STATUS.edits, rows
+        forget()
+
+
+def see_pictures() -> float:
+    """Forget what is kept, and draw the panel, if pictures have changed; return the seconds to the next call."""
+    if not _Seen.drawn:
+        forget()
+        return SECONDS
+    _Seen.drawn = False
+    manager = bpy.context.window_manager
+    scenes = {window.scene for window in manager.windows} if manager is not None else set()
+    pictures = {(scene.name_full, k): target_rows.fingerprint(row) for scene in scenes
+                for k, row in enumerate(scene.edgegrad.targets)}  # fmt: skip
+    if pictures != _Seen.pictures:
+        _Seen.pictures = pictures
+        forget()
+        redraw()
+    return SECONDS
+
+
 _HANDLERS = (bpy.app.handlers.depsgraph_update_post, bpy.app.handlers.undo_post, bpy.app.handlers.redo_post,
              bpy.app.handlers.load_post, bpy.app.handlers.frame_change_post)  # fmt: skip
 
 
 def register() -> None:
-    """Notice edits."""
+    """Notice edits and changes of pictures."""
     for handlers in _HANDLERS:
         handlers.append(forget)
+    bpy.app.timers.register(see_pictures, first_interval=SECONDS, persistent=True)
 
 
 def unregister() -> None:
     """Undo `register`."""
     for handlers in _HANDLERS:
         handlers.remove(forget)
+    if bpy.app.timers.is_registered(see_pictures):
+        bpy.app.timers.unregister(see_pictures)
+    _Seen.rows, _Seen.pictures, _Seen.drawn = {}, None, False
     forget()
 
 
 def obstacle(context: Any) -> preflight.Obstacle | None:
     """Return what is in the way of a fit (`preflight.obstacle`)."""
     settings = context.scene.edgegrad
-    # Rows that a script adds or removes are no edit.
-    key = "obstacle", settings.as_pointer(), len(settings.targets), len(settings.parameters)
-    return _derived(key, lambda: preflight.obstacle(context))
+    see_rows(settings)
+    return _derived(("obstacle", settings.as_pointer()), lambda: preflight.obstacle(context))
 
 
 @dataclass(frozen=True)
 class Line:
-    """A line of the list of parameters: the icon and words of a row, and its value."""
+    """A line of the list of parameters.
+
+    Attributes
+    ----------
+    icon, words, value
+        Of the row and its value.
+    enabled
+        Whether the row is switched on.
+    effect
+        Effect on the loss, relative to the largest; negative: not known.
+    """
 
     icon: str
     words: str
     value: str
+    enabled: bool
+    effect: float
 
 
 def parameter(row: Any) -> Line:
-    """Return the line of a parameter."""
-    return _derived((row.as_pointer(), row.kind, row.path), lambda: _line(row))
+    """Return the line of a parameter, whose list `see_rows` has seen."""
+    return _derived(row.as_pointer(), lambda: _line(row))
 
 
 def _line(row: Any) -> Line:
     icon, owner, words = parameter_rows.title(row)
-    return Line(icon, f"{owner}: {words}", parameter_rows.value_text(row))
+    return Line(icon, f"{owner}: {words}", parameter_rows.value_text(row), row.enabled, row.sensitivity)
 
 
 @dataclass(frozen=True)
@@ -95,6 +154,8 @@ class Picture:
     ----------
     icon, words
         Its state, and its name or what is wrong with it.
+    camera
+        Name of the camera; empty: it has none.
     thumbnail
         Number of its icon; 0: there is none.
     size, render_size
@@ -105,6 +166,7 @@ class Picture:
 
     icon: str
     words: str
+    camera: str
     thumbnail: int
     size: tuple[int, int] | None
     render_size: tuple[int, int]
@@ -112,10 +174,11 @@ class Picture:
 
 
 def picture(row: Any, scene: Any) -> Picture:
-    """Return what is known of the picture of a target."""
-    return _derived((row.as_pointer(), row.image), lambda: _picture(row, scene))
+    """Return what is known of the picture of a target, whose list `see_rows` has seen."""
+    return _derived(row.as_pointer(), lambda: _picture(row, scene))
 
 
 def _picture(row: Any, scene: Any) -> Picture:
-    return Picture(*target_rows.state(row, scene), icons.thumbnail(row.image), target_rows.size_of(row),
+    camera = "" if row.camera is None else row.camera.name
+    return Picture(*target_rows.state(row, scene), camera, icons.thumbnail(row.image), target_rows.size_of(row),
                    target_rows.render_size(scene), target_rows.has_aspect(row, scene))  # fmt: skip

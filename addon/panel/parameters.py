@@ -18,22 +18,21 @@ class ParameterList(bpy.types.UIList):
     """List of the parameters; each line shows datablock, property, value, and the effect on the loss as a bar."""
 
     bl_idname = "EDGEGRAD_UL_parameters"
+    # Whether the sidebar that is being drawn leaves the bars no room for their numbers.
+    narrow = False
 
     def draw_item(self, context: Any, layout: Any, data: Any, item: Any, icon: int, active_data: Any,
                   active_property: str) -> None:  # fmt: skip
         line = derived.parameter(item)
         row = layout.row(align=True)
-        row.use_property_split = False
         row.prop(item, "enabled", text="")
-        # A narrow sidebar leaves the bars no room for their numbers.
-        narrow = context.region.width < NARROW * context.preferences.system.ui_scale
-        split = row.split(factor=0.86 if narrow else 0.76, align=True)
-        split.active = item.enabled
+        split = row.split(factor=0.86 if self.narrow else 0.76, align=True)
+        if not line.enabled:
+            split.active = False
         split.label(text=line.words, icon=line.icon)
-        effect = item.sensitivity
-        if effect >= 0.0:
-            split.progress(factor=effect, type="BAR", text="" if narrow else f"{effect:.0%}")
-        elif not narrow:
+        if line.effect >= 0.0:
+            split.progress(factor=line.effect, type="BAR", text="" if self.narrow else f"{line.effect:.0%}")
+        elif not self.narrow:
             split.label(text=line.value)
 
     def draw_filter(self, context: Any, layout: Any) -> None:
@@ -42,12 +41,11 @@ class ParameterList(bpy.types.UIList):
 
     def filter_items(self, context: Any, data: Any, propname: str) -> tuple[list[int], list[int]]:
         """Filter by what the lines show, since the rows have no names."""
-        items = getattr(data, propname)
-        if not self.filter_name:
-            return [], []
         wanted = self.filter_name.lower()
+        if not wanted:
+            return [], []
         return [self.bitflag_filter_item if wanted in derived.parameter(item).words.lower() else 0
-                for item in items], []  # fmt: skip
+                for item in getattr(data, propname)], []  # fmt: skip
 
 
 class SetUpMenu(bpy.types.Menu):
@@ -83,7 +81,10 @@ class ParametersPanel(Tab, bpy.types.Panel):
                 column.operator("edgegrad.set_up", text=one.label, icon=one.icon).task = name
             layout.operator_menu_enum("edgegrad.parameters_add", "of", text="Add from Selection", icon="ADD")
             return
+        derived.see_rows(settings)
+        ParameterList.narrow = context.region.width < NARROW * context.preferences.system.ui_scale
         row = layout.row()
+        row.use_property_split = False
         row.template_list(ParameterList.bl_idname, "", settings, "parameters", settings, "active_parameter", rows=4)
         column = row.column(align=True)
         column.operator_menu_enum("edgegrad.parameters_add", "of", text="", icon="ADD")

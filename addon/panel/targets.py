@@ -19,11 +19,11 @@ class TargetList(bpy.types.UIList):
 
     def draw_item(self, context: Any, layout: Any, data: Any, item: Any, icon: int, active_data: Any,
                   active_property: str) -> None:  # fmt: skip
-        found, camera, weight = derived.picture(item, context.scene), item.camera, item.weight
+        found, weight = derived.picture(item, context.scene), item.weight
         row = layout.row(align=True)
         split = row.split(factor=0.5, align=True)
-        if camera:
-            split.label(text=camera.name)
+        if found.camera:
+            split.label(text=found.camera)
         else:
             split.label(text="no camera", icon="ERROR")
         split.label(text=found.words, icon_value=found.thumbnail)
@@ -52,6 +52,7 @@ class TargetsPanel(Tab, bpy.types.Panel):
             column.operator("edgegrad.target_open", icon="FILE_FOLDER")
             column.operator("edgegrad.cameras_import", icon="CAMERA_DATA")
             return
+        derived.see_rows(settings)
         row = layout.row()
         row.template_list(TargetList.bl_idname, "", settings, "targets", settings, "active_target", rows=3)
         column = row.column(align=True)

@@ -86,7 +86,7 @@ class ViewThread:
         self._seconds = GUESSED
         self._renderer: edgegrad.Renderer | None = None
         self._threads = 0  # of the renderer
-        self._of_alpha: tuple[edgegrad.Scene, edgegrad.Renderer] | None = None
+        self._of_alpha: tuple[edgegrad.Scene, int, edgegrad.Renderer] | None = None  # with its threads
         self._thread = threading.Thread(target=self._run, name="edgegrad.view", daemon=True)
         self._thread.start()
 
@@ -211,7 +211,10 @@ class ViewThread:
         """The renderer of the view's transparency; None: everything is opaque."""
         if not has_alpha(request.scene, request.film_transparent):
             self._of_alpha = None
-        elif self._of_alpha is None or self._of_alpha[0] is not request.scene:
+        elif (self._of_alpha is None or self._of_alpha[0] is not request.scene
+              or self._of_alpha[1] != request.threads):  # fmt: skip
+            self._of_alpha = None  # free its memory first
             clear = alpha_scene(request.scene, request.film_transparent)
-            self._of_alpha = request.scene, edgegrad.Renderer(clear, threads=request.threads, watched=False)
-        return None if self._of_alpha is None else self._of_alpha[1]
+            renderer = edgegrad.Renderer(clear, threads=request.threads, watched=False)
+            self._of_alpha = request.scene, request.threads, renderer
+        return None if self._of_alpha is None else self._of_alpha[2]

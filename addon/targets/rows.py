@@ -41,7 +41,7 @@ def picture_size(path: str) -> tuple[int, int] | None:
 
 
 def _look_up(path: str) -> tuple[Path, os.stat_result] | None:
-    """Return file and state by one access to the disk, since each redraw of the panel looks."""
+    """Return file and state by one access to the disk."""
     if not path.strip():
         return None
     file = Path(bpy.path.abspath(path))
@@ -84,6 +84,14 @@ def size_of(row: Any) -> tuple[int, int] | None:
         wide, high = row.datablock.size
         return (wide, high) if wide and high else None
     return picture_size(row.image)
+
+
+def fingerprint(row: Any) -> tuple[Any, ...]:
+    """Return what a row's picture is, and the state that it is in; it differs after each change of the picture."""
+    if row.datablock is not None:
+        return row.datablock.name_full, *row.datablock.size
+    found = _look_up(row.image)
+    return (row.image,) if found is None else (row.image, found[1].st_mtime, found[1].st_size)
 
 
 def problem_of(row: Any) -> str:

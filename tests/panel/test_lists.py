@@ -194,7 +194,7 @@ def test_a_base_color_from_a_texture_is_no_value(scene: Any) -> None:
     assert request(bpy.context).names.base_color == ("Clay",)
 
 
-def test_what_the_panel_shows_follows_edits(scene: Any, picture: str, monkeypatch: Any) -> None:
+def test_what_the_panel_shows_follows_edits(scene: Any, picture: str) -> None:
     """Also removed rows and files, which are no edits of Blender's."""
     scene.render.resolution_x, scene.render.resolution_y = 20, 10
     row, lamp = rows.add_kind(scene, "POWER", bpy.data.objects["Lamp"]), bpy.data.objects["Lamp"]
@@ -202,34 +202,76 @@ def test_what_the_panel_shows_follows_edits(scene: Any, picture: str, monkeypatc
     target.camera, target.image = scene.camera, picture
     bpy.context.view_layer.update()
     assert derived.parameter(row).words == "Lamp: Power" and derived.obstacle(bpy.context) is None
-    lamp.name, lamp.data.energy = "Key", 7.5
+    lamp.data.energy = 7.5
+    bpy.context.view_layer.update()
+    assert derived.parameter(row).value == "7.5"
+    lamp.name = "Key"
+    bpy.context.view_layer.update()
+    assert derived.parameter(row).words == "Key: Power"
+    row.enabled, row.sensitivity = False, 0.25
+    found = derived.obstacle(bpy.context)
+    assert found is not None and found.sentence == "Every parameter is switched off"
+    assert derived.parameter(row) == derived.Line("LIGHT", "Key: Power", "7.5", False, 0.25)
+    row.enabled = True
+    target.camera = None
+    found = derived.obstacle(bpy.context)
+    assert found is not None and "has no camera" in found.sentence and not derived.picture(target, scene).camera
+    target.camera = scene.camera
     scene.render.resolution_x = 99
     bpy.context.view_layer.update()
-    assert derived.parameter(row) == derived.Line("LIGHT", "Key: Power", "7.5")
     found = derived.obstacle(bpy.context)
     assert found is not None and found.operator == "edgegrad.match_render"
     assert not derived.picture(target, scene).fits and derived.picture(target, scene).size == (20, 10)
+    assert derived.picture(target, scene).camera == scene.camera.name
     scene.edgegrad.targets.clear()
     found = derived.obstacle(bpy.context)
     assert found is not None and found.sentence == "There is no target"
-    # A file that vanishes
+
+
+def test_removed_rows_leave_their_place_to_others(scene: Any) -> None:
+    """Blender moves the rows behind a removed one to its place in memory."""
+    for material in (bpy.data.materials.new("Glow"), bpy.data.materials["Clay"]):
+        rows.add_kind(scene, "EMISSION", material)
+    bpy.context.view_layer.update()
+    parameters = scene.edgegrad.parameters
+    derived.see_rows(scene.edgegrad)
+    assert [derived.parameter(row).words for row in parameters] == ["Glow: Emission", "Clay: Emission"]
+    parameters.remove(0)
+    derived.see_rows(scene.edgegrad)
+    assert [derived.parameter(row).words for row in parameters] == ["Clay: Emission"]
+
+
+def test_the_panel_notices_changes_of_pictures(scene: Any, picture: str) -> None:
+    """A file that vanishes, and one that comes back with another size."""
     target = scene.edgegrad.targets.add()
     target.camera, target.image = scene.camera, picture
     bpy.context.view_layer.update()
-    assert derived.picture(target, scene).words == "a picture.exr"
+
+    def words() -> str:
+        derived.see_pictures()
+        return derived.picture(target, scene).words
+
+    assert words() == "a picture.exr" and words() == "a picture.exr"
     Path(picture).unlink()
-    monkeypatch.setattr(derived, "SECONDS", -1.0)
-    derived._until[0] = 0.0
-    assert derived.picture(target, scene).words == "a picture.exr is missing"
+    assert words() == "a picture.exr is missing"
+    images.write_image(picture, np.zeros((7, 9, 3), np.float32))
+    assert words() == "a picture.exr" and derived.picture(target, scene).size == (9, 7)
 
 
 def test_what_the_panel_shows_is_derived_once(scene: Any, monkeypatch: Any) -> None:
     asked: list[None] = []
     plain = preflight.obstacle
     monkeypatch.setattr(preflight, "obstacle", lambda context: (asked.append(None), plain(context))[1])
-    monkeypatch.setattr(derived, "SECONDS", 1e9)
-    derived._until[0] = 0.0
+    derived.obstacle(bpy.context)
+    derived.see_pictures()
+    asked.clear()
+    derived.obstacle(bpy.context)
     for _ in range(5):
+        derived.see_pictures()
         derived.obstacle(bpy.context)
     assert len(asked) == 1
-    derived._until[0] = 0.0
+    # What was not drawn between two looks is derived anew.
+    derived.see_pictures()
+    derived.see_pictures()
+    derived.obstacle(bpy.context)
+    assert len(asked) == 2

@@ -125,16 +125,16 @@ def test_renders_and_views_have_the_chosen_threads(chosen: Any, monkeypatch: Any
     scene.view_layers[0].use_pass_z = scene.render.film_transparent = True
     bpy.ops.render.render()
     assert made.count(3) == 3, made  # the picture, its alpha, and the depth
-    # A view takes other threads at once.
+    # A view takes other threads at once, for its transparency, too.
     export = export_scene(scene)
     made.clear()
     thread = ViewThread()
     for count in (2, 1):
-        request = Request(export.scene, export.settings, export.scene.camera, False, 1, 0, count)
+        request = Request(export.scene, export.settings, export.scene.camera, True, 1, 0, count)
         thread.post(request)
         thread.wait(request, 60.0)
     thread.stop()
-    assert made == [2, 1]
+    assert made == [2, 2, 1, 1]
 
 
 def test_first_pictures_are_as_quick_as_chosen(chosen: Any) -> None:

@@ -6,10 +6,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+import bpy
+
 import edgegrad
 from edgegrad.rendering.engine import engine_class
 from edgegrad.rendering.one_shot import CAUSTIC_SAMPLES
 from edgegrad.rendering.renderer import MAX_DERIVATIVE_DEPTH
+from edgegrad.scene import parameters
 
 from .export import Export, export_scene
 
@@ -33,6 +36,30 @@ def export_differentiable(scene: Any, cameras: Sequence[Any] = ()) -> Export:
         where, _, what = note.partition(": ")
         export.report.warn(where, f"{what} (the reference engine's derivatives need it)")
     return export
+
+
+def let_normals_follow(export: Export, paths: Sequence[str]) -> list[str]:
+    """Let the smooth normals of meshes follow their vertices if these are parameters.
+
+    Blender averages the normals of polygons. Where they differ from those of the triangles, as in most meshes of quads,
+    they are exported as given normals, which would stay as they are while the vertices move.
+
+    Returns
+    -------
+    A sentence on each mesh with custom normals, which do stay.
+    """
+    notes = []
+    for path in paths:
+        collection, name, fieldname = parameters.split(path)
+        if collection != "meshes" or fieldname != "vertices" or name not in export.meshes:
+            continue
+        owner = export.meshes[name].object
+        if not bpy.data.objects[owner].data.has_custom_normals:
+            export.scene.meshes[name].normals = None
+        elif export.scene.meshes[name].normals is not None:
+            notes.append(f"object '{owner}': has custom normals, which stay as they are while its vertices move, so "
+                         "its shading follows its shape in part only; clear them (Clear Custom Split Normals Data)")
+    return notes
 
 
 def not_computed(export: Export, paths: list[str]) -> list[str]:

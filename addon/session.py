@@ -21,7 +21,7 @@ from .animated.film_driver import FilmDriver, Shot, frames_kept
 from .animated.parameter import Wanted
 from .animated.relay import Relay
 from .animated.stored import remember_sensitivities
-from .differentiable import export_differentiable, not_computed
+from .differentiable import export_differentiable, let_normals_follow, not_computed
 from .export import Export
 from .field_fit import FieldRequest, Replacement, replace_by_field
 from .preferences import threads
@@ -180,7 +180,7 @@ class Session:
         for name in () if driver is None else driver.without_normals:
             export.scene.meshes[name].normals = None
         wrt = names.paths(export, may_be_empty=driver is not None or replaced is not None)
-        targets, notes = [], list[str]()
+        targets, notes = list[edgegrad.Target](), let_normals_follow(export, wrt)
         if replaced is not None:
             wrt += [replaced.path, *replaced.attributes]
             notes += replaced.notes

@@ -15,7 +15,7 @@ from edgegrad.scene import parameters as values
 
 from ..animated.driver import Driver
 from ..animated.parameter import Wanted
-from ..differentiable import export_differentiable, not_computed
+from ..differentiable import export_differentiable, let_normals_follow, not_computed
 from ..export import Export
 from ..parameters import Names, unit
 from ..preferences import threads
@@ -64,6 +64,7 @@ def derivative_of_names(context: Any, names: Names, direction: str, camera: Any 
     names.check_objects(context.scene, in_place=True)
     export = export_differentiable(context.scene, () if camera is None else (camera,))
     paths = names.paths(export)
+    notes = let_normals_follow(export, paths)
     scene = export.scene
     tangent = {}
     for path in paths:
@@ -73,7 +74,7 @@ def derivative_of_names(context: Any, names: Names, direction: str, camera: Any 
             tangent[path] = _motion(scene.meshes[name], direction)
         else:
             tangent[path] = np.full(np.shape(value), unit(export, path))
-    return Derivative(export, tangent, not_computed(export, paths))
+    return Derivative(export, tangent, [*notes, *not_computed(export, paths)])
 
 
 def derivative_of_properties(context: Any, wanted: Sequence[Wanted], direction: str,

@@ -9,7 +9,7 @@ import edgegrad
 
 from ..animated.driver import Driver
 from ..animated.parameter import Wanted
-from ..differentiable import export_differentiable
+from ..differentiable import export_differentiable, let_normals_follow
 from ..export import Export
 from ..parameters import Names
 from ..problem import Problem
@@ -23,6 +23,7 @@ def planned(context: Any, names: Names, wanted: Sequence[Wanted]) -> tuple[Expor
     names, controls = names.with_controls(scene, True, bool(wanted))
     export = export_differentiable(scene)
     paths = names.paths(export, may_be_empty=True)
+    let_normals_follow(export, paths)
     if wanted or controls:
         driver = Driver(scene, [scene.camera], wanted, controls)
         paths += driver.place({one.path: one.value for one in driver.variables}).paths[0]

@@ -4,16 +4,23 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+
+import edgegrad
 
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
 from edgegrad_addon.export.geometry import attributes
 from edgegrad_addon.export.geometry.mesh import read_mesh
 from edgegrad_addon.export.geometry.normals import angle_weighted, corner_normals
+from edgegrad_addon.look.derivative import derivative_of_names
+from edgegrad_addon.look.plan import planned
+from edgegrad_addon.parameters import Names
+from edgegrad_addon.session import Picture, Request, Session
 from tests.support.scenes import blender_scenes as bs
 
 
@@ -239,3 +246,46 @@ def test_emissive_meshes_with_normal_maps_under_uneven_scale_are_told() -> None:
     ob.scale = (2.0, 2.0, 2.0)
     bpy.context.view_layer.update()
     assert not any("apply its scale" in line for line in bs.export().report.lines)
+
+
+def bumpy_quads(size: int = 40) -> tuple[Any, Any, Any]:
+    """A smooth sheet of quads that are not planar, wider than the view, its object and the places of its vertices."""
+    x, y = (a.ravel() for a in np.meshgrid(*2 * [np.linspace(-3.0, 3.0, size)], indexing="ij"))
+    points = np.stack([x, y, 0.3 * np.sin(2.0 * x + 1.0) * np.cos(1.5 * y)], axis=1)
+    at = np.arange(size * size).reshape(size, size)
+    quads = np.stack([at[:-1, :-1], at[1:, :-1], at[1:, 1:], at[:-1, 1:]], axis=-1).reshape(-1, 4)
+    data = smooth(bs.mesh("Thing", points.tolist(), quads.tolist(), bs.material("Clay")))
+    return bs.add("Thing", data), data, points
+
+
+def test_smooth_normals_of_quads_follow_vertices_that_are_fitted(tmp_path: Path) -> None:
+    _, data, points = bumpy_quads()
+    assert exported().normals is not None  # Blender's normals are not those of the triangles
+    target = str(tmp_path / "target.exr")
+    edgegrad.images.write_image(target, np.full((bpy.context.scene.render.resolution_y,
+                                                 bpy.context.scene.render.resolution_x, 3), 0.1, np.float32))
+    session = Session.prepare(bpy.context, Request([Picture("Camera", target)], Names(vertices=("Thing",))))
+    move = np.zeros_like(points)
+    move[:, 2] = np.sin(3.0 * points[:, 0]) * np.sin(2.0 * points[:, 1] + 0.5)
+
+    def picture(amount: float) -> Any:
+        data.vertices.foreach_set("co", (points + amount * move).astype(np.float32).ravel())
+        data.update()
+        return edgegrad.render(bs.export().scene, spp=64, max_depth=2).astype(np.float64)
+
+    quotient = (picture(1e-2) - picture(-1e-2)) / 2e-2
+    picture(0.0)
+    own = edgegrad.render_forward(session.export.scene, {session.wrt[0]: move}, spp=64, max_depth=2)
+    # What is left is how the normals of polygons differ from those of their triangles as the sheet bends
+    assert np.linalg.norm(own - quotient) < 0.06 * np.linalg.norm(quotient)
+    shown = derivative_of_names(bpy.context, Names(vertices=("Thing",)), "Z").export
+    plan, _ = planned(bpy.context, Names(vertices=("Thing",)), ())
+    assert shown.scene.meshes["Thing"].normals is None and plan.scene.meshes["Thing"].normals is None
+
+
+def test_custom_normals_stay_and_are_named() -> None:
+    _, data, points = bumpy_quads(6)
+    data.normals_split_custom_set_from_vertices([(0.0, 0.6, 0.8)] * len(points))
+    derivative = derivative_of_names(bpy.context, Names(vertices=("Thing",)), "Z")
+    assert derivative.export.scene.meshes["Thing"].normals is not None
+    assert any("object 'Thing': has custom normals" in note for note in derivative.notes)

@@ -133,7 +133,8 @@ def compare(
     theirs, cycles_seconds = by_cycles(case, output, samples, seeds)
     row = Row(case.name, case.title, case.feature, case.bounces, samples, cycles_seconds, differs=case.differs)
     try:
-        ours, row.edgegrad_seconds, row.notes = by_edgegrad(*((samples // 4, seeds // 2) if draft else (samples, seeds)))
+        effort = (samples // 4, seeds // 2) if draft else (samples, seeds)
+        ours, row.edgegrad_seconds, row.notes = by_edgegrad(*effort)
         row.figures, _ = agreement.compare(ours, theirs)
     except Exception as error:  # a scene that fails is a row of the report, not its end
         row.error = f"{type(error).__name__}: {error}"

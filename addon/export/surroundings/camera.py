@@ -90,8 +90,9 @@ def _pose(matrix: NDArray[np.float64], where: str, report: Report) -> NDArray[np
         x /= np.linalg.norm(x)
         axes = np.stack([x, np.sign(volume) * np.cross(z, x), z], axis=1)
     if skew > BARELY_SHEARED:
-        report.warn(where, f"its parents' uneven scale shears it by {np.degrees(np.arcsin(min(skew, 1.0))):.2g} degrees, "
-                    "and Cycles its picture; here the picture is not sheared")  # fmt: skip
+        angle = np.degrees(np.arcsin(min(skew, 1.0)))
+        report.warn(where, f"its parents' uneven scale shears it by {angle:.2g} degrees, and Cycles its picture; here "
+                    "the picture is not sheared")  # fmt: skip
     out = np.eye(4)
     out[:3, :3], out[:3, 3] = axes, matrix[:3, 3]
     return out

@@ -17,6 +17,7 @@ from . import (  # noqa: F401  (importing a family registers its cases)
     props,
     rooms,
     scatter,
+    settings,
     shaders,
     shots,
     tutorials,

@@ -50,21 +50,38 @@ def particle_info() -> None:
     """Sparks that cool as they age."""
     _small()
     third = 1.0 / 24.0
-    outputs = (("Index", (third, 0.2, 0.2)), ("Age", (0.06, 0.02, 0.02)), ("Lifetime", (0.02, 0.01, 0.01)),
-               ("Location", (0.5, 0.5, 0.5)), ("Size", (8.0, 4.0, 1.0)), ("Velocity", (0.4, 0.4, 0.4)),
-               ("Random", (1.0, 0.5, 0.2)))  # fmt: skip
+    outputs = (
+        ("Index", (third, 0.2, 0.2)),
+        ("Age", (0.06, 0.02, 0.02)),
+        ("Lifetime", (0.02, 0.01, 0.01)),
+        ("Location", (0.5, 0.5, 0.5)),
+        ("Size", (8.0, 4.0, 1.0)),
+        ("Velocity", (0.4, 0.4, 0.4)),
+        ("Random", (1.0, 0.5, 0.2)),
+    )
     for k, (output, factor) in enumerate(outputs):
         _particles(_from(output, "ShaderNodeParticleInfo", output, factor), 0.75 * (k - 3), output)
     bpy.context.scene.frame_set(14)
 
 
-@case("Hair Info: strand, intercept, length, thickness, random", bounces=2, samples=64, differs=(
-    "strands are thick for their length: Cycles' ribbons lie in the middle of the tubes that are rendered here",))
+@case(
+    "Hair Info: strand, intercept, length, thickness, random",
+    bounces=2,
+    samples=64,
+    differs=(
+        "strands are thick for their length: Cycles' ribbons lie in the middle of the tubes that are rendered here",
+    ),
+)
 def hair_info() -> None:
     """Coloured by where and which strand."""
     _small()
-    outputs = (("Intercept", (1.0, 0.3, 0.1)), ("Length", (1.2, 0.6, 0.2)), ("Thickness", (9.0, 4.0, 2.0)),
-               ("Random", (1.0, 0.6, 0.3)), ("Is Strand", (0.1, 0.6, 0.3)))  # fmt: skip
+    outputs = (
+        ("Intercept", (1.0, 0.3, 0.1)),
+        ("Length", (1.2, 0.6, 0.2)),
+        ("Thickness", (9.0, 4.0, 2.0)),
+        ("Random", (1.0, 0.6, 0.3)),
+        ("Is Strand", (0.1, 0.6, 0.3)),
+    )
     for k, (output, factor) in enumerate(outputs):
         made = _from(output, "ShaderNodeHairInfo", output, factor)
         ball = stage.add(output, stage.sphere(output, made, radius=0.3, segments=24), (0.95 * (k - 2), 0, 0.4))
@@ -78,9 +95,13 @@ def hair_info() -> None:
 def camera_data() -> None:
     """Depth cues by nodes."""
     _small()
-    stage.row([_from("Vector", "ShaderNodeCameraData", "View Vector", (0.5, 0.5, 0.5), (0.4, 0.4, 0.2)),
-               _from("Depth", "ShaderNodeCameraData", "View Z Depth", (0.08, 0.05, 0.02)),
-               _from("Distance", "ShaderNodeCameraData", "View Distance", (0.02, 0.05, 0.08))])  # fmt: skip
+    stage.row(
+        [
+            _from("Vector", "ShaderNodeCameraData", "View Vector", (0.5, 0.5, 0.5), (0.4, 0.4, 0.2)),
+            _from("Depth", "ShaderNodeCameraData", "View Z Depth", (0.08, 0.05, 0.02)),
+            _from("Distance", "ShaderNodeCameraData", "View Distance", (0.02, 0.05, 0.08)),
+        ]
+    )
     mirror = stage.principled("Mirror", (0.9, 0.9, 0.9), Metallic=1.0, Roughness=0.0)
     stage.add("Mirror", stage.plane("Mirror", mirror, size=6.0), (0, 1.6, 1.0), (math.pi / 2 - 0.2, 0, 0))
     rig = stage.add("Rig", None, (0.5, -0.3, 0.1), (0.0, 0.0, 0.05), (2.0, 2.0, 2.0))
@@ -96,10 +117,16 @@ def geometry_outputs() -> None:
     """Each output as a colour."""
     _small()
     node = "ShaderNodeNewGeometry"
-    stage.row([_from("Incoming", node, "Incoming", (0.5, 0.5, 0.5), (0.4, 0.4, 0.2)),
-               _from("True", node, "True Normal", (0.4, 0.4, 0.4), (0.4, 0.4, 0.4)),
-               _from("Normal", node, "Normal", (0.4, 0.4, 0.4), (0.4, 0.4, 0.4)),
-               _from("Position", node, "Position", (0.3, 0.3, 0.3), (0.3, 0.3, 0.1))], y=-0.6, segments=12)  # fmt: skip
+    stage.row(
+        [
+            _from("Incoming", node, "Incoming", (0.5, 0.5, 0.5), (0.4, 0.4, 0.2)),
+            _from("True", node, "True Normal", (0.4, 0.4, 0.4), (0.4, 0.4, 0.4)),
+            _from("Normal", node, "Normal", (0.4, 0.4, 0.4), (0.4, 0.4, 0.4)),
+            _from("Position", node, "Position", (0.3, 0.3, 0.3), (0.3, 0.3, 0.1)),
+        ],
+        y=-0.6,
+        segments=12,
+    )
     back = _from("Backfacing", node, "Backfacing", (0.6, 0.2, 0.1), (0.1, 0.2, 0.3))
     for k in range(3):
         card = stage.plane(f"Card {k}", back, size=0.9)
@@ -117,14 +144,27 @@ def light_path_flags() -> None:
     def by(output: str) -> Any:
         def shader(tree: Any) -> Any:
             flag = stage.node(tree, "ShaderNodeLightPath").outputs[output]
-            return stage.node(tree, "ShaderNodeMixShader", {
-                0: flag, 1: stage.node(tree, "ShaderNodeBsdfDiffuse", {"Color": (0.7, 0.5, 0.3)}),
-                2: stage.node(tree, "ShaderNodeBsdfTransparent", {"Color": (0.3, 0.6, 0.9)})})  # fmt: skip
+            return stage.node(
+                tree,
+                "ShaderNodeMixShader",
+                {
+                    0: flag,
+                    1: stage.node(tree, "ShaderNodeBsdfDiffuse", {"Color": (0.7, 0.5, 0.3)}),
+                    2: stage.node(tree, "ShaderNodeBsdfTransparent", {"Color": (0.3, 0.6, 0.9)}),
+                },
+            )
 
         return stage.material(output, shader)
 
-    flags = ("Is Camera Ray", "Is Shadow Ray", "Is Diffuse Ray", "Is Glossy Ray", "Is Singular Ray",
-             "Is Reflection Ray", "Is Transmission Ray")  # fmt: skip
+    flags = (
+        "Is Camera Ray",
+        "Is Shadow Ray",
+        "Is Diffuse Ray",
+        "Is Glossy Ray",
+        "Is Singular Ray",
+        "Is Reflection Ray",
+        "Is Transmission Ray",
+    )
     stage.row([by(flag) for flag in flags], y=-0.2, radius=0.3, z=0.35, gap=0.75)
     mirror = stage.principled("Mirror", (0.9, 0.9, 0.9), Metallic=1.0, Roughness=0.0)
     rough = stage.principled("Rough", (0.9, 0.9, 0.9), Metallic=1.0, Roughness=0.3)
@@ -135,8 +175,12 @@ def light_path_flags() -> None:
     stage.add("Pane", stage.cube("Pane", glass, size=1.0), (0.0, -1.0, 0.3), (0, 0, 0), (4.0, 0.1, 0.3))
 
 
-@case("Wireframe: by pixels and by length, on triangles, squares and polygons, as holes", bounces=2, samples=64, differs=(
-    "lines whose width is in pixels are left out, which the export says",))
+@case(
+    "Wireframe: by pixels and by length, as lines and as holes",
+    bounces=2,
+    samples=64,
+    differs=("lines whose width is in pixels are left out, which the export says",),
+)
 def wireframes() -> None:
     """The technical drawing."""
     _small()
@@ -145,16 +189,29 @@ def wireframes() -> None:
         def shader(tree: Any) -> Any:
             wire = stage.node(tree, "ShaderNodeWireframe", {"Size": size}, use_pixel_size=pixels)
             body = "ShaderNodeBsdfTransparent" if holes else "ShaderNodeBsdfDiffuse"
-            return stage.node(tree, "ShaderNodeMixShader", {
-                0: wire, 1: stage.node(tree, body), 2: stage.node(tree, "ShaderNodeEmission",
-                                                                  {"Color": (0.1, 0.7, 0.3)})})  # fmt: skip
+            return stage.node(
+                tree,
+                "ShaderNodeMixShader",
+                {
+                    0: wire,
+                    1: stage.node(tree, body),
+                    2: stage.node(tree, "ShaderNodeEmission", {"Color": (0.1, 0.7, 0.3)}),
+                },
+            )
 
         return stage.material(f"{size} {pixels} {holes}", shader)
 
-    stage.row([lines(0.03, False, False), lines(1.5, True, False), lines(0.05, False, True), lines(0.4, True, True)],
-              segments=10, smooth=False)  # fmt: skip
-    stage.add("Pipe", stage.cylinder("Pipe", lines(0.04, False, False), radius=0.4, depth=0.9, segments=7),
-              (0.0, 1.4, 0.5), (0.4, 0.3, 0))  # fmt: skip
+    stage.row(
+        [lines(0.03, False, False), lines(1.5, True, False), lines(0.05, False, True), lines(0.4, True, True)],
+        segments=10,
+        smooth=False,
+    )
+    stage.add(
+        "Pipe",
+        stage.cylinder("Pipe", lines(0.04, False, False), radius=0.4, depth=0.9, segments=7),
+        (0.0, 1.4, 0.5),
+        (0.4, 0.3, 0),
+    )
 
 
 @case("Object Info of nested instances: random, colour, alpha, place; Attribute of instancers", bounces=2)
@@ -162,8 +219,12 @@ def instance_info() -> None:
     """Collections of collections, coloured by instance."""
     _small()
     inner, outer = (bpy.data.collections.new(name) for name in ("Inner", "Outer"))
-    outputs = (("Random", (1.0, 0.6, 0.2)), ("Color", (1.0, 1.0, 1.0)), ("Alpha", (0.2, 0.8, 0.4)),
-               ("Location", (0.25, 0.25, 0.25)))  # fmt: skip
+    outputs = (
+        ("Random", (1.0, 0.6, 0.2)),
+        ("Color", (1.0, 1.0, 1.0)),
+        ("Alpha", (0.2, 0.8, 0.4)),
+        ("Location", (0.25, 0.25, 0.25)),
+    )
     for k, (output, factor) in enumerate(outputs):
         offset = (0.3, 0.3, 0.3) if output == "Location" else (0.0, 0.0, 0.0)
         made = _from(output, "ShaderNodeObjectInfo", output, factor, offset)

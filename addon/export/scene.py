@@ -169,7 +169,7 @@ class _Walk:
         self.others = OtherGeometry(self.meshes, out.scene.camera, depsgraph, out.report)
         self.complete = memory is None
         self.named: set[str] = set()
-        self.instancers = Instancers(out.report)
+        self.instancers = Instancers(out.report, depsgraph.scene.frame_current_final)
 
     def _instances(self) -> Any:
         """Yield (instance, object, object or instancer) for all rendered objects; each is valid until the next one."""

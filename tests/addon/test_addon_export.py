@@ -155,3 +155,25 @@ def test_cameras_that_cannot_be_rendered_are_refused(break_it: Any, words: Any) 
     with pytest.raises(Problem) as caught:
         bs.export()
     assert all(word in str(caught.value) for word in words)
+
+
+@pytest.mark.parametrize(("scale", "named"), [((2, 2, 2), False), ((-1.5, 1.5, 1.5), False), ((1, 1, 0.5), True)])
+def test_cameras_of_scaled_parents_are_rigid(scale: tuple[float, float, float], named: bool) -> None:
+    bs.light("POINT")
+    camera = bpy.context.scene.camera
+    camera.rotation_euler = (1.0, 0.2, 0.3)
+    camera.parent = bs.add("Rig", None)
+    camera.parent.scale = scale
+    bpy.context.view_layer.update()
+    made = bs.export()
+    made.scene.validate()
+    axes = made.scene.camera.to_world[:3, :3]
+    world = np.array(camera.matrix_world)[:3, :3]
+    assert np.allclose(axes.T @ axes, np.eye(3), atol=1e-5)
+    assert np.allclose(axes[:, 2], world[:, 2] / np.linalg.norm(world[:, 2]), atol=1e-6)
+    assert np.sign(np.linalg.det(axes)) == np.sign(np.linalg.det(world))
+    assert any("shears it" in line for line in made.report.lines) == named
+    camera.parent.scale.z = 0.0
+    bpy.context.view_layer.update()
+    with pytest.raises(Problem, match="camera 'Camera': it is flattened"):
+        bs.export()

@@ -138,6 +138,15 @@ def test_particle_hair_is_a_mesh_of_its_own() -> None:
     assert not export.report.lines
 
 
+@pytest.mark.parametrize(("scale", "shape", "named"), [(0.2, "RIBBONS", True), (0.2, "THICK", False),
+                                                       (0.02, "RIBBONS", False)])  # fmt: skip
+def test_strands_that_are_thick_for_their_length_are_named_as_ribbons(scale: float, shape: str, named: bool) -> None:
+    bpy.context.scene.render.resolution_x = bpy.context.scene.render.resolution_y = 16
+    bpy.context.scene.cycles_curves.shape = shape
+    hairy(radius_scale=scale, root_radius=1.0, tip_radius=0.5, use_close_tip=False)
+    assert any("Cycles' ribbons" in line for line in bs.export().report.lines) == named
+
+
 def test_a_hidden_emitter_keeps_its_hair() -> None:
     hairy().show_instancer_for_render = False
     assert set(bs.export().scene.meshes) == {"Head (hair Hair)"}

@@ -15,7 +15,7 @@ import edgegrad
 from edgegrad import expression as e
 from edgegrad_addon.export.bakes.bake import new_scene
 from edgegrad_addon.export.exported import Export, Source
-from edgegrad_addon.export.geometry import attributes
+from edgegrad_addon.export.geometry import attributes, hashes
 from edgegrad_addon.export.materials.coats import COSINES, reflected
 from edgegrad_addon.export.surroundings.directed_lamps import replace_light, shown_area
 from tests.support.scenes import blender_scenes as bs
@@ -190,6 +190,53 @@ def test_particles_whose_emitter_is_hidden_and_has_its_own_material() -> None:
     emitter.show_instancer_for_render = False
     bs.add("Cube", bs.cube("Cube", bs.material("Grey")))
     assert list(bs.export().scene.meshes) == ["Cube"]
+
+
+def test_particles_have_their_values_and_other_objects_those_of_none() -> None:
+    outputs = {"Index": 1, "Random": 1, "Age": 1, "Lifetime": 1, "Location": 3, "Size": 1, "Velocity": 3}
+    spark = linked("ParticleInfo", "Velocity", "Base Color", {})
+    tree = spark.data.materials[0].node_tree
+    info = next(node for node in tree.nodes if node.type == "PARTICLE_INFO")
+    added = tree.nodes.new("ShaderNodeEmission")
+    total = info.outputs["Location"]
+    for name in outputs:
+        sum_ = tree.nodes.new("ShaderNodeVectorMath")
+        tree.links.new(total, sum_.inputs[0])
+        tree.links.new(info.outputs[name], sum_.inputs[1])
+        total = sum_.outputs[0]
+    tree.links.new(total, added.inputs["Color"])
+    both = tree.nodes.new("ShaderNodeAddShader")
+    output = tree.nodes["Material Output"].inputs["Surface"]
+    tree.links.new(output.links[0].from_socket, both.inputs[0])
+    tree.links.new(added.outputs[0], both.inputs[1])
+    tree.links.new(both.outputs[0], output)
+    emitter = bs.add("Emitter", bs.plane("Emitter", 2.0))
+    emitter.modifiers.new("Particles", "PARTICLE_SYSTEM")
+    settings = emitter.particle_systems[0].settings
+    settings.count, settings.frame_start, settings.frame_end, settings.lifetime = 5, 1.0, 4.0, 30.0
+    settings.render_type, settings.instance_object, settings.size_random = "OBJECT", spark, 0.5
+    for frame in range(1, 9):
+        bpy.context.scene.frame_set(frame)
+    made = bs.export()
+    assert not [line for line in made.report.lines if "Particle Info" in line]
+    found: dict[str, list[Any]] = {name: [] for name in outputs}
+    for mesh in made.scene.meshes.values():
+        for name in outputs:
+            key = attributes.PARTICLE + name
+            if key in mesh.instance_attributes:
+                found[name] += list(mesh.instance_attributes[key])
+            elif key in mesh.attributes:
+                found[name].append(mesh.attributes[key][0, 0])
+    ob = emitter.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    particles = ob.particle_systems[0].particles
+    true = {"Index": [(k,) for k in range(5)], "Age": [(8.0 - one.birth_time,) for one in particles],
+            "Lifetime": [(one.lifetime,) for one in particles], "Location": [tuple(one.location) for one in particles],
+            "Size": [(one.size,) for one in particles], "Velocity": [tuple(one.velocity) for one in particles],
+            "Random": [(hashes.hash_words(np.array([k]), 0)[0] / hashes.WORD,) for k in range(5)]}  # fmt: skip
+    for name, rows in true.items():
+        none = hashes.hash_words(np.array([0]), 0)[0] / hashes.WORD if name == "Random" else 0.0
+        expected = sorted([*rows, (none,) * outputs[name]])  # the cube itself is no particle
+        assert np.allclose(sorted(map(tuple, found[name])), expected, atol=1e-5), name
 
 
 def linked(kind: str, output: str, to: str, settings: dict[str, Any], **inputs: Any) -> Any:

@@ -15,7 +15,7 @@ import edgegrad
 from edgegrad import expression as e
 from edgegrad.expression import procedural as p
 from edgegrad.images import srgb_to_linear
-from edgegrad_addon.export.geometry import attributes
+from edgegrad_addon.export.geometry import attributes, hashes
 from edgegrad_addon.export.materials.material import PART
 from tests.support.scenes import blender_scenes as bs
 
@@ -323,8 +323,8 @@ def test_instances_share_a_mesh_and_have_values_of_their_own() -> None:
     own = mesh.instance_attributes
     name_of = ["Cube", "Twin"] if mesh.instances[1, 0, 3] == 3.0 else ["Twin", "Cube"]
     twin = name_of.index("Twin")
-    hashes = [attributes.name_hash(name) / attributes.WORD for name in name_of]
-    np.testing.assert_allclose(own[attributes.RANDOM][:, 0], hashes)
+    random = [hashes.name_hash(name) / hashes.WORD for name in name_of]
+    np.testing.assert_allclose(own[attributes.RANDOM][:, 0], random)
     np.testing.assert_allclose(own[attributes.COLOR][twin], [0.1, 0.2, 0.3, 1.0])
     np.testing.assert_allclose(own[attributes.PROPERTY + "wear"][[twin, 1 - twin], 0], [0.75, 0.25])
     # An object without the property has no such value, and cannot have a row.

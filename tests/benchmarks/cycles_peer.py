@@ -57,12 +57,12 @@ def render(folder: Path, seeds: int) -> tuple[F32, float]:
     return np.stack(pictures), float(np.median(seconds))
 
 
-def cached(file: Path, blend: Path, key: str) -> tuple[F32, float] | None:
-    """What `keep` stored in the file, if it was for the same key and .blend."""
+def cached(file: Path, blend: Path, key: str | None = None) -> tuple[F32, float] | None:
+    """What `keep` stored in the file, if it was for the same .blend and key (None: whatever the key)."""
     if not (file.is_file() and blend.is_file()):
         return None
     with np.load(file) as stored:
-        same = str(stored["key"]) == key and str(stored["blend"]) == _digest(blend)
+        same = key in (None, str(stored["key"])) and str(stored["blend"]) == _digest(blend)
         return (stored["pictures"], float(stored["seconds"])) if same else None
 
 

@@ -2,18 +2,21 @@
 
 ``python -m tests.benchmarks.versus_cycles`` builds each scene, saves it, opens it as a user would, renders it with
 Cycles (CPU) and, through the add-on's export, with Edgegrad, and writes a table (Markdown and JSON) and pictures.
-Cycles' pictures are kept in the output folder and used again while the scene's script stays the same.
+Cycles' pictures are kept in the output folder and used again while the scene's script stays the same, or builds the
+same scene. ``--continued --minutes 8`` renders some of the scenes that the folder's report doesn't have yet.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import math
 import platform
+import tempfile
 import time
 import traceback
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +27,7 @@ from numpy.typing import NDArray
 import edgegrad
 from edgegrad_addon.export import export_scene
 from tests.benchmarks import agreement, cycles_peer, side_by_side
+from tests.benchmarks.corpus import scene_contents
 from tests.benchmarks.cycles_scenes import CASES, Case, stage
 from tests.benchmarks.versus_mitsuba import processor
 
@@ -76,13 +80,35 @@ def by_cycles(case: Case, output: Path, samples: int, seeds: int) -> tuple[NDArr
     blend, file = output / f"{case.name}.blend", output / f"{case.name}.npz"
     key = case.fingerprint(samples, seeds, Path(cycles_peer.__file__).read_text())
     # A script doesn't give the same .blend twice (the order of a sphere's corners differs), so both are kept.
-    known = cycles_peer.cached(file, blend, key)
+    known = cycles_peer.cached(file, blend, key) or of_same_scene(case, output, key, samples, seeds)
     if known is None:
         build(case, blend, samples)
     bpy.ops.wm.open_mainfile(filepath=str(blend))
     if known is None:
         known = cycles_peer.render(output, seeds)
         cycles_peer.keep(file, blend, key, *known)
+    return known
+
+
+def of_same_scene(
+    case: Case, output: Path, key: str, samples: int, seeds: int
+) -> tuple[NDArray[np.float32], float] | None:
+    """Pictures that were made for another script, if the script of today builds the same scene; kept for its key."""
+    blend, file = output / f"{case.name}.blend", output / f"{case.name}.npz"
+    known = cycles_peer.cached(file, blend)
+    if known is None or len(known[0]) != seeds:
+        return None
+    with tempfile.TemporaryDirectory() as folder:
+        rebuilt = Path(folder) / blend.name
+        build(case, rebuilt, samples)
+        both = []
+        for one in (rebuilt, blend):
+            bpy.ops.wm.open_mainfile(filepath=str(one))
+            both.append(scene_contents.contents())
+    if different := scene_contents.differences(*both):
+        print(f"{case.name}: Cycles' picture is rendered anew, since these have changed: {', '.join(different[:5])}")
+        return None
+    cycles_peer.keep(file, blend, key, *known)
     return known
 
 
@@ -98,14 +124,17 @@ def by_edgegrad(samples: int, seeds: int) -> tuple[NDArray[np.float32], float, l
     return np.stack(pictures), float(np.median(seconds)), export.report.lines
 
 
-def compare(case: Case, output: Path, samples: int | None = None, seeds: int = SEEDS) -> Row:
-    """Render a case with both and compare; writes its pictures."""
+def compare(
+    case: Case, output: Path, samples: int | None = None, seeds: int = SEEDS, draft: bool = False
+) -> Row:  # fmt: skip
+    """Render a case with both and compare; writes its pictures. In a draft, Edgegrad takes an eighth of the samples."""
     samples = samples or case.samples
     output.mkdir(parents=True, exist_ok=True)
     theirs, cycles_seconds = by_cycles(case, output, samples, seeds)
     row = Row(case.name, case.title, case.feature, case.bounces, samples, cycles_seconds, differs=case.differs)
     try:
-        ours, row.edgegrad_seconds, row.notes = by_edgegrad(samples, seeds)
+        effort = (samples // 4, seeds // 2) if draft else (samples, seeds)
+        ours, row.edgegrad_seconds, row.notes = by_edgegrad(*effort)
         row.figures, _ = agreement.compare(ours, theirs)
     except Exception as error:  # a scene that fails is a row of the report, not its end
         row.error = f"{type(error).__name__}: {error}"
@@ -172,6 +201,19 @@ def markdown(rows: Sequence[Row], machine: dict[str, Any]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def read_rows(report: Path) -> dict[str, Row]:
+    """The rows of a report that was written as JSON, by their scenes; none if there is no file."""
+    if not report.is_file():
+        return {}
+    names = {one.name for one in fields(Row)}
+    stored = json.loads(report.read_text())["rows"]
+    rows = [{key: value for key, value in row.items() if key in names} for row in stored]
+    for row in rows:
+        row["figures"] = row["figures"] and agreement.Agreement(**row["figures"])
+        row["differs"] = tuple(row["differs"])
+    return {row["scene"]: Row(**row) for row in rows}
+
+
 def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -179,17 +221,24 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=Path("build/compare-cycles"), help="folder of the report")
     parser.add_argument("--samples", type=int, help="samples per pixel and seed (default: each scene's own)")
     parser.add_argument("--seeds", type=int, default=SEEDS)
+    parser.add_argument("--draft", action="store_true", help="Edgegrad takes an eighth of Cycles' samples")
+    parser.add_argument("--continued", action="store_true", help="keep the scenes of the folder's report")
+    parser.add_argument("--minutes", type=float, default=math.inf, help="start no scene after these")
     arguments = parser.parse_args()
     if unknown := [name for name in arguments.scenes if name not in CASES]:
         parser.error(f"unknown scene {unknown[0]}; there are {', '.join(CASES)}")
     start = time.perf_counter()
-    rows = []
     output = arguments.output.resolve()  # Blender's paths must not be relative
-    for name in arguments.scenes or list(CASES):
-        rows.append(compare(CASES[name], output, arguments.samples, arguments.seeds))
-        print(line(rows[-1]), rows[-1].error, flush=True)
+    kept = read_rows(output / "versus_cycles.json") if arguments.continued else {}
+    for name in arguments.scenes or [name for name in CASES if name not in kept]:
+        if time.perf_counter() - start > 60.0 * arguments.minutes:
+            break
+        kept[name] = compare(CASES[name], output, arguments.samples, arguments.seeds, arguments.draft)
+        print(line(kept[name]), kept[name].error, flush=True)
+    rows = [kept[name] for name in CASES if name in kept]
     machine = {"Blender": bpy.app.version_string, "processor": processor(), "Python": platform.python_version(),
-               "seeds": arguments.seeds, "minutes": round((time.perf_counter() - start) / 60.0, 1)}  # fmt: skip
+               "seeds": arguments.seeds, "draft": arguments.draft,
+               "minutes": round((time.perf_counter() - start) / 60.0, 1)}  # fmt: skip
     text = markdown(rows, machine)
     print(text)
     (output / "versus_cycles.md").write_text(text)

@@ -14,10 +14,12 @@ from numpy.typing import NDArray
 
 from edgegrad.expression import Attribute
 
+from .hashes import WORD, name_hash
 from .instancers import InstancerValues
 from .layers import layer_values, property_of
 from .mesh import MeshArrays
 from .normals import bits, corner_normals
+from .particles import output
 from .pointiness import pointiness
 
 F32 = NDArray[np.float32]
@@ -35,6 +37,7 @@ SCALE, SIDE = "(object scale)", "(object side)"
 BEFORE = "(position before displacement)"
 PROPERTY = "(object property) "
 INSTANCER = "(instancer) "
+PARTICLE = "(particle) "
 # Values of strands of hair, which other meshes do not have.
 IS_STRAND, INTERCEPT, LENGTH = "(is strand)", "(strand intercept)", "(strand length)"
 THICKNESS, RANDOM_STRAND = "(strand thickness)", "(strand random)"
@@ -47,28 +50,6 @@ POINT_RADIUS, RANDOM_POINT = "(point radius)", "(point random)"
 # Values of one object or instance: instances that share a mesh have their own.
 OF_OBJECT = (RANDOM, INDEX, COLOR, LOCATION, SCALE, SIDE)
 
-WORD = 0xFFFFFFFF
-
-def name_hash(name: str) -> int:
-    """Cycles' random number of an object that is not an instance."""
-    text = 0
-    for byte in name.encode():
-        text = (text * 37 + byte) & WORD
-    return int(hash_words(np.array([text], np.uint32), 0)[0])
-
-
-def hash_words(first: NDArray[Any], second: int) -> NDArray[np.uint32]:
-    """Hash of two 32-bit words each: the final mix of lookup3 (Jenkins 2006)."""
-    start = np.uint32((0xDEADBEEF + (2 << 2) + 13) & WORD)
-    a = np.asarray(first, np.uint32) + start
-    b = np.full_like(a, (int(start) + second) & WORD)
-    c = np.full_like(a, start)
-    for k in (14, 11, 25, 16, 4, 14, 24):
-        # The roles of the three words rotate: c changes by b, then a by c, then b by a.
-        turned = (b << np.uint32(k)) | (b >> np.uint32(32 - k))
-        a, b, c = b, (c ^ b) - turned, a
-    return b
-
 
 def layer(name: str) -> Attribute:
     """Expression that reads a layer; 0 on meshes without the layer, as in Blender."""
@@ -77,7 +58,7 @@ def layer(name: str) -> Attribute:
 
 def is_of_object(name: str) -> bool:
     """Whether an attribute differs between instances of a mesh."""
-    return name in OF_OBJECT or name.startswith((PROPERTY, INSTANCER))
+    return name in OF_OBJECT or name.startswith((PROPERTY, INSTANCER, PARTICLE))
 
 
 @dataclass(frozen=True)
@@ -117,6 +98,8 @@ class ObjectValues:
             return (float(np.cbrt(abs(np.linalg.det(self.matrix[:3, :3])))),)
         if name == SIDE:
             return (-1.0 if np.linalg.det(self.matrix[:3, :3]) < 0.0 else 1.0,)
+        if name.startswith(PARTICLE):
+            return output({} if self.instancer is None else self.instancer.particle, name.removeprefix(PARTICLE))
         if name.startswith(INSTANCER):
             name = name.removeprefix(INSTANCER)
             value = None if self.instancer is None else self.instancer.value(name)

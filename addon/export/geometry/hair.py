@@ -24,9 +24,9 @@ from .attributes import (
     RANDOM_STRAND,
     THICKNESS,
     ObjectValues,
-    hash_words,
     is_of_object,
 )
+from .hashes import hash_words
 from .layers import layer_values
 from .mesh import MeshArrays
 from .strands import FEWEST_SIDES, RIBBON, Strands, lengths, prisms, resampled, sides_for, straight, triangles, usable
@@ -104,7 +104,8 @@ def _numbers(system: Any) -> range:
     return range(hidden, parents + children)
 
 
-WIDE = 4.0  # pixels, above which ribbons are visibly not tubes
+# Ribbons are visibly not tubes if strands are wider than this in pixels, or wider than this and thick for their length.
+WIDE, NOT_NARROW, THICK = 4.0, 0.25, 0.1
 
 
 @dataclass
@@ -156,7 +157,8 @@ class HairMeshes:
         strands.each[LENGTH] = total[:, None]
         width = 2.0 * scale * float(np.quantile(strands.radius, 0.9)) / pixel
         sides, smooth = sides_for(width, translucent)
-        if self.ribbons and width > WIDE:
+        thick = float(np.median(np.maximum.reduceat(thickness, strands.first[:-1]) / total)) > THICK
+        if self.ribbons and (width > WIDE or (width > NOT_NARROW and thick)):
             self.report.warn(hair.label, f"its strands, {width:.2g} pixels wide, are tubes; Cycles' ribbons lie in the "
                              "middle of the tubes, so that shadows and reflections near them start "
                              "elsewhere")  # fmt: skip

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ...problem import Report
 from .layers import layer_values, property_of
+from .particles import particle_of
 
 # What Blender fills the rest of an instance's numbers with.
 _NO_NUMBER = 2**31 - 1
@@ -17,9 +18,10 @@ _NO_NUMBER = 2**31 - 1
 
 @dataclass
 class Instancers:
-    """Attributes of the instances that instancers make, by instancer and name, each read once."""
+    """Attributes of the instances that instancers make, by instancer and name, each read once; at a frame."""
 
     report: Report
+    frame: float
     _read: dict[tuple[str, str], NDArray[np.float32] | None] = field(default_factory=dict)
 
     def attribute(self, instancer: Any, name: str) -> NDArray[np.float32] | None:
@@ -34,7 +36,7 @@ class Instancers:
         if not instance.is_instance or instance.parent is None:
             return None
         numbers = [number for number in instance.persistent_id if number != _NO_NUMBER]
-        return InstancerValues(self, instance.parent, numbers[-1] if numbers else 0)
+        return InstancerValues(self, instance.parent, numbers[-1] if numbers else 0, particle_of(instance, self.frame))
 
 
 @dataclass(frozen=True)
@@ -47,11 +49,14 @@ class InstancerValues:
         The evaluated object; valid only during its step of Blender's iterator.
     number
         Of the instance among those of the instancer: the outermost ones, if instances are nested.
+    particle
+        Values of the particle that it is.
     """
 
     instancers: Instancers
     instancer: Any
     number: int
+    particle: dict[str, tuple[float, ...]]
 
     def value(self, name: str) -> tuple[float, ...] | None:
         """Return the attribute of the instance, or else the property of its instancer; None if there is neither."""

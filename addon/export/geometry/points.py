@@ -12,8 +12,9 @@ from edgegrad import Camera
 from edgegrad.scene.placement import stretches
 
 from ...problem import Report
-from .attributes import OBJECT, POINT_RADIUS, RANDOM_POINT, ObjectValues, hash_words, is_of_object
+from .attributes import OBJECT, POINT_RADIUS, RANDOM_POINT, ObjectValues, is_of_object
 from .hair import MOST_TRIANGLES, pixel_size
+from .hashes import hash_words
 from .layers import layer_values
 from .mesh import MeshArrays
 

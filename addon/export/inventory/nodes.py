@@ -103,6 +103,7 @@ NODES: dict[str, Table] = {
     "SEPRGB": Table("Image"),
     "HAIR_INFO": Table(),
     "POINT_INFO": Table(),
+    "PARTICLE_INFO": Table(),
     "VOLUME_INFO": Table(),
     "WIREFRAME": Table("use_pixel_size Size"),
     "SCRIPT": Table("script filepath mode use_auto_update bytecode bytecode_hash"),
@@ -115,7 +116,7 @@ NODES: dict[str, Table] = {
 FOLLOWED = frozenset(("GROUP", "ADD_SHADER", "MIX_SHADER", "OUTPUT_MATERIAL", "OUTPUT_WORLD", "OUTPUT_LIGHT"))
 
 EVALUATED_BY_CYCLES = frozenset((
-    "AMBIENT_OCCLUSION", "PARTICLE_INFO", "SHADERTORGB", "SQUEEZE", "TANGENT", "TEX_GABOR", "TEX_IES",
+    "AMBIENT_OCCLUSION", "SHADERTORGB", "SQUEEZE", "TANGENT", "TEX_GABOR", "TEX_IES",
     "TEX_POINTDENSITY", "TEX_SKY", "ShaderNodeRadialTiling", "WAVELENGTH", "LIGHT_FALLOFF",
 ))  # fmt: skip
 

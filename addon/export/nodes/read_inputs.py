@@ -116,6 +116,11 @@ def _object_info(reader: Reader, node: Any, groups: Groups, output: Any) -> Oper
     return attributes.layer(known[name])
 
 
+@reads("PARTICLE_INFO")
+def _particle_info(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    return attributes.layer(attributes.PARTICLE + output.identifier)
+
+
 @reads("HAIR_INFO")
 def _hair_info(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     known = {"Is Strand": attributes.IS_STRAND, "Intercept": attributes.INTERCEPT, "Length": attributes.LENGTH,

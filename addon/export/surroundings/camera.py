@@ -51,8 +51,7 @@ def export_camera(camera: Any, scene: Any, report: Report) -> edgegrad.Camera:
                       "panorama type to Equirectangular, or its type to Perspective")  # fmt: skip
     width, height = picture_size(scene)
     render = scene.render
-    matrix = np.array(camera.matrix_world, np.float64)
-    matrix[:3, :3] /= np.linalg.norm(matrix[:3, :3], axis=0)  # the scale of a camera does not change its picture
+    matrix = _pose(np.array(camera.matrix_world, np.float64), where, report)
     out = edgegrad.Camera(
         to_world=matrix,
         width=width,
@@ -69,6 +68,33 @@ def export_camera(camera: Any, scene: Any, report: Report) -> edgegrad.Camera:
     elif lens.dof.use_dof:
         report.warn(where, "depth of field is left out of panoramas; everything is in focus")
     out.filter, out.filter_width = _pixel_filter(scene)
+    return out
+
+
+# Radians by which the axes of a camera may deviate from right angles, and by which without a warning.
+RIGID, BARELY_SHEARED = 1e-5, 1e-3
+
+
+def _pose(matrix: NDArray[np.float64], where: str, report: Report) -> NDArray[np.float64]:
+    """Return the rigid transform with the camera's place, view direction and, as far as possible, horizontal axis."""
+    size = np.linalg.norm(matrix[:3, :3], axis=0)
+    axes = matrix[:3, :3] / np.where(size > 0.0, size, 1.0)  # the scale of a camera does not change its picture
+    volume = float(np.linalg.det(axes))
+    if abs(volume) < RIGID:
+        raise Problem(f"{where}: it is flattened, since its scale or that of a parent is 0 along an axis; set these "
+                      "scales to other values")  # fmt: skip
+    x, y, z = axes.T
+    skew = float(np.abs([x @ y, y @ z, z @ x]).max())
+    if skew > RIGID:
+        x = x - (x @ z) * z
+        x /= np.linalg.norm(x)
+        axes = np.stack([x, np.sign(volume) * np.cross(z, x), z], axis=1)
+    if skew > BARELY_SHEARED:
+        angle = np.degrees(np.arcsin(min(skew, 1.0)))
+        report.warn(where, f"its parents' uneven scale shears it by {angle:.2g} degrees, and Cycles its picture; here "
+                    "the picture is not sheared")  # fmt: skip
+    out = np.eye(4)
+    out[:3, :3], out[:3, 3] = axes, matrix[:3, 3]
     return out
 
 

@@ -11,10 +11,13 @@
 namespace edgegrad {
 namespace {
 
-// Limits of alpha in scenes with and without emissive meshes. Wider lobes have less noise if they are not
-// followed: edges are sampled along them (boundary/terms/camera_sampled.h), which scan lines find only by
-// chance, and emissive meshes are sampled.
-constexpr float kFollowedByEmitters = 0.0205f, kFollowedAlpha = kWidestFollowed;
+// Limits of alpha: in scenes with sized lights of the table, in others with emissive meshes, and in all
+// others. Wider lobes have less noise if they are not followed: edges are sampled along them
+// (boundary/terms/camera_sampled.h), which scan lines find only by chance, and emissive meshes are sampled.
+// Followed lobes leave the light of the table in material form, with the whole noise of narrow lobes, so that
+// less is gained there. Where no lobe is followed, light keeps its direction near contact at more surfaces of
+// a path (fixed_direction_surfaces).
+constexpr float kFollowedByLights = 0.0105f, kFollowedByEmitters = 0.0205f, kFollowedAlpha = kWidestFollowed;
 
 // Whether anything moves that followed lobes see, which excludes lights of the table.
 bool moves(const RequestedMotion& motion) {
@@ -44,12 +47,17 @@ bool lights_cross(const EdgeList& edges) {
            find_disk_intersections(edges.tables, edges.threads).size() > 0;
 }
 
+float widest_followed(const LightView& lights) {
+    if (lights.sized_count + lights.sized_distant > 0) return kFollowedByLights;
+    return lights.face_light ? kFollowedByEmitters : kFollowedAlpha;
+}
+
 }  // namespace
 
 float followed_alpha(const EdgeList& edges, const RequestedMotion& motion) {
     const SceneTables& tables = edges.tables;
     const LightView& lights = edges.lights->view();
-    const float widest = lights.face_light ? kFollowedByEmitters : kFollowedAlpha;
+    const float widest = widest_followed(lights);
     if (!moves(motion) || !may_be_specular(tables, widest) || any_textured(tables) ||
         lights_jump(tables, lights))
         return 0.0f;

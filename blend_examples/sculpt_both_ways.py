@@ -28,13 +28,13 @@ from edgegrad.progress import ProgressBar
 from edgegrad_addon.export import export_scene
 
 OUTPUT = build_sculpt.OUTPUT
-SIZE = 112  # pixels along each side of the pictures
-CELLS = 64  # of the field, along its longest side
-ITERATIONS, SAMPLES, VIEWS_PER_ITERATION = 80, 4, 4
+SIZE = 96  # pixels along each side of the pictures
+CELLS = 48  # of the field, along its longest side
+ITERATIONS, SAMPLES, VIEWS_PER_ITERATION = 60, 4, 4
 VERTEX_STEP = 0.009  # metres
-FIELD_STEP = 0.1  # cells, about 4 mm
+FIELD_STEP = 0.25  # cells, about 15 mm
 # What is wrong is as smooth as strokes of brushes: no topology is to change.
-FIELD_STEPS = FieldSteps(topology_every=0, smoothness=4.0)
+FIELD_STEPS = FieldSteps(topology_every=0, smoothness=8.0, laplacian=0.1)
 
 
 def build() -> tuple[Scene, list[Target], Mesh]:
@@ -71,7 +71,7 @@ def main() -> int:
     start, targets, truth = build()
     wrong = start.meshes[SCULPT]
     field = distance_fields.from_mesh(wrong, CELLS)
-    by_mesh = replace(start, meshes=dict(start.meshes))
+    by_mesh = replace(start, meshes={**start.meshes, SCULPT: replace(wrong, vertices=wrong.vertices.copy())})
     by_field = replace(start, meshes={k: one for k, one in start.meshes.items() if k != SCULPT}, fields={SCULPT: field})
     spent = {
         "mesh": fitted(by_mesh, targets, f"meshes.{SCULPT}.vertices", given.iterations, VERTEX_STEP),

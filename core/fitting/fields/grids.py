@@ -15,9 +15,13 @@ from ..optimisers import Adam
 from ..resumable import Resumable, State
 from ..rigid_variables import BETA2
 from .filters import filters, smoothed
-from .schedule import FieldSteps, refinements
+from .schedule import MOST_COARSER, FieldSteps, refinements
 
 F64 = NDArray[np.float64]
+
+# A fit begins with coarser grids by itself if they have at least this number of cells along each axis, and the start
+# within this part of its largest value.
+HARMLESS_CELLS, HARMLESS = 8, 1e-3
 
 
 class Attribute(Resumable):
@@ -38,7 +42,8 @@ class Attribute(Resumable):
         self.options = FieldSteps() if options is None else options
         own = np.array(parameters.get(scene, path), np.float64)
         self._size = own.shape[:3]
-        self._level = self.options.coarser
+        coarser = self.options.coarser
+        self._level = self._harmless_levels(own) if coarser is None else coarser
         self._turns = refinements(self._level, iterations)
         self._values = mapped(own, self._maps(self._level, self._size))
         self._count = 0
@@ -63,6 +68,16 @@ class Attribute(Resumable):
     def _restart(self) -> None:
         self._optimiser = Adam(self.step, beta2=BETA2)
         self._filters = filters(self._values.shape[:3], self.options.smoothness)
+
+    def _harmless_levels(self, own: F64) -> int:
+        """Number of coarser grids that have the start almost as it is."""
+        for level in range(1, MOST_COARSER + 1):
+            if min((n for n in self._size_at(level) if n > 1), default=0) <= HARMLESS_CELLS:
+                return level - 1
+            self._values = mapped(own, self._maps(level, self._size))
+            if np.abs(mapped(self._values, self._maps(0)) - own).max() > HARMLESS * np.abs(own).max():
+                return level - 1
+        return MOST_COARSER
 
     def _size_at(self, level: int) -> tuple[int, ...]:
         """Numbers of values of a coarser grid: its cells are as large as 2^level cells, or a little smaller."""

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ..._check import number, whole
-from ..._fields import Check, Checked, by
+from ..._fields import Check, Checked, by, optional
 
 # The coarser grids of a fit together take this fraction of its iterations.
 COARSE_PART = 0.5
+# Most coarser grids with which a fit begins by itself.
+MOST_COARSER = 2
 
 
 @dataclass
@@ -22,8 +24,10 @@ class FieldSteps(Checked):
     coarser
         Number of coarser grids with which the fit begins, each with cells twice as large as the next. The field keeps
         its own grid, on which every spline of a coarser grid is represented exactly. The coarser grids together take
-        the first half of the iterations. A fit from a simple shape converges faster from 2 or 3; the details of a
-        field that is already good are lost with any but 0. Grids of attributes are made coarser as often.
+        the first half of the iterations. Coarser grids find large changes in fewer iterations, without pits and crumbs;
+        details of the start that they do not represent are lost. Grids of attributes are made coarser as often.
+        None: up to 2, as long as the grid has the start within a tenth of a cell, and at least 16 cells along each
+        axis; of attributes as long as it has their start, and at least 8 cells.
     redistance_every
         After how many steps the field is made a distance again (`distance_fields.redistanced`).
     smoothness
@@ -39,7 +43,7 @@ class FieldSteps(Checked):
         Bytes that the variables of one field may need.
     """
 
-    coarser: int = 0
+    coarser: int | None = None
     redistance_every: int = 5
     smoothness: float = 1.0
     topology_every: int = 5
@@ -48,7 +52,7 @@ class FieldSteps(Checked):
     most_memory: float = 4e9
 
     checks: ClassVar[Mapping[str, Check]] = {
-        "coarser": by(whole, 0, 8),
+        "coarser": optional(by(whole, 0, 8)),
         "redistance_every": by(whole, 1, 1_000_000),
         "smoothness": by(number, least=0.0, greatest=1e6),
         "topology_every": by(whole, 0, 1_000_000),

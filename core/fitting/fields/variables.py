@@ -17,7 +17,7 @@ from ..optimisers import AdamUniform
 from ..resumable import Resumable, State
 from ..rigid_variables import BETA2
 from .filters import filters, smoothed
-from .schedule import FieldSteps, refinements
+from .schedule import MOST_COARSER, FieldSteps, refinements
 
 F64 = NDArray[np.float64]
 
@@ -27,6 +27,9 @@ STEP = 0.25
 MOST_STEP = 0.5
 # Fewest cells along an axis of a coarser grid.
 LEAST_CELLS = 8
+# A fit begins with coarser grids by itself if they have at least this number of cells along each axis, and the start
+# within this part of a cell.
+HARMLESS_CELLS, HARMLESS = 16, 0.1
 # Least value, in cells, of the outermost coefficients of a field that is positive there: the surface stays in the box.
 _BORDER = 0.5
 # Bytes per coefficient: the scene's array, gradients, means of the optimiser, and what a step and a redistancing need.
@@ -142,7 +145,7 @@ class Coefficients(Resumable):
     def adopt_scene_values(self, values: NDArray[np.float32]) -> bool:
         """Go on from other coefficients of the scene's field, unless the present grid is coarser."""
         if self._level == 0:
-            self.adopt(distance_coefficients(np.asarray(values, np.float64), self._spacing))
+            self.adopt(np.asarray(values, np.float64))
         return self._level == 0
 
     def restore(self, state: State) -> None:
@@ -179,14 +182,33 @@ class Coefficients(Resumable):
         self._filters = filters(self._values.shape, self.options.smoothness)
 
 
-def _levels(field: Field, coarser: int, path: str) -> int:
+def _levels(field: Field, coarser: int | None, path: str) -> int:
     """Number of coarser grids, after a check that the field has them."""
+    if coarser is None:
+        return _harmless_levels(field)
     cells = field.cells
     if np.any(cells % 2**coarser) or (coarser and np.any(cells >> coarser < LEAST_CELLS)):
         raise ValueError(f"fit: the field of '{path}' has {cells[0]} x {cells[1]} x {cells[2]} cells, which cannot be "
                          f"made coarser {coarser} times with {LEAST_CELLS} cells left along each axis; lower coarser "
                          "of FieldSteps, or resample the field")
     return coarser
+
+
+def _harmless_levels(field: Field) -> int:
+    """Number of coarser grids that have the surface of the field almost as it is."""
+    spacing = (field.upper - field.lower) / field.cells
+    values = distance_coefficients(np.asarray(field.values, np.float64), spacing)
+    nodes = spline.node_values(values)
+    near = np.abs(nodes) < 2.0 * float(spacing.max())
+    for level in range(MOST_COARSER):
+        if np.any(field.cells % 2 ** (level + 1)) or np.any(field.cells >> (level + 1) < HARMLESS_CELLS):
+            return level
+        coarse = spline.coefficients(nodes[tuple(slice(None, None, 2 ** (level + 1)) for _ in range(3))])
+        for _ in range(level + 1):
+            coarse = spline.refined(coarse)
+        if np.abs(spline.node_values(coarse) - nodes)[near].max(initial=0.0) > HARMLESS * float(spacing.min()):
+            return level
+    return MOST_COARSER
 
 
 def _has_surface(values: F64) -> bool:

@@ -5,10 +5,16 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "boundary/curves/intersections.h"
+#include "boundary/meshes/face_cut.h"
+#include "sdf/outline.h"
 
 namespace edgegrad {
+
+// The triangles of a carrier in the world, counterclockwise as seen from outside.
+std::vector<Triangle3> placed_triangles(const FieldView& field, const FieldCarrier& carrier);
 
 // All such curves of surfaces that are visible to rays of `seers` (bits 1 << RayKind), where one of the two
 // surfaces or the camera moves. Left out are places where the surfaces are nearly parallel.

@@ -308,26 +308,6 @@ std::shared_ptr<const std::vector<FieldCarrier>> field_carriers(const SceneTable
     });
 }
 
-std::vector<Triangle3> placed_triangles(const FieldView& field, const FieldCarrier& carrier) {
-    const auto corner = [&](size_t k) {
-        const double* x = &carrier.point[3 * static_cast<size_t>(carrier.triangle[k])];
-        const double grid[3] = {x[0], x[1], x[2]};
-        double point[3];
-        field.place_in_world(grid, point);
-        return Vector{point[0], point[1], point[2]};
-    };
-    // Maps that mirror reverse the order of corners
-    const auto& m = field.to_world;
-    const Vector x = {m[0][0], m[1][0], m[2][0]}, y = {m[0][1], m[1][1], m[2][1]},
-                 z = {m[0][2], m[1][2], m[2][2]};
-    const bool mirrors = dot(cross(x, y), z) < 0.0;
-    std::vector<Triangle3> out;
-    out.reserve(carrier.triangle.size() / 3);
-    for (size_t k = 0; k + 2 < carrier.triangle.size(); k += 3)
-        out.emplace_back(corner(k), corner(mirrors ? k + 2 : k + 1), corner(mirrors ? k + 1 : k + 2));
-    return out;
-}
-
 std::shared_ptr<const Intersections> seen_outlines(const SceneView& scene, const EdgeList& edges,
                                                    const std::vector<int32_t>& meshes, uint32_t seed) {
     if (!blurs_outlines(scene.camera)) seed = 0;

@@ -10,7 +10,6 @@
 
 #include "boundary/curves/candidates.h"
 #include "boundary/curves/intersections.h"
-#include "boundary/meshes/face_cut.h"
 #include "sdf/outline.h"
 
 namespace edgegrad {
@@ -18,8 +17,6 @@ namespace edgegrad {
 // The carriers of all fields, which are kept.
 std::shared_ptr<const std::vector<FieldCarrier>> field_carriers(const SceneTables& tables, EdgeCache& kept,
                                                                 int threads);
-// The triangles of a carrier in the world, counterclockwise as seen from outside.
-std::vector<Triangle3> placed_triangles(const FieldView& field, const FieldCarrier& carrier);
 
 // The outlines of the fields of some meshes, as the camera sees them: with depth of field from some points of
 // the lens, which `seed` chooses.

@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "boundary/fields/field_crossings.h"
 #include "boundary/fields/field_curves.h"
 
 namespace edgegrad {

@@ -96,6 +96,14 @@ def test_a_fit_goes_on_from_its_state() -> None:
     np.testing.assert_array_equal([other.take_step(g, 1.0) for g in gradients[7:]], wanted[7:])
 
 
+@pytest.mark.parametrize(("detailed", "level"), [(False, 1), (True, 0)])
+def test_coarser_grids_have_the_start(detailed: bool, level: int) -> None:
+    values = np.full((17, 17, 1, 3), 0.5, np.float32)
+    if detailed:
+        values[5, 8] = 0.7
+    assert grids.Attribute(painted(values), PATH, None, 10, None)._level == level
+
+
 def test_values_stay_in_their_range() -> None:
     item = grids.Attribute(painted(np.full((3, 3, 3, 3), 0.5)), PATH, 0.4, 10, None)
     for _ in range(5):

@@ -63,9 +63,19 @@ def test_a_ball_gets_the_volume_that_is_wanted(coarser: int, radius: float) -> N
     assert eikonal(field)[0] < 0.05
 
 
+@pytest.mark.parametrize(("start", "nodes"), [
+    (ball(0.65), 17), (ball(0.65, 67), 17), (ball(0.65, 34), 32), (ball(0.65, 23), 21),
+    (sampled(lambda p: np.abs(p).max(axis=-1) - 0.6, 35), 33)])
+def test_a_fit_begins_on_coarser_grids_that_have_the_start(start: Field, nodes: int) -> None:
+    """A smooth ball; one with an odd number of cells, and one with few; and a box, whose edges coarse cells round."""
+    item = unknown(scene_of(start), PATH, None, None, None, 20)
+    assert isinstance(item, Coefficients)
+    assert item.nodes().shape == (nodes, nodes, nodes)
+
+
 def test_a_step_moves_the_surface_by_less_than_a_cell() -> None:
     scene = scene_of(exact_sphere(0.5, 35))  # not a distance: its gradient has the length 1 at the surface only
-    item = unknown(scene, PATH, 0.5, None, None, 20, None)
+    item = unknown(scene, PATH, 0.5, None, None, 20, FieldSteps(coarser=0))
     rng = np.random.default_rng(0)
     before = 0.5
     for _ in range(4):

@@ -110,6 +110,27 @@ def test_parts_that_pictures_do_not_show_go_and_others_stay() -> None:
     assert not step_of(both(one, other), both(one, other)).simplify()
 
 
+def test_cavities_are_filled() -> None:
+    """No view sees them, and a part of the surface that has none stays as it is."""
+    whole = ball(0.7)
+    hollow = replace(whole, values=np.maximum(whole.values, -ball(0.25).values))
+    step = step_of(hollow, whole)
+    assert shape_of(step) == (2, 4)
+    assert step.simplify()
+    assert shape_of(step) == (1, 2)
+    outer = np.abs(whole.values) < 0.1
+    np.testing.assert_allclose(step.field.values[outer], whole.values[outer], atol=0.02)
+
+
+def test_the_best_values_of_a_fit_are_simplified() -> None:
+    """A crumb that pictures hardly show is gone, though no topological step was due."""
+    truth = sampled(torus, SIZE)
+    made = scene(both(truth, ball(0.1)))
+    fit(made, targets_of(truth), [PATH], iterations=1, spp=4, step_sizes={PATH: 1e-3})
+    found = topology(to_mesh(made.fields["body"]))
+    assert (found.components, found.euler_number) == (1, 0)
+
+
 def test_carving_seen_matter_is_refused_and_leaves_no_trace() -> None:
     truth = sampled(torus, SIZE)
     step = step_of(truth, truth)
@@ -151,6 +172,20 @@ def test_evidence_of_one_view() -> None:
     found = evidence(one, target, mask, [shown, shown], [behind, behind])
     assert (found.empty > 0.0).all() and (found.missing > 0.0).all()
     assert (found.filled[:, 16:] < 0.0).all()  # unknown rays do not forbid matter
+
+
+@pytest.mark.parametrize(("patch", "beside", "carved_there"), [
+    (0.2, 0.2, True), (0.3, 0.2, False), (0.3, 0.3, True)])
+def test_colours_near_that_of_what_is_behind_are_not_carved(patch: float, beside: float, carved_there: bool) -> None:
+    """A ray is empty where the target equals what is behind: as well as beside the field."""
+    one = camera((0, 0, 4), size=40)
+    behind = np.full((40, 40, 3), 0.2, np.float32)
+    shown, target = behind.copy(), np.full((40, 40, 3), beside, np.float32)
+    shown[8:32, 8:32] = target[8:32, 8:32] = 0.8
+    target[14:26, 14:26] = patch
+    found = evidence(one, target, None, [shown, shown], [behind, behind])
+    assert (found.empty[20, 20] < 0.0) == carved_there
+    assert found.empty[10, 10] > 0.0 and found.empty[2, 2] > 0.0
 
 
 def test_carving_and_adding_follow_rays() -> None:

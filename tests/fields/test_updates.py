@@ -131,7 +131,7 @@ def lit_scene(field: Field, width: float = 1.0, aside: float = 0.5) -> Scene:
     """The field over its floor, under a rectangle, a lamp without size and an environment."""
     pose = np.array([[1.0, 0, 0, 0.3], [0, 0, 1.0, 1.5], [0, -1.0, 0, 0.2], [0, 0, 0, 1.0]])
     return replace(scene(field), lights={"panel": AreaLight(pose, size=np.array([width, 1.0]), power=60.0),
-                                         "lamp": PointLight((aside, 1.5, -0.4), power=20.0)})
+                                         "lamp": PointLight(np.array([aside, 1.5, -0.4]), power=20.0)})
 
 
 @pytest.mark.parametrize("change", [*CHANGES, "camera", "width", "aside"])

@@ -67,13 +67,13 @@ class Gradient(InBackground, bpy.types.Operator):
         _common.tell(self, found.export.report, found.notes)
         samples = self.samples or settings.look_samples
         terms = edgegrad.TERMS if settings.term == "TOTAL" else (settings.term,)
-        self._about = " ".join(title(row)[1:])
+        self._about = ": ".join(title(row)[1:])
         return Job("Gradient", lambda job: found.picture(samples, terms=terms, progress=job.check)), None
 
     def finish(self, context: Any, job: Job) -> set[str]:
         codes, scale = images.labelled_derivative(job.result)
         _common.show_codes(NAME, codes)
-        said = f"the derivative by {self._about} is in the image '{NAME}'; full red is {scale:.3g} per unit"
+        said = f"the picture's derivative by '{self._about}' is in the image '{NAME}'; full red is {scale:.3g} per unit"
         return _common.done(self, said)
 
 
@@ -96,8 +96,8 @@ class GradientColors(InBackground, bpy.types.Operator):
         return Job("Vertex Gradient", lambda job: vertex_gradients(session, job.check)), Guard(session, context.scene)
 
     def finish(self, context: Any, job: Job) -> set[str]:
-        scales = [f"'{found.object}' {paint(found):.3g}" for found in job.result]
-        said = f"the gradient is in the color attribute '{ATTRIBUTE}' of {', '.join(scales)} (full red, per area)"
+        scales = [f"{paint(found):.3g} per area on '{found.object}'" for found in job.result]
+        said = f"the gradient is in the color attribute '{ATTRIBUTE}'; full red is {', '.join(scales)}"
         return _common.done(self, said)
 
 

@@ -1,11 +1,13 @@
 """The operators on the list of targets, and those that import cameras with their pictures."""
 
 # This file has no postponed annotations, since Blender reads properties from annotations.
+from pathlib import Path
 from typing import Any
 
 import bpy
 
 from ..problem import Problem
+from ..status import STATUS
 from ..targets import rows
 from ..targets.calibrated_cameras import CLIP, HOLDER, add_calibration
 from . import _common
@@ -140,19 +142,55 @@ class OpenTarget(bpy.types.Operator):
 
     def execute(self, context: Any) -> set[str]:
         settings = context.scene.edgegrad
-        first = not settings.targets
-        if first or settings.active_target >= len(settings.targets):
-            add_target(context.scene)
-        elif self.number >= 0:
+        if 0 <= self.number < len(settings.targets):
             settings.active_target = self.number
-        row = settings.targets[settings.active_target]
-        row.image = self.filepath
-        size, problem = rows.size_of(row), rows.problem_of(row)
-        if problem:
-            return _common.refuse(self, Problem(f"image '{row.image}': {problem}"))
-        if first and size is not None and size != rows.render_size(context.scene):
-            rows.set_render_size(context.scene, size)
-            self.report({"INFO"}, f"renders have the size of the picture now, {size[0]} x {size[1]}")
+        return _open(self, context, self.filepath)
+
+
+def _open(operator: Any, context: Any, path: str) -> set[str]:
+    """Take a picture for the active target; the first one sets the size of renders."""
+    settings = context.scene.edgegrad
+    first = all(not row.image and row.datablock is None for row in settings.targets)
+    if settings.active_target >= len(settings.targets):
+        add_target(context.scene)
+    row = settings.targets[settings.active_target]
+    row.image = path
+    size, problem = rows.size_of(row), rows.problem_of(row)
+    if problem:
+        return _common.refuse(operator, Problem(f"image '{row.image}': {problem}"))
+    if first and size is not None and size != rows.render_size(context.scene):
+        rows.set_render_size(context.scene, size)
+        operator.report({"INFO"}, f"renders have the size of the picture now, {size[0]} x {size[1]}")
+    return {"FINISHED"}
+
+
+class DropTargets(bpy.types.Operator):
+    """Take pictures as targets of the active camera and of those without a target"""
+
+    bl_idname = "edgegrad.targets_drop"
+    bl_label = "Use as Edgegrad Target"
+    bl_options = {"INTERNAL", "UNDO"}  # noqa: RUF012
+
+    directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"SKIP_SAVE"})  # type: ignore[valid-type]
+    files: bpy.props.CollectionProperty(  # type: ignore[valid-type]
+        type=bpy.types.OperatorFileListElement, options={"SKIP_SAVE"})
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return STATUS.job is None
+
+    def execute(self, context: Any) -> set[str]:
+        settings = context.scene.edgegrad
+        for file in self.files:
+            active = settings.active_target
+            waits = active < len(settings.targets) and rows.problem_of(settings.targets[active]) != ""
+            if not waits and rows.next_camera(context.scene) is not None:
+                add_target(context.scene)
+            elif not waits and len(self.files) > 1:
+                return _common.refuse(self, Problem(f"image '{file.name}': every camera has a target; add a camera"))
+            found = _open(self, context, str(Path(self.directory) / file.name))
+            if found != {"FINISHED"}:
+                return found
         return {"FINISHED"}
 
 
@@ -199,4 +237,5 @@ class RemoveRow(bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES: tuple[Any, ...] = (AddTarget, RemoveTarget, OpenTarget, MatchRender, RemoveRow, ImportCameras, ImportClip)
+CLASSES: tuple[Any, ...] = (AddTarget, RemoveTarget, OpenTarget, DropTargets, MatchRender, RemoveRow, ImportCameras,
+                            ImportClip)  # fmt: skip

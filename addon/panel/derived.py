@@ -44,7 +44,7 @@ class _Seen:
 
     rows: dict[int, tuple[int, int]] = {}  # noqa: RUF012
     edits: int = 0
-    pictures: Hashable = None
+    pictures: object = None
     drawn: bool = False
 
 

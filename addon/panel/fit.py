@@ -36,9 +36,6 @@ class FitPanel(Tab, bpy.types.Panel):
         column.enabled = job is None
         column.prop(settings, "quality")
         column.prop(settings, "iterations")
-        if not settings.use_frames:
-            column.prop(settings, "restarts")
-            column.prop(settings, "uncertainty")
         column.prop(settings, "use_frames")
         if settings.use_frames:
             column.prop(settings, "first_frame")
@@ -53,6 +50,24 @@ class FitPanel(Tab, bpy.types.Panel):
             layout.operator("edgegrad.write_kept_result", icon="FILE_TICK")
         if STATUS.said and job is None:
             wrapped(context, layout, STATUS.said, "ERROR" if STATUS.failed else "INFO")
+
+
+class FitDetailsPanel(Tab, bpy.types.Panel):
+    """Panel with the settings of a fit that are rarely touched."""
+
+    bl_idname = "EDGEGRAD_PT_fit_details"
+    bl_label = "Details"
+    bl_parent_id = FitPanel.bl_idname
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return STATUS.job is None and not context.scene.edgegrad.use_frames
+
+    def draw(self, context: Any) -> None:
+        layout, settings = self.begin(), context.scene.edgegrad
+        layout.prop(settings, "restarts")
+        layout.prop(settings, "uncertainty")
 
 
 def _start(context: Any, layout: Any, text: str) -> None:
@@ -101,4 +116,4 @@ def _progress(context: Any, layout: Any, job: FitJob) -> None:
     row.operator("edgegrad.show_difference", text="", icon="IMAGE_DATA")
 
 
-CLASSES: tuple[Any, ...] = (FitPanel,)
+CLASSES: tuple[Any, ...] = (FitPanel, FitDetailsPanel)

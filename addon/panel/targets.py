@@ -6,6 +6,7 @@ from typing import Any
 
 import bpy
 
+from ..operators.targets import FILTER, DropTargets
 from ..targets.draw import draw_details, draw_target
 from . import derived
 from .tab import Tab, editable
@@ -45,8 +46,8 @@ class TargetsPanel(Tab, bpy.types.Panel):
         layout = editable(self.begin())
         settings = context.scene.edgegrad
         if not settings.targets:
-            wrapped(context, layout, "Open the picture that the active camera should see. Then choose below what may "
-                    "change, and press Fit.", "INFO")  # fmt: skip
+            wrapped(context, layout, "Drop here the picture that the active camera should see, or open it. Then choose "
+                    "below what may change, and press Fit.", "INFO")  # fmt: skip
             column = layout.column()
             column.scale_y = 1.3
             column.operator("edgegrad.target_open", icon="FILE_FOLDER")
@@ -96,4 +97,20 @@ class TargetDetailsPanel(Tab, bpy.types.Panel):
         draw_details(editable(self.begin()), settings.targets[settings.active_target])
 
 
-CLASSES: tuple[Any, ...] = (TargetList, TargetsPanel, TargetDetailsPanel)
+class DroppedPictures(bpy.types.FileHandler):
+    """Pictures that are dropped on the tab become targets."""
+
+    bl_idname = "EDGEGRAD_FH_pictures"
+    bl_label = "Target Pictures"
+    bl_import_operator = DropTargets.bl_idname
+    bl_file_extensions = FILTER.replace("*", "")
+
+    @classmethod
+    def poll_drop(cls, context: Any) -> bool:
+        area, region = context.area, context.region
+        return (area is not None and area.type == Tab.bl_space_type
+                and region is not None and region.type == Tab.bl_region_type
+                and getattr(region, "active_panel_category", Tab.bl_category) == Tab.bl_category)  # fmt: skip
+
+
+CLASSES: tuple[Any, ...] = (TargetList, TargetsPanel, TargetDetailsPanel, DroppedPictures)

@@ -24,7 +24,7 @@ def test_a_newcomer_comes_to_a_finished_fit(run: Any) -> None:
     found, log = run("newcomer", installed=False)
     assert "Loss" in found["said"] and not found["failed"], found
     assert found["color"][2] > found["color"][0] and "Traceback" not in log  # the target is blue
-    assert found["clicks"] == 15, "docs/how_to/fit_in_blender.md says how many"
+    assert found["clicks"] == 8, "docs/how_to/fit_in_blender.md says how many"
 
 
 def test_each_example_fits_and_is_undone(tmp_path: Path, run: Any) -> None:

@@ -59,6 +59,32 @@ def test_plus_takes_the_active_camera_then_the_next_without_a_target(scene: Any)
     assert names == ["Left", "Front", "Right", None]
 
 
+def test_dropped_pictures_become_targets(scene: Any, tmp_path: Path) -> None:
+    """The first one sets the size of renders; each of several needs a camera of its own; one alone may replace."""
+
+    def drop(*names: str) -> None:
+        bpy.ops.edgegrad.targets_drop(directory=str(tmp_path), files=[{"name": name} for name in names])
+
+    def found() -> list[tuple[str, str]]:
+        return [(row.camera.name, Path(row.image).name) for row in scene.edgegrad.targets]
+
+    bs.camera(name="Side")
+    scene.camera = bpy.data.objects["Front"]
+    for k, name in enumerate("abc"):
+        images.write_image(tmp_path / f"{name}.exr", np.ones((10, 20 + k, 3), np.float32))
+    drop("a.exr")
+    assert (scene.render.resolution_x, scene.render.resolution_y) == (20, 10)
+    drop("b.exr")
+    assert found() == [("Front", "a.exr"), ("Side", "b.exr")] and scene.render.resolution_x == 20
+    drop("c.exr")
+    assert found() == [("Front", "a.exr"), ("Side", "c.exr")]
+    with pytest.raises(RuntimeError, match="every camera has a target"):
+        drop("a.exr", "b.exr")
+    scene.edgegrad.targets.clear()
+    drop("a.exr", "b.exr")
+    assert found() == [("Front", "a.exr"), ("Side", "b.exr")]
+
+
 @pytest.mark.parametrize("suffix", [".exr", ".png", ".jpg", ".tif"])
 def test_sizes_of_pictures_are_read_from_their_heads(suffix: str, tmp_path: Path) -> None:
     from PIL import Image

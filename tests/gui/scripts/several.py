@@ -12,7 +12,7 @@ from tests.gui.scripts.stage import ended, fitting, opened, status, values
 from tests.gui.window import OUT, Script, call, key, over_viewport, redraw, refused, shot
 
 FOUND: dict[str, Any] = {}
-ESCAPES, LONGEST = 5, 4.0  # seconds
+ESCAPES, LONGEST = 50, 2.0  # seconds
 
 
 def escapes() -> Script:

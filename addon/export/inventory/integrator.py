@@ -26,14 +26,12 @@ _CULLED = "objects far from the camera's view are rendered, although culling is 
 INTEGRATOR = Table(
     read="max_bounces diffuse_bounces glossy_bounces transmission_bounces transparent_max_bounces pixel_filter_type "
          "filter_width film_exposure caustics_reflective caustics_refractive use_fast_gi fast_gi_method "
-         "ao_bounces_render",
+         "ao_bounces_render texture_limit_render",
     named={
         "film_transparent_glass": Named("the world is seen through glass, although 'Transparent Glass' is on",
                                         acts=_transparent),
         "use_camera_cull": Named(_CULLED, acts=_culls("use_camera_cull")),
         "use_distance_cull": Named(_CULLED, acts=_culls("use_distance_cull")),
-        "texture_limit_render": Named("images are read in full size; Cycles limits them to {value} pixels",
-                                      acts=_simplifies),
         "texture_resolution_render": Named("images are read in full size; Cycles scales them by {value:g}", 1.0,
                                            _simplifies),
         # Their defaults make Cycles' pictures biased.

@@ -68,7 +68,6 @@ def material_settings() -> None:
 @case(
     "Simplify: smaller textures, culling of objects outside the camera",
     bounces=2,
-    differs=("textures are read in full size, which the export says",),
 )
 def simplified_textures() -> None:
     """Render ▸ Simplify ▸ Render."""

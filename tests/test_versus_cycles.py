@@ -105,7 +105,7 @@ def test_scenes_are_counted_by_feature() -> None:
 def test_pictures_are_kept_if_a_rewritten_script_builds_the_same_scene(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
+    bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
     from tests.benchmarks import cycles_peer, versus_cycles
     from tests.benchmarks.cycles_scenes import CASES, stage
 
@@ -128,18 +128,11 @@ def test_pictures_are_kept_if_a_rewritten_script_builds_the_same_scene(
         return float(versus_cycles.by_cycles(rewritten, tmp_path, 4, 2)[0].max())
 
     assert made("first") == 1.0 and made("second") == 1.0
-    ball = next(name for name in case_objects(case) if name != "Floor")
-    assert made("third", lambda: setattr(stage.bpy.data.objects[ball].location, "x", 0.3)) == 2.0
-    assert made("fourth") == 3.0
-
-
-def case_objects(case: Any) -> list[str]:
-    """Names of the meshes that a case builds."""
-    from tests.benchmarks.cycles_scenes import stage
-
     stage.empty()
     case.build()
-    return [ob.name for ob in stage.bpy.data.objects if ob.type == "MESH"]
+    ball = next(ob.name for ob in bpy.data.objects if ob.type == "MESH")
+    assert made("third", lambda: setattr(bpy.data.objects[ball].location, "x", 0.3)) == 2.0
+    assert made("fourth") == 3.0
 
 
 def test_rows_of_a_report_are_read_back(tmp_path: Path) -> None:

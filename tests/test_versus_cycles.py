@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -97,3 +100,49 @@ def test_scenes_are_counted_by_feature() -> None:
     rows = [versus_cycles.Row(name, "", feature, 1, 1, 1.0) for name, feature in (("a", "x"), ("b", "y"), ("c", "x"))]
     assert versus_cycles.by_feature(rows)[2:] == ["| x | 2 |  |  |  | 2 |", "| y | 1 |  |  |  | 1 |",
                                                   "| **all** | 3 |  |  |  | 3 |"]  # fmt: skip
+
+
+def test_pictures_are_kept_if_a_rewritten_script_builds_the_same_scene(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
+    from tests.benchmarks import cycles_peer, versus_cycles
+    from tests.benchmarks.cycles_scenes import CASES, stage
+
+    rendered = []
+
+    def picture(folder: Path, seeds: int) -> tuple[Any, float]:
+        rendered.append(folder)
+        return np.full((seeds, 2, 2, 3), float(len(rendered)), np.float32), 1.0
+
+    monkeypatch.setattr(cycles_peer, "render", picture)
+    case = CASES["specular"]
+
+    def made(source: str, also: Any = None) -> float:
+        def build() -> None:
+            case.build()
+            if also is not None:
+                also()
+
+        rewritten = replace(case, build=build, source=source)
+        return float(versus_cycles.by_cycles(rewritten, tmp_path, 4, 2)[0].max())
+
+    assert made("first") == 1.0 and made("second") == 1.0
+    stage.empty()
+    case.build()
+    ball = next(ob.name for ob in bpy.data.objects if ob.type == "MESH")
+    assert made("third", lambda: setattr(bpy.data.objects[ball].location, "x", 0.3)) == 2.0
+    assert made("fourth") == 3.0
+
+
+def test_rows_of_a_report_are_read_back(tmp_path: Path) -> None:
+    pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
+    from tests.benchmarks import versus_cycles
+
+    figures = agreement.Agreement(0.1, 0.001, 0.5, 0.2, 0.001, 0.2, 0.01, 0.01, 0.01)
+    rows = [versus_cycles.Row("a", "A", "lamps", 1, 1, 1.0, figures=figures, differs=("why",), notes=["what"]),
+            versus_cycles.Row("b", "B", "lamps", 1, 1, 1.0, error="none")]  # fmt: skip
+    file = tmp_path / "report.json"
+    assert versus_cycles.read_rows(file) == {}
+    file.write_text(json.dumps({"rows": [asdict(row) | {"verdict": row.verdict} for row in rows]}))
+    assert list(versus_cycles.read_rows(file).values()) == rows

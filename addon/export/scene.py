@@ -38,7 +38,7 @@ from .materials.caustics import drop_caustics
 from .materials.holdouts import hold_out
 from .materials.material import read_material
 from .nodes.camera_view import CameraView
-from .nodes.images import Images
+from .nodes.images import Images, texture_limit
 from .surroundings.backdrop import add_backdrop
 from .surroundings.camera import export_camera
 from .surroundings.environment import bake_world
@@ -101,7 +101,7 @@ def export_evaluated(evaluation: Evaluation, more_cameras: Sequence[Any], bake: 
         names = ", ".join(f"'{name}'" for name in evaluation.unread_layers)
         report.warn(f"scene '{scene.name}'", f"renders several view layers; only '{depsgraph.view_layer.name}', whose "
                     f"picture Blender shows, is rendered, and not {names}")  # fmt: skip
-    images = Images(coded=coded)
+    images = Images(coded=coded, limit=texture_limit(scene))
     walk = _Walk(depsgraph, out, memory)
     # Materials are read before meshes, which need the names of the attributes. They are read outside Blender's
     # iterator, since reading may create data and thus invalidate the iterator.

@@ -329,3 +329,28 @@ def test_what_is_not_exported_has_no_share() -> None:
     bs.light("AREA", energy=20.0, scale=(0.0, 1.0, 1.0))
     (line,) = bs.export().report.lines
     assert line == "light 'Light': has no size; it is left out"
+
+
+def test_simplify_limits_images_by_means_of_their_stored_values() -> None:
+    """The pixels of a step are those that Cycles averages: from the bottom left on, codes of 8-bit images as codes."""
+    bs.light("POINT")
+    codes = np.random.default_rng(1).integers(0, 256, (3, 515)) / 255.0
+    image = bpy.data.images.new("Fine", 515, 3)
+    image.pixels.foreach_set(np.repeat(codes[..., None], 4, axis=2).astype(np.float32).ravel())
+    image.alpha_mode = "NONE"
+    made = bs.material("M")
+    texture = made.node_tree.nodes.new("ShaderNodeTexImage")
+    texture.image = image
+    made.node_tree.links.new(texture.outputs[0], bs.shader(made).inputs["Color"])
+    bs.add("Plane", bs.plane("Plane", 2.0, made))
+    scene = bpy.context.scene
+    scene.cycles.texture_limit_render = "128"
+    (full,) = bs.export().scene.images.values()
+    assert full.pixels.shape[:2] == (3, 515)
+    scene.render.use_simplify = True
+    export = bs.export()
+    (small,) = export.scene.images.values()
+    # 515 pixels become 64, each the mean of 8, and 3 rows are fewer than a step.
+    assert small.pixels.shape[:2] == (1, 64)
+    assert not any(line.startswith("scene") for line in export.report.lines)
+    assert np.allclose(small.pixels[0, :, 0], codes[:, :512].reshape(3, 64, 8).mean(axis=(0, 2)), atol=1e-3)

@@ -88,7 +88,7 @@ def read_displacement(material: Any, images: Images, report: Report, view: Camer
     if found.output is None:
         return None
     where = f"material '{material.name}'"
-    own = Images(coded=images.coded)
+    own = Images(coded=images.coded, limit=images.limit)
     reader = Reader(own, None, material.pass_index, view)
     try:
         value = reader.value(by_identifier(output.inputs, "Displacement"))

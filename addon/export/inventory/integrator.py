@@ -26,14 +26,14 @@ _CULLED = "objects far from the camera's view are rendered, although culling is 
 INTEGRATOR = Table(
     read="max_bounces diffuse_bounces glossy_bounces transmission_bounces transparent_max_bounces pixel_filter_type "
          "filter_width film_exposure caustics_reflective caustics_refractive use_fast_gi fast_gi_method "
-         "ao_bounces_render",
+         "ao_bounces_render texture_limit_render",
     named={
         "film_transparent_glass": Named("the world is seen through glass, although 'Transparent Glass' is on",
                                         acts=_transparent),
         "use_camera_cull": Named(_CULLED, acts=_culls("use_camera_cull")),
         "use_distance_cull": Named(_CULLED, acts=_culls("use_distance_cull")),
-        "texture_limit_render": Named("images are read in full size; Cycles limits them to {value} pixels",
-                                      acts=_simplifies),
+        "texture_resolution_render": Named("images are read in full size; Cycles scales them by {value:g}", 1.0,
+                                           _simplifies),
         # Their defaults make Cycles' pictures biased.
         "sample_clamp_direct": Named("direct light is not clamped; Cycles clamps it to {value}", 0.0, warns=False),
         "sample_clamp_indirect": Named("indirect light is not clamped; Cycles clamps it to {value}", 0.0,
@@ -46,8 +46,8 @@ INTEGRATOR = Table(
                "time_limit sampling_pattern *scrambling_distance use_layer_samples light_sampling_threshold "
                "*adaptive_* direct_light_sampling_type use_light_tree min_light_bounces min_transparent_bounces "
                "*guiding* seed use_animated_seed debug_* use_auto_tile tile_size *denois* "
-               "sample_all_lights_* sampling_pattern use_progressive_refine tile_order",
-        DISPLAY: "preview_* texture_limit ao_bounces",
+               "sample_all_lights_* sampling_pattern use_progressive_refine tile_order use_pixel_jitter",
+        DISPLAY: "preview_* texture_limit texture_resolution ao_bounces",
         VOLUMES: "volume_*",
         EVALUATED: "dicing_* max_subdivisions offscreen_dicing_scale",
         MOTION: "rolling_shutter_* motion_blur_position",

@@ -9,19 +9,22 @@ from __future__ import annotations
 
 from .table import PASSES, VOLUMES, Named, Table
 
+_LIGHTS = "only loops over lights use it, whose nodes are named where they are linked"
 _INSTANCER = Named("it uses the UV map of the object, not of its instancer", False)
 
 # Settings of all nodes of a kind: the colours of textures of Blender 2.7, which Cycles ignores, and a hidden input.
 COMMON = Table(without={"Cycles ignores it": "color_mapping Weight"})
 
 NODES: dict[str, Table] = {
-    "ATTRIBUTE": Table("attribute_type attribute_name"),
+    "ATTRIBUTE": Table("attribute_type attribute_name", without={_LIGHTS: "LightIndex"}),
     "BACKGROUND": Table("Color Strength"),
     "BEVEL": Table("samples Radius Normal"),
     "BLACKBODY": Table("Temperature"),
     "BRIGHTCONTRAST": Table("Color Bright Contrast"),
     "BSDF_DIFFUSE": Table("Color Roughness Normal"),
-    "BSDF_GLASS": Table("distribution Color Roughness IOR Normal Thin_Film_Thickness Thin_Film_IOR"),
+    "BSDF_GLASS": Table("distribution Color Roughness IOR Normal Thin_Film_Thickness Thin_Film_IOR",
+                        named={"Anisotropy": Named("its glass is as rough in all directions", 0.0)},
+                        without={"only 'Anisotropy' uses it, which is named": "Rotation Tangent"}),
     "BSDF_GLOSSY": Table("distribution Color Roughness Anisotropy Rotation Normal Tangent"),
     "BSDF_HAIR": Table("component Color Offset RoughnessU RoughnessV Tangent"),
     "BSDF_HAIR_PRINCIPLED": Table(
@@ -32,7 +35,9 @@ NODES: dict[str, Table] = {
         "Subsurface_Weight Subsurface_Radius Subsurface_Scale Subsurface_IOR Subsurface_Anisotropy Specular_IOR_Level "
         "Specular_Tint Anisotropic Anisotropic_Rotation Tangent Transmission_Weight Coat_Weight Coat_Roughness "
         "Coat_IOR Coat_Tint Coat_Normal Sheen_Weight Sheen_Roughness Sheen_Tint Emission_Color Emission_Strength "
-        "Thin_Film_Thickness Thin_Film_IOR Thin_Wall"),
+        "Thin_Film_Thickness Thin_Film_IOR Thin_Wall",
+        named={"Transmission_Dispersion_Scale": Named("its dispersion is left out", 0.0)},
+        without={"only dispersion uses it, which is named": "Transmission_Dispersion_Abbe_Number"}),
     "BSDF_RAY_PORTAL": Table("Color Position Direction"),
     "BSDF_REFRACTION": Table("distribution Color Roughness IOR Normal"),
     "BSDF_SHEEN": Table("distribution Color Roughness Normal"),
@@ -63,7 +68,10 @@ NODES: dict[str, Table] = {
     "MIX_RGB": Table("blend_type use_alpha use_clamp Fac Color1 Color2"),
     "NEW_GEOMETRY": Table(),
     "NORMAL": Table("Normal"),
-    "NORMAL_MAP": Table("space uv_map Strength Color"),
+    "NORMAL_MAP": Table(
+        "space uv_map Strength Color",
+        named={"convention": Named("its green channel is read as that of OpenGL, not of {value}", "OPENGL"),
+               "base": Named("it is relative to the displaced surface, not to the {value} one", "DISPLACED")}),
     "OBJECT_INFO": Table(),
     "RGB": Table(),
     "RGBTOBW": Table("Color"),
@@ -87,7 +95,7 @@ NODES: dict[str, Table] = {
     "VALUE": Table(),
     "VECTOR_ROTATE": Table("rotation_type invert Vector Center Axis Angle Rotation"),
     "VECT_MATH": Table("operation Vector Vector_001 Vector_002 Scale"),
-    "VECT_TRANSFORM": Table("vector_type convert_from convert_to Vector"),
+    "VECT_TRANSFORM": Table("vector_type convert_from convert_to Vector", without={_LIGHTS: "LightIndex"}),
     "VERTEX_COLOR": Table("layer_name"),
     "BSDF_METALLIC": Table(
         "distribution fresnel_type Base_Color Edge_Tint IOR Extinction Roughness Anisotropy Rotation Normal Tangent "
@@ -117,12 +125,15 @@ FOLLOWED = frozenset(("GROUP", "ADD_SHADER", "MIX_SHADER", "OUTPUT_MATERIAL", "O
 
 EVALUATED_BY_CYCLES = frozenset((
     "AMBIENT_OCCLUSION", "SHADERTORGB", "SQUEEZE", "TANGENT", "TEX_GABOR", "TEX_IES",
-    "TEX_POINTDENSITY", "TEX_SKY", "ShaderNodeRadialTiling", "WAVELENGTH", "LIGHT_FALLOFF",
+    "TEX_POINTDENSITY", "TEX_SKY", "ShaderNodeRadialTiling", "WAVELENGTH", "LIGHT_FALLOFF", "MATERIAL_RAYCAST",
 ))  # fmt: skip
 
 # Reason -> types that change nothing in the picture, or whose effect is read or named where they are linked.
 WITHOUT: dict[str, frozenset[str]] = {
     PASSES: frozenset(("OUTPUT_AOV",)),
+    "it cannot be read, which is named where it is linked": frozenset((
+        "LIGHT_ACCUMULATION", "LIGHT_EVALUATION", "LIGHT_INFO", "LIGHT_ITER_INTERNAL_INPUT",
+        "LIGHT_ITER_INTERNAL_OUTPUT", "SHADOW_RAYCAST")),
     "Cycles renders it black": frozenset(("EEVEE_SPECULAR",)),
     "only Freestyle uses it": frozenset(("OUTPUT_LINESTYLE", "UVALONGSTROKE")),
     VOLUMES: frozenset(("VOLUME_ABSORPTION", "VOLUME_COEFFICIENTS", "VOLUME_INFO", "VOLUME_SCATTER",

@@ -41,10 +41,10 @@ RENDER = Table(
     without={
         AFTER: "image_settings ppm_* ffmpeg fps fps_base dither_intensity use_placeholder use_overwrite "
                "use_file_extension file_extension is_movie_format filepath views_format metadata_input compositor_* "
-               "use_render_cache use_stamp_* stamp_*",
-        NOISE: "threads threads_mode use_persistent_data tile_*",
+               "use_render_cache use_stamp_* stamp_* save_output use_compositor_frames_cache",
+        NOISE: "threads threads_mode use_persistent_data tile_* *texture_cache",
         MOTION: "motion_blur_*",
-        EEVEE: "hair_type hair_subdiv use_high_quality_normals",
+        EEVEE: "hair_type hair_subdiv use_high_quality_normals anisotropic_filter",
         EVALUATED: "frame_map_* use_simplify simplify_* use_simplify_normals",
         VOLUMES: "simplify_volumes",
         "views are named as a whole": "views stereo_views use_spherical_stereo",

@@ -38,7 +38,7 @@ STRUCTS: dict[str, Table] = {
     "ID": Table(without={DATA: "name name_full id_type session_uid is_evaluated original users use_fake_user "
                                "use_extra_user is_embedded_data is_linked_packed is_missing is_runtime_data "
                                "is_editable tag is_library_indirect library library_weak_reference asset_data "
-                               "override_library preview"}),
+                               "override_library preview deep_hash"}),
     "Material": Table(
         read="node_tree use_nodes pass_index diffuse_color displacement_method use_transparent_shadow",
         nested="cycles",
@@ -113,6 +113,7 @@ STRUCTS: dict[str, Table] = {
                      "hide_surface_pick animation_visualization motion_path use_mesh_mirror_* active_* "
                      "selection_sets",
             EEVEE: "hide_probe_* shadow_terminator_normal_offset use_shadow_*",
+            "only the Raycast node uses it, which is baked": "visible_raycast",
             VOLUMES: "visible_volume_scatter",
             PASSES: "lightgroup",
             OTHER: "shader_effects grease_pencil_modifiers use_grease_pencil_lights lineart "
@@ -143,7 +144,8 @@ STRUCTS: dict[str, Table] = {
         },
     ),
     "CyclesWorldSettings": Table(
-        named={"max_bounces": _LIT_BOUNCES, "is_caustics_light": _SHADOW_CAUSTICS},
+        named={"max_bounces": _LIT_BOUNCES, "is_caustics_light": _SHADOW_CAUSTICS,
+               "use_shadows": Named("its light casts shadows, although its 'Cast Shadow' is off", True)},
         without={NOISE: "sampling_method sample_map_resolution", VOLUMES: "volume_* homogeneous_volume",
                  DATA: "name"},
     ),
@@ -173,7 +175,10 @@ STRUCTS: dict[str, Table] = {
     "CyclesRenderSettings": INTEGRATOR,
     "BlendFileColorspace": Table(
         named={"working_space": Named("colors are taken as Linear Rec.709, not as {value}, the working space of the "
-                                      "file", "Linear Rec.709")},
-        without={AFTER: "is_missing_opencolorio_config", DATA: "working_space_interop_id"},
+                                      "file", "Linear Rec.709"),
+               "ocio_config_source": Named("colors are taken as Blender's own OpenColorIO configuration has them; the "
+                                           "file's is another one", "BLENDER_OCIO")},
+        without={AFTER: "is_missing_opencolorio_config is_failed_opencolorio_config",
+                 DATA: "working_space_interop_id", "its source is named": "ocio_config_path"},
     ),
 }  # fmt: skip

@@ -39,10 +39,13 @@ class Images:
     coded
         Whether 8-bit sRGB images may be read as code values, since Cycles interpolates code values and converts the
         result to linear light.
+    limit
+        Most pixels along a side: "Texture Limit" of Simplify. 0: no limit.
     """
 
     found: dict[str, edgegrad.Image] = field(default_factory=dict)
     coded: bool = True
+    limit: int = 0
     _scratch: list[NDArray[np.float32]] = field(default_factory=list, repr=False)
 
     def interpolates_codes(self, image: Any) -> bool:
@@ -60,7 +63,7 @@ class Images:
         # An image may be used both as linear light and as code values; these are two images in the scene.
         name = f"{image.name_full} (sRGB codes)" if codes else image.name_full
         if name not in self.found:
-            self.found[name] = edgegrad.Image(_pixels(image, codes, self._scratch))
+            self.found[name] = edgegrad.Image(_pixels(image, codes, self.limit, self._scratch))
         return name
 
 
@@ -87,11 +90,17 @@ def alpha_mode(image: Any, alpha_is_used: bool) -> str:
     return "STRAIGHT" if alpha_is_used else "PREMULTIPLIED"
 
 
-def _pixels(image: Any, codes: bool, scratch: list[NDArray[np.float32]]) -> NDArray[np.float32]:
+def texture_limit(scene: Any) -> int:
+    """Most pixels that Simplify leaves to a side of an image in renders; 0: no limit."""
+    limit = getattr(getattr(scene, "cycles", None), "texture_limit_render", "OFF")
+    return int(limit) if scene.render.use_simplify and limit.isdigit() else 0
+
+
+def _pixels(image: Any, codes: bool, limit: int, scratch: list[NDArray[np.float32]]) -> NDArray[np.float32]:
     """(H, W, c) linear light or code values, with straight alpha and row 0 on top."""
     if image.source not in ("FILE", "GENERATED"):
         raise UnreadableImage(f"is a {image.source.lower()}")
-    key = key_of(image, codes)
+    key = key_of(image, codes, *((limit,) if limit else ()))
     known = kept(key)
     if known is not None:
         return known
@@ -100,12 +109,14 @@ def _pixels(image: Any, codes: bool, scratch: list[NDArray[np.float32]]) -> NDAr
     space = image.colorspace_settings.name
     if not (image.is_float or codes or space == "sRGB" or space in (*DATA_SPACES, *LINEAR_SPACES)):
         raise UnreadableImage(f"is in the color space {space}")
-    pixels = _decoded(image, codes, space, scratch)
+    pixels = _decoded(image, codes, limit, space, scratch)
     keep(key, pixels)
     return pixels
 
 
-def _decoded(image: Any, codes: bool, space: str, scratch: list[NDArray[np.float32]]) -> NDArray[np.float32]:
+def _decoded(
+    image: Any, codes: bool, limit: int, space: str, scratch: list[NDArray[np.float32]]
+) -> NDArray[np.float32]:  # fmt: skip
     width, height = image.size
     count = height * width * image.channels
     # Large memory that has just been allocated is slow, so that one array is used for all images.
@@ -116,6 +127,7 @@ def _decoded(image: Any, codes: bool, space: str, scratch: list[NDArray[np.float
     stored = flat.reshape(height, width, image.channels)[::-1]
     if image.channels == 2:  # grey with alpha
         stored = stored[..., [0, 0, 0, 1]]
+    stored = _reduced(stored, limit)
     opaque = stored.shape[2] == 4 and bool(np.all(stored[..., 3] == 1.0))
     pixels = np.array(stored[..., :3] if opaque else stored, order="C")
     if image.is_float:
@@ -129,3 +141,19 @@ def _decoded(image: Any, codes: bool, space: str, scratch: list[NDArray[np.float
         color = pixels[..., :3]
         pixels[..., :3] = FROM_SRGB[np.clip(np.rint(color * 255.0), 0, 255).astype(np.uint8)]
     return pixels
+
+
+def _reduced(stored: NDArray[np.float32], limit: int) -> NDArray[np.float32]:
+    """Halve an image until its sides have at most `limit` pixels, by the means of its stored values, as Cycles does."""
+    step = 1
+    while limit and max(stored.shape[:2]) > limit * step:
+        step *= 2
+    height, width = (max(size // step, 1) for size in stored.shape[:2])
+    # Images with fewer rows or columns than a step have one, the mean of all.
+    rows, columns = (min(step, size) for size in stored.shape[:2])
+    if step == 1:
+        return stored
+    # Row 0 is on top, but the steps begin at the bottom.
+    used = stored[::-1][: height * rows, : width * columns]
+    means = used.reshape(height, rows, width, columns, -1).mean(axis=(1, 3), dtype=np.float32)
+    return np.ascontiguousarray(means[::-1])

@@ -21,4 +21,5 @@ from . import (  # noqa: F401  (importing a family registers its cases)
     shaders,
     shots,
     tutorials,
+    undeformed,
 )

@@ -1,7 +1,7 @@
 """Fit a sphere to Suzanne from Cycles pictures, or one side of her from one picture with symmetry.
 
     python blend_examples/sculpt_suzanne.py sphere --views 6
-    python blend_examples/sculpt_suzanne.py sphere --views 12
+    python blend_examples/sculpt_suzanne.py sphere --views 12 --size 64 --samples 4 --per-iteration 2
     python blend_examples/sculpt_suzanne.py side
 
 A picture of start, result and truth goes to blend_examples/output/suzanne_NAME.png. The last line printed is JSON: mean
@@ -33,7 +33,7 @@ from edgegrad_addon.vertex_options import VertexOptions
 
 OUTPUT = Path(__file__).resolve().parent / "output"
 F64 = NDArray[np.float64]
-SIZE, SAMPLES, DISTANCE = 96, 64, 6.0
+SAMPLES, DISTANCE = 64, 6.0  # Cycles' samples per pixel
 # From all sides, so that the shape is brighter than the background everywhere: where it is as bright, an outline tells
 # nothing.
 LAMPS = ((3.0, -4.0, 4.0), (-4.5, -2.0, 1.5), (0.0, 4.5, 3.0), (4.0, 1.0, -3.0), (-1.0, -3.0, -4.0))
@@ -65,7 +65,7 @@ def sphere() -> Any:
     return mesh
 
 
-def stage(mesh: Any, places: list[tuple[float, float]]) -> Any:
+def stage(mesh: Any, places: list[tuple[float, float]], size: int) -> Any:
     """One object under lamps before a dark background, and a camera at each place; returns the object."""
     scene = bpy.context.scene
     head = add("Head", mesh)
@@ -86,7 +86,7 @@ def stage(mesh: Any, places: list[tuple[float, float]]) -> Any:
         lens.lens = 62.0
         look_at(add(lens.name, lens, (DISTANCE * np.sin(azimuth), -DISTANCE * np.cos(azimuth), height)), np.zeros(3))
     scene.camera = bpy.data.objects["View 00"]
-    set_up_cycles(scene, SIZE)
+    set_up_cycles(scene, size)
     scene.cycles.samples = SAMPLES
     return head
 
@@ -165,15 +165,15 @@ def perturbed_side(points: F64) -> F64:
     return points + 0.22 * amount * np.sin(3.0 * points[:, [2, 0, 1]] + (0.3, 1.0, 2.0))
 
 
-def run(task: str, views: int, iterations: int) -> dict[str, Any]:
-    """Make the pictures, fit, measure and draw."""
+def run(task: str, views: int, size: int, settings: dict[str, Any]) -> dict[str, Any]:
+    """Make the pictures, fit with these settings of a request, measure and draw."""
     OUTPUT.mkdir(exist_ok=True)
     bpy.ops.wm.read_factory_settings(use_empty=True)
     if task == "sphere":
         places = [(2.0 * np.pi * k / views, (1.6, -1.2)[k % 2]) for k in range(views)]
     else:
         places = [(0.7, 0.6)]  # from the bent side
-    head = stage(suzanne(2 if task == "sphere" else 1), places)
+    head = stage(suzanne(2 if task == "sphere" else 1), places, size)
     truth, true_faces = read_points(head.data), triangles(head.data)
     targets = pictures(OUTPUT)
     options: dict[str, Any] = {}
@@ -186,7 +186,7 @@ def run(task: str, views: int, iterations: int) -> dict[str, Any]:
         write_points(head.data, perturbed_side(truth))
         options["vertex_options"] = {"Head": VertexOptions(symmetry="X")}
     start, faces = read_points(head.data), triangles(head.data)
-    request = Request(targets, Names(vertices=("Head",)), iterations=iterations, in_place=True, **options)
+    request = Request(targets, Names(vertices=("Head",)), in_place=True, **settings, **options)
     session = Session.prepare(bpy.context, request)
     with ProgressBar(f"{task}, {len(targets)} views") as bar:
         result = session.run(progress=bar.update)
@@ -221,8 +221,13 @@ def main() -> int:
     parser.add_argument("task", choices=["sphere", "side"])
     parser.add_argument("--views", type=int, default=6)
     parser.add_argument("--iterations", type=int, default=200)
+    parser.add_argument("--size", type=int, default=96, help="pixels along each side of the pictures")
+    parser.add_argument("--samples", type=int, default=16, help="samples per pixel of each iteration")
+    parser.add_argument("--per-iteration", type=int, help="views of each iteration (default: all)")
     arguments = parser.parse_args()
-    print(json.dumps(run(arguments.task, arguments.views, arguments.iterations)))
+    settings = {"iterations": arguments.iterations, "samples": arguments.samples,
+                "views_per_iteration": arguments.per_iteration}  # fmt: skip
+    print(json.dumps(run(arguments.task, arguments.views, arguments.size, settings)))
     return 0
 
 

@@ -41,6 +41,14 @@ def test_a_scene_is_a_function_of_its_seed() -> None:
     assert repr(case(17)) != repr(case(18))
 
 
+def test_requested_paths_exist_in_the_finished_scene() -> None:
+    """In the first scene, an addition replaces the requested numbers of an expression by an expression without any."""
+    for seed in (7200949, *range(100)):
+        made = case(seed)
+        assert made.wrt
+        assert set(made.wrt) <= set(parameters.paths(made.scene)), seed
+
+
 def test_every_node_is_drawn() -> None:
     drawn = {type(node) for seed in range(600) for node in _nodes(seed)}
     assert drawn == set(all_nodes())

@@ -90,8 +90,8 @@ def main() -> int:
             log.close()
     seconds = time.monotonic() - start
     rate = (summary.count - len(kept)) / seconds
-    print(f"\n{summary}\n{summary.count} scenes, {len(kept)} of them from an earlier run, in {seconds:.0f} s, {rate:.1f} "
-          "a second")  # fmt: skip
+    print(f"\n{summary}\n{summary.count} scenes, {len(kept)} of them from an earlier run")
+    print(f"{seconds:.0f} s, {rate:.1f} scenes a second")
     return 1 if summary.failed or not summary.count else 0
 
 

@@ -37,6 +37,14 @@ def tasks(args: argparse.Namespace, until: float) -> Iterator[str]:
             yield f"d{args.seed + int((seed - args.seed) * args.differences)}"
 
 
+def finished(log: Path) -> list[dict[str, Any]]:
+    """The results in a log. A line without an end was being written when its run was stopped."""
+    if not log.exists():
+        return []
+    lines = log.read_text().splitlines(keepends=True)
+    return [json.loads(line) for line in lines if line.endswith("\n")]
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.torture.run", description=__doc__)
     parser.add_argument("--count", type=int, default=5000, help="scenes")
@@ -48,12 +56,23 @@ def main() -> int:
     parser.add_argument("--minutes", type=float, default=1e6, help="begin no scene after this time")
     parser.add_argument("--timeout", type=float, default=60.0, help="seconds after which a scene counts as hanging")
     parser.add_argument("--log", type=Path, help="file that gets a line of JSON for each scene")
+    parser.add_argument("--continued", action="store_true", help="keep the results of --log, and do what it lacks")
     args = parser.parse_args()
+    if args.continued and args.log is None:
+        parser.error("--continued needs --log")
     start = time.monotonic()
     summary, last = Summary(), start
+    kept = finished(args.log) if args.continued else []
+    for found in kept:
+        summary.add(found)
     log = args.log.open("w") if args.log is not None else None
+    if log is not None:
+        log.writelines(json.dumps(found) + "\n" for found in kept)
+        log.flush()
+    done = {found["task"] for found in kept}
     try:
-        for found in results(tasks(args, start + 60.0 * args.minutes), args.workers, args.timeout):
+        left = (task for task in tasks(args, start + 60.0 * args.minutes) if task not in done)
+        for found in results(left, args.workers, args.timeout):
             summary.add(found)
             if log is not None:
                 log.write(json.dumps(found) + "\n")
@@ -61,7 +80,8 @@ def main() -> int:
             _report(found, args.only is not None)
             if time.monotonic() - last > PROGRESS:
                 last = time.monotonic()
-                print(f"{summary.count} scenes, {summary.count / (last - start):.1f} a second, {summary.failed} with "
+                rate = (summary.count - len(kept)) / (last - start)
+                print(f"{summary.count} scenes, {rate:.1f} a second, {summary.failed} with "
                       "findings", flush=True)  # fmt: skip
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
@@ -69,7 +89,9 @@ def main() -> int:
         if log is not None:
             log.close()
     seconds = time.monotonic() - start
-    print(f"\n{summary}\n{summary.count} scenes in {seconds:.0f} s, {summary.count / seconds:.1f} a second")
+    rate = (summary.count - len(kept)) / seconds
+    print(f"\n{summary}\n{summary.count} scenes, {len(kept)} of them from an earlier run")
+    print(f"{seconds:.0f} s, {rate:.1f} scenes a second")
     return 1 if summary.failed or not summary.count else 0
 
 

@@ -67,9 +67,13 @@ def case(seed: int) -> Case:
     if more.chance(FIELDS):
         additions.add_fields(more, scene, scale, shift)
     additions.turn_lights_negative(Draw((seed, 2)), scene)
-    new = [path for path in paths_of(scene) if path not in before]
-    if len(asked) == len(before):
-        asked = tuple(paths_of(scene))
+    paths = paths_of(scene)
+    new = [path for path in paths if path not in before]
+    all_asked = len(asked) == len(before)
+    # An addition may replace an expression, and the new one may have no numbers.
+    asked = tuple(path for path in asked if path in paths)
+    if all_asked or not asked:
+        asked = tuple(paths)
     elif new and more.chance(0.7):
         asked = tuple(dict.fromkeys([*asked, *(more.one(new) for _ in range(more.whole(1, 3)))]))
     return Case(scene, asked, options, scale, kinds_of(scene, scale))

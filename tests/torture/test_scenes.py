@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Iterable, Iterator
 from dataclasses import fields
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +15,7 @@ from edgegrad.expression import nodes_of
 from edgegrad.rendering.engine import engine_class
 from edgegrad.scene import parameters
 from tests.support.small_scenes import need
+from tests.torture import run
 from tests.torture.drawing.textures import all_nodes
 from tests.torture.processes import results
 from tests.torture.scenes import case
@@ -36,9 +41,37 @@ def test_random_scenes_hold_all_checks() -> None:
     assert [(f["task"], f["wrong"]) for f in found if f["wrong"]] == []
 
 
+def test_a_continued_run_keeps_its_results(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whole lines are kept and their scenes are not done again; a line that was cut off is done again."""
+    asked: list[str] = []
+
+    def done(tasks: Iterable[str], workers: int, patience: float) -> Iterator[dict[str, Any]]:
+        for task in tasks:
+            asked.append(task)
+            yield {"task": task, "cpu": 0.0, "kinds": [], "wrong": {}, "told": []}
+
+    monkeypatch.setattr(run, "results", done)
+    log = tmp_path / "log.jsonl"
+    kept = {"task": "7", "cpu": 0.0, "kinds": [], "wrong": {"hang": "kept"}, "told": []}
+    log.write_text(json.dumps(kept) + "\n" + '{"task": "8", "cp')
+    monkeypatch.setattr("sys.argv", ["run", "--seed", "6", "--count", "4", "--log", str(log), "--continued"])
+    assert run.main() == 1
+    assert asked == ["6", "8", "9"]
+    assert [found["task"] for found in run.finished(log)] == ["7", "6", "8", "9"]
+    assert run.finished(log)[0] == kept
+
+
 def test_a_scene_is_a_function_of_its_seed() -> None:
     assert repr(case(17)) == repr(case(17))
     assert repr(case(17)) != repr(case(18))
+
+
+def test_requested_paths_exist_in_the_finished_scene() -> None:
+    """In the first scene, an addition replaces the requested numbers of an expression by an expression without any."""
+    for seed in (7200949, *range(100)):
+        made = case(seed)
+        assert made.wrt
+        assert set(made.wrt) <= set(parameters.paths(made.scene)), seed
 
 
 def test_every_node_is_drawn() -> None:

@@ -35,8 +35,8 @@ SUN_NAME = "(sky) sun"
 WITH_SUN = ("NISHITA", "SINGLE_SCATTERING", "MULTIPLE_SCATTERING")
 
 # Widths of the images by which a smooth world is recognised, and the largest difference of the larger one from the
-# interpolated smaller one, relative to the pixel, or to the mean if that is larger. Between the pixels of the larger one
-# the difference is about half of that at kinks, such as that of a sky around its sun, and a quarter elsewhere.
+# interpolated smaller one, relative to the pixel, or to the mean if that is larger. Between the pixels of the larger
+# one, the difference is about half of that at kinks, such as that of a sky at its sun, and a quarter elsewhere.
 COARSE, FINE, SMOOTH = 128, 256, 0.03
 MOST_KEPT = 16
 

@@ -14,6 +14,9 @@ import pytest
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
 import edgegrad
+from edgegrad_addon.evaluation import evaluate
+from edgegrad_addon.export.geometry.memory import Memory
+from edgegrad_addon.export.scene import export_evaluated
 from edgegrad_addon.export.surroundings import environment
 from edgegrad_addon.problem import Problem
 from tests.support.scenes import blender_scenes as bs
@@ -197,6 +200,17 @@ def test_smooth_worlds_are_baked_to_few_pixels_and_others_are_not() -> None:
     tree.links.new(checker.outputs["Color"], colors[1])
     tree.links.new(next(one for one in mixed.outputs if one.type == "RGBA"), tree.nodes["Background"].inputs["Color"])
     assert bs.export(bake=512).scene.images["World (baked)"].pixels.shape == (256, 512, 3)
+
+
+def test_later_exports_of_a_fit_bake_a_world_to_as_many_pixels_as_the_first() -> None:
+    """Else a world that becomes smooth would change its image's size, and a fit would stop."""
+    memory, sky = Memory(), _sky_of_turbidity(3.0)
+    tree = bpy.context.scene.world.node_tree
+    checker = tree.nodes.new("ShaderNodeTexChecker")
+    for output in (checker.outputs["Color"], sky.outputs[0]):
+        tree.links.new(output, tree.nodes["Background"].inputs["Color"])
+        made = evaluate(bpy.context.scene, lambda now: export_evaluated(now, [], 512, memory=memory))
+        assert made.scene.images["World (baked)"].pixels.shape == (256, 512, 3)
 
 
 def test_bakes_of_worlds_are_kept_until_what_decides_them_changes(monkeypatch: Any) -> None:

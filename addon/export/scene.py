@@ -127,7 +127,7 @@ def export_evaluated(evaluation: Evaluation, more_cameras: Sequence[Any], bake: 
     bake_materials(out, meshes, images, depsgraph, bake)
     hold_out(out, meshes)
     if world.baked:
-        bake_world(world, images, bake, report)
+        bake_world(world, images, bake, report, widths=None if memory is None else memory.widths)
     out.scene.meshes = meshes.build(out.meshes)
     _link_lights(out)
     out.scene.world = world.value
@@ -136,7 +136,7 @@ def export_evaluated(evaluation: Evaluation, more_cameras: Sequence[Any], bake: 
         out.scene.materials[name] = reading.value
         out.scene.materials |= reading.parts
     if world.backdrop is not None:
-        add_backdrop(out, world.backdrop, images, bake)
+        add_backdrop(out, world.backdrop, images, bake, None if memory is None else memory.widths)
     out.scene.images = images.found
     bake_lamps(out, bake)
     out.scene.lights = {**out.scene.lights, **world.suns}

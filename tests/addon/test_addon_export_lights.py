@@ -14,6 +14,10 @@ import pytest
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
 import edgegrad
+from edgegrad_addon.evaluation import evaluate
+from edgegrad_addon.export.geometry.memory import Memory
+from edgegrad_addon.export.scene import export_evaluated
+from edgegrad_addon.export.surroundings import environment
 from edgegrad_addon.problem import Problem
 from tests.support.scenes import blender_scenes as bs
 from tests.support.scenes.disks import fill, small_disk
@@ -25,6 +29,7 @@ NORMALIZES = bpy.app.version >= (4, 5, 0)
 def _scene() -> None:
     bs.empty()
     bs.camera()
+    environment._kept.clear()
 
 
 def exported(name: Any = "Light") -> Any:
@@ -172,6 +177,59 @@ def test_baked_world_lies_in_the_directions_that_it_has() -> None:
     x, y = np.cos(longitude) * np.cos(latitude), np.sin(longitude) * np.cos(latitude)
     directions = np.stack([x, y, np.sin(latitude)], axis=2)
     assert pixels == pytest.approx(2.0 * np.maximum(directions, 0.0), abs=0.05)
+
+
+def _sky_of_turbidity(turbidity: float) -> Any:
+    tree = world()
+    sky = tree.nodes.new("ShaderNodeTexSky")
+    sky.sky_type, sky.turbidity, sky.sun_direction = "PREETHAM", turbidity, (0.3, -0.6, 0.74)
+    tree.links.new(sky.outputs[0], tree.nodes["Background"].inputs["Color"])
+    return sky
+
+
+def test_smooth_worlds_are_baked_to_few_pixels_and_others_are_not() -> None:
+    sky = _sky_of_turbidity(3.0)
+    smooth = bs.export(bake=512).scene.images["World (baked)"].pixels
+    assert smooth.shape == (128, 256, 3)
+    tree = bpy.context.scene.world.node_tree
+    checker, mixed = tree.nodes.new("ShaderNodeTexChecker"), tree.nodes.new("ShaderNodeMix")
+    mixed.data_type = "RGBA"
+    mixed.inputs["Factor"].default_value = 0.2
+    colors = [one for one in mixed.inputs if one.type == "RGBA"]
+    tree.links.new(sky.outputs[0], colors[0])
+    tree.links.new(checker.outputs["Color"], colors[1])
+    tree.links.new(next(one for one in mixed.outputs if one.type == "RGBA"), tree.nodes["Background"].inputs["Color"])
+    assert bs.export(bake=512).scene.images["World (baked)"].pixels.shape == (256, 512, 3)
+
+
+def test_later_exports_of_a_fit_bake_a_world_to_as_many_pixels_as_the_first() -> None:
+    """Else a world that becomes smooth would change its image's size, and a fit would stop."""
+    memory, sky = Memory(), _sky_of_turbidity(3.0)
+    tree = bpy.context.scene.world.node_tree
+    checker = tree.nodes.new("ShaderNodeTexChecker")
+    for output in (checker.outputs["Color"], sky.outputs[0]):
+        tree.links.new(output, tree.nodes["Background"].inputs["Color"])
+        made = evaluate(bpy.context.scene, lambda now: export_evaluated(now, [], 512, memory=memory))
+        assert made.scene.images["World (baked)"].pixels.shape == (256, 512, 3)
+
+
+def test_bakes_of_worlds_are_kept_until_what_decides_them_changes(monkeypatch: Any) -> None:
+    sky = _sky_of_turbidity(3.0)
+    made = []
+    bake = environment._bake
+    monkeypatch.setattr(environment, "_bake", lambda *given: made.append(1) or bake(*given))
+    first = bs.export(bake=32).scene.images["World (baked)"].pixels
+    count = len(made)
+    assert np.array_equal(bs.export(bake=32).scene.images["World (baked)"].pixels, first) and len(made) == count
+    sky.turbidity = 6.0
+    assert not np.allclose(bs.export(bake=32).scene.images["World (baked)"].pixels, first, rtol=0.05)
+    # What a driver gives cannot be told from the datablock.
+    driver = bpy.context.scene.world.node_tree.driver_add(f'nodes["{sky.name}"].turbidity').driver
+    driver.expression = "4.0"
+    count = len(made)
+    bs.export(bake=32)
+    bs.export(bake=32)
+    assert len(made) == count + 2
 
 
 def test_world_is_not_black_for_want_of_space(tmp_path: Path, monkeypatch: Any) -> None:

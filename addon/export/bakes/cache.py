@@ -15,7 +15,7 @@ import edgegrad
 
 from ..materials.material import BakedOutput
 from .bake import CopiedObject
-from .content import UnknownContent, material_content, mesh_content
+from .content import UnknownContent, content_of, mesh_content
 
 LARGEST = 2 << 30  # bytes of all kept images
 
@@ -51,7 +51,7 @@ def key_of_bake(copied: CopiedObject, slots: tuple[str, ...], materials: dict[st
         Hash of what the bake sees beside the object.
     """
     try:
-        contents = [(name, material_content(one)) for name, one in materials.items()]
+        contents = [(name, content_of(one)) for name, one in materials.items()]
         mesh = mesh_content(copied.mesh)
     except UnknownContent:
         return None

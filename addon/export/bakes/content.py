@@ -21,16 +21,16 @@ class UnknownContent(Exception):
     """Raised for data whose content cannot be told."""
 
 
-def material_content(material: Any) -> bytes:
-    """Hash of a material and all that its nodes refer to.
+def content_of(owner: Any) -> bytes:
+    """Hash of a material or world and all that its nodes refer to.
 
     Raises
     ------
     UnknownContent
-        If it refers to data whose content can change unnoticed, such as painted images.
+        If it refers to data whose content can change unnoticed, such as painted images and driven values.
     """
     reader = _Reader()
-    reader.struct(material)
+    reader.struct(owner)
     return reader.hash.digest()
 
 
@@ -90,6 +90,9 @@ class _Reader:
             return
         self.seen[key] = len(self.seen)
         self.put(key[0])
+        animation = getattr(one, "animation_data", None)
+        if animation is not None and len(animation.drivers):
+            raise UnknownContent(one.name)
         for prop in one.bl_rna.properties:
             if prop.identifier not in _SKIPPED:
                 self.put(prop.identifier)

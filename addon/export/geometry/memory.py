@@ -51,9 +51,12 @@ class Memory:
     ----------
     without_normals
         Names of meshes that get no normals but those of their triangles, which follow their vertices.
+    widths
+        Widths of the images of baked worlds.
     """
 
     without_normals: set[str] = field(default_factory=set)
+    widths: dict[str, int] = field(default_factory=dict)
     _read: dict[tuple[str, int], _Read] = field(default_factory=dict)
     _built: dict[str, _Built] = field(default_factory=dict)
     _count: Counter[str] = field(default_factory=Counter)

@@ -26,10 +26,11 @@ FARTHEST = 1e5  # metres; a clip distance beyond it is as good as none
 AWAY = 10.0  # radius relative to the scene's size, if the camera has no clip distance
 
 
-def add_backdrop(out: Export, seen: WorldReading, images: Images, resolution: int) -> None:
+def add_backdrop(out: Export, seen: WorldReading, images: Images, resolution: int,
+                 widths: dict[str, int] | None = None) -> None:  # fmt: skip
     """Add the world that only the camera sees to an exported scene."""
     if seen.baked:
-        bake_world(seen, images, resolution, out.report, suns=False)
+        bake_world(seen, images, resolution, out.report, suns=False, widths=widths)
     world = seen.value
     if world.image is None:
         return

@@ -5,9 +5,13 @@ The sun is too small and too bright for an image of practical size. It becomes a
 
 from __future__ import annotations
 
+import hashlib
+from collections import OrderedDict
 from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from typing import Any
 
+import bpy
 import numpy as np
 from mathutils import Vector
 from numpy.typing import NDArray
@@ -17,6 +21,7 @@ import edgegrad
 from ...problem import Problem, Report
 from ..bakes.bake import Temporary, temporary
 from ..bakes.bake_scene import BakeScene, own_groups, show_to
+from ..bakes.content import UnknownContent, content_of
 from ..nodes.images import Images
 from ..nodes.links import by_identifier, feed
 from ..nodes.ray_kinds import LIGHT_PATHS
@@ -29,46 +34,116 @@ SUN_NAME = "(sky) sun"
 # Types of sky textures that have a sun.
 WITH_SUN = ("NISHITA", "SINGLE_SCATTERING", "MULTIPLE_SCATTERING")
 
+# Widths of the images by which a smooth world is recognised, and the largest difference of the larger one from the
+# interpolated smaller one, relative to the pixel, or to the mean if that is larger. Between the pixels of the larger
+# one, the difference is about half of that at kinks, such as that of a sky at its sun, and a quarter elsewhere.
+COARSE, FINE, SMOOTH = 128, 256, 0.03
+MOST_KEPT = 16
+
 F32 = NDArray[np.float32]
 
 
-def bake_world(world: WorldReading, images: Images, resolution: int, report: Report, suns: bool = True) -> None:
-    """Render the nodes of the world to an image; if `suns` is set, the sun of a sky texture becomes a light."""
+@dataclass(frozen=True)
+class _Baked:
+    """A baked world: its image, the suns of its skies as lights, and what has to be said about them."""
+
+    picture: F32
+    lights: dict[str, edgegrad.SunLight]
+    warnings: tuple[str, ...] = ()
+
+
+# Bakes of the last exports. A fit exports the scene many times, and most of its properties leave the world as it is.
+_kept: OrderedDict[bytes, _Baked] = OrderedDict()
+
+
+def bake_world(world: WorldReading, images: Images, resolution: int, report: Report, suns: bool = True,
+               widths: dict[str, int] | None = None) -> None:  # fmt: skip
+    """Render the nodes of the world to an image; if `suns` is set, the sun of a sky texture becomes a light.
+
+    Parameters
+    ----------
+    resolution
+        Width of the image, unless the world is so smooth that fewer pixels give the same.
+    widths
+        Widths of the images of earlier exports by their names, which are kept; new ones are added.
+    """
     name = world.world.name
     where = f"world '{name}'"
     if resolution <= 0:
         report.warn(where, "its nodes can't be read and are not baked; it is black")
         return
-    try:
-        with temporary() as keep:
-            baker = _WorldBaker(keep, world)
-            found = [node for node in _skies(baker.world.node_tree) if node.sun_type in WITH_SUN] if suns else []
-            for sun in found:
-                sun.disc(False)
-            picture = baker.panorama(resolution)
-            lights: dict[str, edgegrad.SunLight] = {}
-            for sun in found if all(sun.plain for sun in found) else ():
-                light = baker.sun(sun)
-                if light is not None:
-                    # Unlike other suns, the disc of a sky texture is visible to the camera.
-                    light.visible_to = world.value.visible_to
-                    lights[SUN_NAME if not lights else f"{SUN_NAME} {len(lights) + 1}"] = light
-            if not all(sun.plain for sun in found):
-                for sun in found:
-                    sun.disc(True)
-                picture = baker.panorama(resolution)
-                report.warn(where, "its sky is rotated by nodes, so the sun stays in the baked image")
-    except Problem:
-        raise
-    except (RuntimeError, OSError, ValueError) as error:
-        report.warn(where, f"its nodes can be neither read nor baked ({str(error).strip()}); it is black")
-        return
-    key = f"{name} (baked)" if suns else f"{name} (baked for {world.seen_by} rays)"
-    images.found[key] = edgegrad.Image(np.maximum(picture, 0.0))
-    world.value.image, world.value.color = key, np.ones(3)
+    image = f"{name} (baked)" if suns else f"{name} (baked for {world.seen_by} rays)"
+    width = None if widths is None else widths.get(image)
+    key = _key(world, resolution, width, suns)
+    baked = None if key is None else _kept.get(key)
+    if baked is None:
+        try:
+            baked = _bake(world, resolution, width, suns)
+        except Problem:
+            raise
+        except (RuntimeError, OSError, ValueError) as error:
+            report.warn(where, f"its nodes can be neither read nor baked ({str(error).strip()}); it is black")
+            return
+    if key is not None:
+        baked.picture.flags.writeable = False  # scenes share it
+        _kept[key] = baked
+        _kept.move_to_end(key)
+        while len(_kept) > MOST_KEPT:
+            _kept.popitem(last=False)
+    for sentence in baked.warnings:
+        report.warn(where, sentence)
+    lights = {light: replace(sun, visible_to=world.value.visible_to) for light, sun in baked.lights.items()}
+    images.found[image] = edgegrad.Image(baked.picture)
+    world.value.image, world.value.color = image, np.ones(3)
     world.suns |= lights
-    report.tell(where, f"baked to an image of {resolution} x {resolution // 2}"
+    height, width = baked.picture.shape[:2]
+    if widths is not None:
+        widths[image] = width
+    report.tell(where, f"baked to an image of {width} x {height}"
                 + (f", its sun exported as {len(lights)} light" if lights else ""))  # fmt: skip
+
+
+def _key(world: WorldReading, *settings: object) -> bytes | None:
+    """Hash of all that decides a bake; None if something may change unnoticed."""
+    try:
+        content = content_of(world.world)
+    except UnknownContent:
+        return None
+    rest = (content, world.seen_by, bpy.context.scene.frame_current_final, *settings)
+    return hashlib.sha256(repr(rest).encode()).digest()
+
+
+def _bake(world: WorldReading, resolution: int, width: int | None, suns: bool) -> _Baked:
+    with temporary() as keep:
+        baker = _WorldBaker(keep, world)
+        found = [node for node in _skies(baker.world.node_tree) if node.sun_type in WITH_SUN] if suns else []
+        if not all(sun.plain for sun in found):
+            picture = baker.panorama(resolution)
+            return _Baked(np.maximum(picture, 0.0), {}, ("its sky is rotated by nodes, so the sun stays in the baked "
+                                                         "image",))  # fmt: skip
+        for sun in found:
+            sun.disc(False)
+        picture = baker.smooth_panorama(resolution) if width is None else baker.panorama(width)
+        lights: dict[str, edgegrad.SunLight] = {}
+        for sun in found:
+            light = baker.sun(sun)
+            if light is not None:
+                lights[SUN_NAME if not lights else f"{SUN_NAME} {len(lights) + 1}"] = light
+        return _Baked(np.maximum(picture, 0.0), lights)
+
+
+def _is_smooth(coarse: F32, fine: F32) -> bool:
+    """Whether the interpolation of an environment image gives one with twice as many pixels along each side."""
+    wide = np.concatenate([coarse[:, -1:], coarse, coarse[:, :1]], axis=1)
+    tall = np.concatenate([wide[:1], wide, wide[-1:]], axis=0)
+    for axis in (0, 1):
+        before, here, after = (np.take(tall, range(k, tall.shape[axis] - 2 + k), axis) for k in range(3))
+        pair = np.stack([0.25 * before + 0.75 * here, 0.75 * here + 0.25 * after], axis=axis + 1)
+        shape = list(here.shape)
+        shape[axis] *= 2
+        tall = pair.reshape(shape)
+    size = np.maximum(np.abs(fine).max(axis=2), np.abs(fine).mean())
+    return bool((np.abs(tall - fine).max(axis=2) <= SMOOTH * size).all())
 
 
 class _Sky:
@@ -105,6 +180,13 @@ class _WorldBaker(BakeScene):
         visibility = getattr(self.world, "cycles_visibility", None)
         if visibility is not None:
             visibility.camera = True
+
+    def smooth_panorama(self, width: int) -> F32:
+        """Render the whole sphere, with fewer pixels than `width` if they give the same."""
+        if width <= FINE:
+            return self.panorama(width)
+        coarse, fine = self.panorama(COARSE), self.panorama(FINE)
+        return fine if _is_smooth(coarse, fine) else self.panorama(width)
 
     def sun(self, sky: _Sky) -> edgegrad.SunLight | None:
         """Make the sun light of a sky texture; its irradiance is that with the disc minus that without it."""

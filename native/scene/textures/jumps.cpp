@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <optional>
 #include <span>
 
@@ -19,10 +20,10 @@ struct Linear {
     bool constant() const { return attribute < 0; }
 };
 // What a register holds: a linear function, or nothing that is known. `steps`: it is constant within cells
-// whose grid has been found.
+// whose grid has been found. `hue`: it jumps by whole numbers, which the colour of a hue does not show.
 struct Value {
     std::optional<Linear> linear;
-    bool steps = false;
+    bool steps = false, hue = false;
 
     // Whether it is constant within the cells that have been found.
     bool level() const { return steps || (linear && linear->constant()); }
@@ -70,6 +71,34 @@ Value add_grid(TextureJumps& jumps, const std::array<Value, N>& coordinates,
     return {{}, true};
 }
 
+// Whether a step may add to where its program jumps.
+bool may_jump(const TextureTables& t, const TextureInstruction& step) {
+    switch (static_cast<TextureOp>(step.op)) {
+        case TextureOp::IMAGE:
+            return t.images[static_cast<size_t>(step.data)].interpolation == kImageClosest;
+        case TextureOp::LOOKUP:
+            return t.tables[static_cast<size_t>(step.data)].interpolate == 0;
+        case TextureOp::CHECKER:
+        case TextureOp::FLOOR:
+        case TextureOp::CEIL:
+        case TextureOp::SELECT:
+        case TextureOp::LESS_THAN:
+        case TextureOp::GREATER_THAN:
+        case TextureOp::EQUAL:
+        case TextureOp::SIGN:
+        case TextureOp::MODULO:
+        case TextureOp::ARCTAN2:
+        case TextureOp::RGB_TO_HSV:
+        case TextureOp::RGB_TO_HSL:
+        case TextureOp::BRICK:
+        case TextureOp::WHITE_NOISE:
+        case TextureOp::VORONOI:
+            return true;
+        default:
+            return false;
+    }
+}
+
 // Adds where one program jumps.
 void add_jumps(const TextureTables& t, std::span<const TextureInstruction> program, TextureJumps& jumps) {
     std::vector<Value> registers(kTextureRegisters + 1);
@@ -85,8 +114,18 @@ void add_jumps(const TextureTables& t, std::span<const TextureInstruction> progr
             for (int k = 0; k < inputs; ++k) all &= in(k).level();
             return all;
         };
+        const auto hue = [&](int inputs) {
+            bool any = false;
+            for (int k = 0; k < inputs; ++k) any |= in(k).hue;
+            return any;
+        };
+        const auto op = static_cast<TextureOp>(step.op);
+        // A hue that anything but a shift, a fractional part or a colour reads
+        if (op != TextureOp::ADD && op != TextureOp::SUBTRACT && op != TextureOp::FLOOR)
+            jumps.elsewhere |= hue(static_cast<int>(std::size(step.in))) &&
+                               !((op == TextureOp::HSV_TO_RGB || op == TextureOp::HSL_TO_RGB) && in(0).hue);
         Value found[4];
-        switch (static_cast<TextureOp>(step.op)) {
+        switch (op) {
             case TextureOp::ATTRIBUTE:
                 for (int k = 0; k < 3; ++k) {
                     found[k].linear = Linear{step.data};
@@ -99,11 +138,11 @@ void add_jumps(const TextureTables& t, std::span<const TextureInstruction> progr
                 break;
             case TextureOp::ADD:
                 found[0] = sum(in(0), in(1));
-                found[0].steps = level(2);
+                found[0].steps = level(2), found[0].hue = hue(2);
                 break;
             case TextureOp::SUBTRACT:
                 found[0] = sum(in(0), in(1), -1.0);
-                found[0].steps = level(2);
+                found[0].steps = level(2), found[0].hue = hue(2);
                 break;
             case TextureOp::MULTIPLY:
                 found[0] = product(in(0), in(1));
@@ -123,16 +162,23 @@ void add_jumps(const TextureTables& t, std::span<const TextureInstruction> progr
                 break;
             case TextureOp::IMAGE: {
                 const TextureImage& image = t.images[static_cast<size_t>(step.data)];
-                if (image.interpolation == kImageClosest)
+                if (may_jump(t, step))
                     add_grid<2>(jumps, {in(0), in(1)}, {1.0 * image.width, 1.0 * image.height});
                 break;
             }
             case TextureOp::CHECKER:
                 found[0] = add_grid<3>(jumps, {in(0), in(1), in(2)}, {1.0, 1.0, 1.0});
                 break;
+            case TextureOp::RGB_TO_HSV:
+            case TextureOp::RGB_TO_HSL:
+                found[0].hue = true;
+                break;
             case TextureOp::FLOOR:
             case TextureOp::CEIL:
-                found[0] = add_grid<1>(jumps, {in(0)}, {1.0});
+                if (in(0).hue)
+                    found[0].hue = true;
+                else
+                    found[0] = add_grid<1>(jumps, {in(0)}, {1.0});
                 break;
             case TextureOp::SELECT:
                 jumps.elsewhere |= !in(0).level();
@@ -144,14 +190,12 @@ void add_jumps(const TextureTables& t, std::span<const TextureInstruction> progr
                 jumps.elsewhere |= !found[0].steps;
                 break;
             case TextureOp::LOOKUP:
-                jumps.elsewhere |= t.tables[static_cast<size_t>(step.data)].interpolate == 0;
+                jumps.elsewhere |= may_jump(t, step);
                 break;
             case TextureOp::EQUAL:
             case TextureOp::SIGN:
             case TextureOp::MODULO:
             case TextureOp::ARCTAN2:
-            case TextureOp::RGB_TO_HSV:
-            case TextureOp::RGB_TO_HSL:
             case TextureOp::BRICK:
             case TextureOp::WHITE_NOISE:
             case TextureOp::VORONOI:
@@ -160,7 +204,7 @@ void add_jumps(const TextureTables& t, std::span<const TextureInstruction> progr
             default:
                 break;
         }
-        if (static_cast<TextureOp>(step.op) == TextureOp::OUTPUT) continue;
+        if (op == TextureOp::OUTPUT) continue;
         for (int k = 0; k < 4; ++k) registers[static_cast<size_t>(step.out[k])] = found[k];
     }
 }
@@ -170,7 +214,10 @@ void add_jumps(const TextureTables& t, std::span<const TextureInstruction> progr
 TextureJumps texture_jumps(const SceneTables& tables, size_t closure) {
     TextureJumps jumps;
     for_each_program(tables, closure, [&](std::span<const TextureInstruction> program) {
-        add_jumps(tables.textures, program, jumps);
+        const bool any = std::any_of(program.begin(), program.end(), [&](const TextureInstruction& step) {
+            return may_jump(tables.textures, step);
+        });
+        if (any) add_jumps(tables.textures, program, jumps);
     });
     return jumps;
 }

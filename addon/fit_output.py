@@ -201,7 +201,8 @@ def told(one: edgegrad.Uncertainty) -> dict[str, Any]:
     known = one.errors[np.isfinite(one.errors)]
     errors = [float(error) if np.isfinite(error) else None for error in one.errors] if one.names else None
     return {"path": one.path, "names": one.names, "units": one.units, "values": one.values, "errors": errors,
-            "median_error": float(np.median(known)) if known.size else None, "open": one.open, "sentence": str(one)}
+            "median_error": float(np.median(known)) if known.size else None, "open": one.open,
+            "ahead": one.ahead, "sentence": str(one)}
 
 
 def shown_pictures(session: Session) -> dict[str, int]:

@@ -120,3 +120,21 @@ def test_measuring_reports_progress_and_can_be_cancelled() -> None:
     cut = fitted(1, [COLOR], target, progress=stop, on_cancel="best")
     assert not cut.uncertainty
     np.testing.assert_array_equal(cut.values[COLOR], whole.values[COLOR])
+
+
+def test_a_fit_that_has_not_arrived_says_what_is_ahead() -> None:
+    """Of a colour that four iterations have brought a part of the way, and of one that has arrived."""
+    need("native")
+    truth = parameters.get(small(), COLOR)
+    early = edgegrad.fit(
+        small(**{COLOR.replace(".", "/"): np.array([0.3, 0.3, 0.3])}), noisy(1), [COLOR], iterations=4, spp=32, seed=1,
+        uncertainty=True,
+    )  # fmt: skip
+    (one,) = early.uncertainty
+    # The third channel is within its error by chance.
+    away = (truth - early.values[COLOR])[:2]
+    assert np.abs(away).min() > 5.0 * one.errors[:2].min()
+    assert one.ahead[:2] == pytest.approx(away, abs=2.0 * one.errors[:2].max())
+    assert "not arrived" in str(one)
+    late = fitted(1, [COLOR]).uncertainty[0]
+    assert late.ahead == (0.0, 0.0, 0.0) and "not arrived" not in str(late)

@@ -10,6 +10,9 @@ Nothing in this needs a noise model: e is the residual itself. Its pixels are su
 which noise may be correlated, as by a denoiser (White 1980; "cluster robust"). Losses that are not quadratic have no
 constant C; the sign of each block's residual is random, and B is the mean over such signs ("wild bootstrap").
 
+A fit that has not arrived still has a gradient g = J^T a(r), and -H^-1 g is about what is ahead of it. At the end of
+a fit only the noise of the two renders is left in g.
+
 J is noisy, and J^T C of one estimate would contain its variance. Hence two independent ones are used.
 """
 
@@ -51,6 +54,8 @@ class Equations:
         B, of the mean of two pictures of the end.
     rendered
         The part of `tilt` that is the noise of these two renders.
+    gradient
+        g.
     parts
         Sums like `curvature` over groups of blocks, whose spread tells how noisy it is.
     blocks
@@ -60,6 +65,7 @@ class Equations:
     curvature: F64
     tilt: F64
     rendered: F64
+    gradient: F64
     parts: F64
     blocks: int = 0
 
@@ -67,7 +73,8 @@ class Equations:
     def empty(count: int) -> Equations:
         """Return the sums over no picture."""
         square = (count, count)
-        return Equations(np.zeros(square), np.zeros(square), np.zeros(square), np.zeros((GROUPS, *square)))
+        return Equations(np.zeros(square), np.zeros(square), np.zeros(square), np.zeros(count),
+                         np.zeros((GROUPS, *square)))  # fmt: skip
 
     def add(self, view: View, loss: Loss, pictures: tuple[F64, F64], columns: tuple[F64, F64],
             generator: np.random.Generator) -> None:  # fmt: skip
@@ -105,6 +112,7 @@ class Equations:
         own = _in_blocks(mean * residual, side)
         self.blocks += int((own != 0.0).any(axis=0).sum())
         at_end = adjoint(residual)
+        self.gradient += np.einsum("khwc,hwc->k", 0.5 * (columns[0] + columns[1]), at_end)
         scale = float(np.abs(at_end).max())
         if np.abs(adjoint(2.0 * residual) - 2.0 * at_end).max() <= QUADRATIC * scale:
             self.tilt += _squares(own)
@@ -152,11 +160,15 @@ class Solution:
         change them by itself.
     lost
         (k,) whether this may be due to the noise of the derivatives.
+    ahead, ahead_error
+        (n,) what is about to change yet, in the coordinates' units, and the standard error of that.
     """
 
     covariance: F64
     open: F64
     lost: NDArray[np.bool_]
+    ahead: F64
+    ahead_error: F64
 
 
 # A direction whose curvature is this part of that of single coordinates, or below its noise, is open. If the noise
@@ -190,7 +202,10 @@ def solve(equations: Equations, steps: Sequence[float], left: float) -> Solution
     # The noise of the targets is what remains without that of the two renders, whose mean `tilt` holds.
     tilt = _positive((total - rendered) / np.outer(by, by)) + left * rendered / np.outer(by, by)
     covariance = inverse @ tilt @ inverse * np.outer(unit / by, unit / by)
-    return Solution(covariance, axes[:, ~known], (np.abs(curved) + noise)[~known] > NOISY)
+    ahead = -(inverse @ (equations.gradient * unit / by)) * unit / by
+    by_renders = inverse @ (rendered / np.outer(by, by)) @ inverse * np.outer(unit / by, unit / by)
+    return Solution(covariance, axes[:, ~known], (np.abs(curved) + noise)[~known] > NOISY, ahead,
+                    np.sqrt(np.clip(np.diag(by_renders), 0.0, None)))  # fmt: skip
 
 
 def _positive(matrix: F64) -> F64:

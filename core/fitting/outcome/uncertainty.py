@@ -32,6 +32,9 @@ EXCHANGED = 0.98
 TAKES_PART = 0.3
 # A standard error above this part of a number's range leaves it open.
 LARGE = 0.25
+# A fit has not arrived if what is ahead of a number is above these multiples of its standard error, and of that of the
+# estimate of what is ahead.
+AHEAD, CERTAIN = 2.0, 4.0
 # Samples of pictures and derivatives here, in those of an iteration: about a fifth of the fit's work, and the most.
 WORK, MOST_SAMPLES = 0.2, 16
 # Part of a fit's progress that this takes.
@@ -55,6 +58,9 @@ class Uncertainty:
         known. Infinite where the pictures do not tell; not a number where the noise of the derivatives hides it.
     open
         For each number whether the pictures leave it open: alone, or together with others (`Exchange`).
+    ahead
+        For each number what is about to change yet, if the fit has not arrived; else 0. The error is that of a fit that
+        has.
     """
 
     path: str
@@ -63,6 +69,7 @@ class Uncertainty:
     values: tuple[float | None, ...]
     errors: F64
     open: tuple[bool, ...] = ()
+    ahead: tuple[float, ...] = ()
 
     def __str__(self) -> str:
         if not self.names:
@@ -72,14 +79,16 @@ class Uncertainty:
             part = "" if told.size == self.errors.size else f" of {told.size / self.errors.size:.0%} of its entries"
             return f"'{self.path}': standard error {np.median(told):.2g} in the median{part}, each by itself"
         numbers = []
-        for name, unit, value, error, open_ in zip(self.names, self.units, self.values, self.errors, self.open,
-                                                   strict=True):  # fmt: skip
+        ahead = self.ahead or (0.0,) * len(self.names)
+        for name, unit, value, error, open_, rest in zip(self.names, self.units, self.values, self.errors, self.open,
+                                                         ahead, strict=True):  # fmt: skip
             amount = ("error lost in noise" if np.isnan(error) else "open" if np.isinf(error)
                       else f"± {error:.2g} {unit}".strip())  # fmt: skip
             if value is not None:
                 amount = f"{value:.{_digits(value, float(error))}g} {amount}"
             weak = " (hardly determined)" if open_ and np.isfinite(error) else ""
-            numbers.append(f"{name} {amount}{weak}".strip())
+            late = f" (not arrived: about {rest:+.2g} ahead, more iterations are needed)" if rest else ""
+            numbers.append(f"{name} {amount}{weak}{late}".strip())
         return f"'{self.path}': {', '.join(numbers)}"
 
 
@@ -146,7 +155,7 @@ def uncertainty(run: Run, values: dict[str, Any], progress: Progress | None = No
                                   *(_of_factor(view, j, one, picture) for one in factors)])
                         for half, picture in ((0, first), (1, second)))  # fmt: skip
         equations.add(view, loss, (first, second), (columns[0], columns[1]), generator)
-    out = [_array(path, *found, directions) for path, found in entries.items()]
+    out = [_array(path, squares, tilted, directions) for path, (squares, tilted) in entries.items()]
     if not places:
         return tuple(out), ()
     steps = [*(one.step for one in places), *(1.0 for _ in factors)]
@@ -158,13 +167,14 @@ def uncertainty(run: Run, values: dict[str, Any], progress: Progress | None = No
     taking = _taking_part(solution.open)
     errors = np.where(taking.any(axis=1), np.inf, errors)
     errors = np.where(taking[:, solution.lost].any(axis=1), np.nan, errors)
-    found: dict[str, list[tuple[Coordinate, float]]] = {}
-    for place, error in zip(places, errors, strict=False):
-        found.setdefault(place.path, []).append((place, float(error)))
+    late = (np.abs(solution.ahead) > AHEAD * errors) & (np.abs(solution.ahead) > CERTAIN * solution.ahead_error)
+    found: dict[str, list[tuple[Coordinate, float, float]]] = {}
+    for place, error, ahead in zip(places, errors, np.where(late, solution.ahead, 0.0), strict=False):
+        found.setdefault(place.path, []).append((place, float(error), float(ahead)))
     numbers = [
-        Uncertainty(path, tuple(one.name for one, _ in of), tuple(one.unit for one, _ in of),
-                    tuple(one.value for one, _ in of), np.array([error for _, error in of]),
-                    tuple(not error <= LARGE * one.way for one, error in of))
+        Uncertainty(path, tuple(one.name for one, *_ in of), tuple(one.unit for one, *_ in of),
+                    tuple(one.value for one, *_ in of), np.array([error for _, error, _ in of]),
+                    tuple(not error <= LARGE * one.way for one, error, _ in of), tuple(ahead for *_, ahead in of))
         for path, of in found.items()
     ]  # fmt: skip
     return (*numbers, *out), exchanges

@@ -9,8 +9,9 @@ _ABOUT_MESHES = {
     "self intersections": "surfaces that pass through themselves are left out in {}: meshes of more than {limit:,} "
                           "faces are not searched",
     "clip borders": "the borders that the camera's clip distances cut into {}: they are no edges",
-    "texel borders": "borders within the faces of {} where their textures may jump: only those of checkerboards, of "
-                     "images without interpolation and at whole numbers are sampled, on meshes and in moderate numbers",
+    "texel borders": "borders within the faces of {} where their textures may jump: sampled are only straight ones "
+                     "(checkerboards, images without interpolation, constant ramps and comparisons of UVs) on "
+                     "meshes, in moderate numbers",
     "partly seen shadows": "shadows of {}, which only some kinds of rays can hit: computed as for shadow rays, or as "
                            "for diffuse rays in an environment of one colour",
     "lit from below": "the edges of shadows on {}, where a light lies below the plane of a face that its smooth "

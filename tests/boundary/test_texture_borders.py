@@ -25,6 +25,8 @@ UV = e.Attribute("UVMap")
 CHECKER = e.Checker(UV, (3.0, 1.0, 0.5), (0.2, 0.4, 1.0), 4.3)
 STEPS = e.Math("FLOOR", e.Math("MULTIPLY", e.Channel(UV, 0), 5.3))
 TEXELS = np.random.default_rng(1).uniform(0.1, 3.0, (5, 7, 3)).astype(np.float32)
+STRIPE = e.Math("GREATER_THAN", e.Channel(UV, 0), e.Math("MULTIPLY", e.Channel(UV, 1), 0.7))
+RAMP = e.Ramp(e.Channel(UV, 1), np.repeat([[0.2], [1.5], [0.7]], (60, 100, 96), axis=0) * np.ones(4), False)
 CLOSEST = e.ImageTexture("texels", UV, interpolation="CLOSEST")
 SETTINGS = {"eps": 0.02, "max_depth": 1}
 
@@ -104,6 +106,8 @@ CASES: dict[str, tuple[Make, list[str]]] = {
     "the camera turns": (case(turned, sheet_scene), [POSE]),
     "texels move": (case(moved, lambda: sheet_scene(CLOSEST)), [PLACE]),
     "steps move": (case(moved, lambda: sheet_scene(STEPS)), [PLACE]),
+    "a comparison moves": (case(moved, lambda: sheet_scene(STRIPE)), [PLACE]),
+    "a constant ramp moves": (case(moved, lambda: sheet_scene(RAMP, grid=3)), [PLACE]),
     "squares end at edges": (
         case(moved, lambda: sheet_scene(e.Checker(UV, (3.0, 1.0, 0.5), (0.2, 0.4, 1.0), 4.0), grid=4)), [PLACE]
     ),
@@ -161,7 +165,14 @@ def test_the_plan_names_what_is_sampled_and_what_is_not() -> None:
     assert sampled not in said(CHECKER, ["materials.paint.emission"])[0]
     smooth = e.ImageTexture("texels", UV)
     assert sampled not in said(smooth, [PLACE])[0] and left_out not in said(smooth, [PLACE])[1]
-    for paint in (e.Math("LESS_THAN", e.Channel(UV, 0), 0.5), e.WhiteNoise(UV), e.Voronoi(UV)):
+    for mortar, named in ((0.1, False), (0.0, True)):
+        assert (left_out in said(e.Brick(UV, mortar_smooth=mortar), [PLACE])[1]) == named
+    tinted = e.HueSaturation(smooth, hue=0.3)
+    assert left_out not in said(tinted, [PLACE])[1], "a hue that jumps has one colour"
+    for paint in (STRIPE, RAMP):
+        words, missing = said(paint, [PLACE])
+        assert sampled in words and left_out not in missing
+    for paint in (e.Math("LESS_THAN", e.Noise(UV), 0.5), e.WhiteNoise(UV), e.Voronoi(UV)):
         words, missing = said(paint, [PLACE])
         assert left_out in missing
     dense = e.Checker(UV, scale=1e6)

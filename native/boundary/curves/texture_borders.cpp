@@ -17,11 +17,17 @@
 namespace edgegrad {
 namespace {
 
-// Coordinates that vary less over a face, relative to their size, are constant but for rounding.
-constexpr double kConstant = 1e-5;
+// A coordinate of a grid at the corners of a face. Differences up to `rounding` do not count, so that a
+// border along an edge is not within the face.
+struct Corners {
+    std::array<double, 3> at;
+    double rounding;
 
-// A coordinate of a grid at the corners of a face.
-using Corners = std::array<double, 3>;
+    double low() const { return std::min({at[0], at[1], at[2]}) + rounding; }
+    double high() const { return std::max({at[0], at[1], at[2]}) - rounding; }
+};
+// The rounding of a coordinate relative to what it is the sum of.
+constexpr double kRounding = 1e-5;
 
 // The coordinates of the grids of one material.
 class MaterialJumps {
@@ -50,18 +56,22 @@ class MaterialJumps {
             if (a.components <= 0) continue;  // one value for all corners, or none
             const float* values = t.attributes.data() + a.offset + 3 * int64_t{face} * a.components;
             for (const float* row : grid.row) {
-                Corners at;
+                Corners found{};
+                double size = 0.0;
                 for (int corner = 0; corner < 3; ++corner) {
-                    double sum = row[3];
+                    double sum = row[3], parts = std::abs(sum);
                     for (int k = 0; k < 3; ++k) {
                         const int component = a.components == 1 ? 0 : k;
-                        if (component < a.components)
-                            sum += static_cast<double>(row[k]) * values[corner * a.components + component];
+                        if (component >= a.components) continue;
+                        const double part =
+                            static_cast<double>(row[k]) * values[corner * a.components + component];
+                        sum += part, parts += std::abs(part);
                     }
-                    at[static_cast<size_t>(corner)] = sum;
+                    found.at[static_cast<size_t>(corner)] = sum;
+                    size = std::max(size, parts);
                 }
-                const auto [low, high] = std::minmax_element(at.begin(), at.end());
-                if (*high - *low > kConstant * std::max({std::abs(*low), std::abs(*high), 1.0})) visit(at);
+                found.rounding = kRounding * size;
+                if (found.high() > found.low()) visit(found);
             }
         }
     }
@@ -83,18 +93,17 @@ std::vector<std::optional<MaterialJumps>> jumps_of_materials(const SceneTables& 
 }
 
 // The number of borders strictly within a face.
-int64_t borders_within(const Corners& at) {
-    const auto [low, high] = std::minmax_element(at.begin(), at.end());
-    return std::max<int64_t>(0, std::llround(std::ceil(*high) - std::floor(*low)) - 1);
+int64_t borders_within(const Corners& c) {
+    return std::max<int64_t>(0, std::llround(std::ceil(c.high()) - std::floor(c.low())) - 1);
 }
 
 // The barycentrics at which the coordinate is `border` on the sides of the face.
-bool ends_of(const Corners& at, double border, std::array<double, 3> (&ends)[2]) {
+bool ends_of(const Corners& c, double border, std::array<double, 3> (&ends)[2]) {
     int found = 0;
     for (size_t k = 0; k < 3 && found < 2; ++k) {
         const size_t next = (k + 1) % 3;
-        if ((at[k] < border) == (at[next] < border)) continue;
-        const double u = (border - at[k]) / (at[next] - at[k]);
+        if ((c.at[k] < border) == (c.at[next] < border)) continue;
+        const double u = (border - c.at[k]) / (c.at[next] - c.at[k]);
         ends[found] = {0.0, 0.0, 0.0};
         ends[found][k] = 1.0 - u, ends[found][next] = u;
         ++found;
@@ -110,8 +119,7 @@ Vector corner_of(const SceneTables& t, int32_t face, size_t corner) {
 void add_within(const SceneTables& t, int32_t face, const Corners& at, const Placement& placed,
                 int32_t instance, Intersections& out) {
     if (borders_within(at) > kMostFaceBorders) return;
-    const auto [low, high] = std::minmax_element(at.begin(), at.end());
-    for (double border = std::floor(*low) + 1.0; border < *high; border += 1.0) {
+    for (double border = std::floor(at.low()) + 1.0; border < at.high(); border += 1.0) {
         std::array<double, 3> ends[2];
         if (!ends_of(at, border, ends)) continue;
         Vector line[2];
@@ -145,11 +153,11 @@ bool follows_border(const EdgeList& edges, const MaterialJumps& jumps, int64_t e
         for (size_t k = 0; k < 3; ++k) {
             const auto v = static_cast<uint32_t>(t.faces[3 * size_t{one} + k]);
             if (found < 2 && (v == t.edge_vertices[2 * e] || v == t.edge_vertices[2 * e + 1]))
-                ends[found++] = at[k];
+                ends[found++] = at.at[k];
         }
-        const double border = std::round(ends[0]), near = kConstant * std::max(1.0, std::abs(border));
-        const bool here =
-            found == 2 && std::abs(ends[0] - border) < near && std::abs(ends[1] - border) < near;
+        const double border = std::round(ends[0]);
+        const bool here = found == 2 && std::abs(ends[0] - border) < at.rounding &&
+                          std::abs(ends[1] - border) < at.rounding;
         along |= here;
     });
     return along && !is_seam(t, edge);

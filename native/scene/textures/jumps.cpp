@@ -12,6 +12,9 @@
 namespace edgegrad {
 namespace {
 
+// Most borders between the rows of a table; those of tables of more are not added.
+constexpr int kMostRows = 4;
+
 // A linear function of the first three components of an attribute (-1: of none), and 1.
 struct Linear {
     int32_t attribute = -1;
@@ -25,6 +28,7 @@ struct Value {
     std::optional<Linear> linear;
     bool steps = false, hue = false;
 
+    bool positive() const { return linear && linear->constant() && linear->factor[3] > 0.0; }
     // Whether it is constant within the cells that have been found.
     bool level() const { return steps || (linear && linear->constant()); }
 };
@@ -68,6 +72,32 @@ Value add_grid(TextureJumps& jumps, const std::array<Value, N>& coordinates,
     const bool varies = grid.attribute >= 0;
     if (varies && std::find(jumps.grids.begin(), jumps.grids.end(), grid) == jumps.grids.end())
         jumps.grids.push_back(grid);
+    return {{}, true};
+}
+
+// Adds the border at which a value is zero. As the first of cells that no face is as large as, it has the
+// form of a grid.
+Value add_zero(TextureJumps& jumps, const Value& value) {
+    constexpr double kLargeCells = 1.0 / 1024.0;
+    return add_grid<1>(jumps, {value}, {kLargeCells});
+}
+
+// Adds the borders between rows that differ of a table without interpolation.
+Value add_rows(const TextureTables& t, const TextureLookup& table, TextureJumps& jumps, const Value& place) {
+    if (place.level()) return {{}, true};
+    const float* row = t.lookups.data() + table.offset;
+    const double last = table.rows - 1;
+    int found = 0;
+    for (int32_t k = 1; k < table.rows; ++k, row += table.columns) {
+        if (std::equal(row, row + table.columns, row + table.columns)) continue;
+        if (++found > kMostRows || !place.linear) {
+            jumps.elsewhere = true;
+            return {};
+        }
+        const Value constant{Linear{-1, {0.0, 0.0, 0.0, last}}},
+            border{Linear{-1, {0.0, 0.0, 0.0, -1.0 * k}}};
+        add_zero(jumps, sum(product(place, constant), border));
+    }
     return {{}, true};
 }
 
@@ -173,6 +203,10 @@ void add_jumps(const TextureTables& t, std::span<const TextureInstruction> progr
             case TextureOp::RGB_TO_HSL:
                 found[0].hue = true;
                 break;
+            case TextureOp::BRICK:
+                // Bricks of different tints meet in the mortar, which hides them and may end softly
+                jumps.elsewhere |= !in(2).positive() || !in(3).positive();
+                break;
             case TextureOp::FLOOR:
             case TextureOp::CEIL:
                 if (in(0).hue)
@@ -186,17 +220,21 @@ void add_jumps(const TextureTables& t, std::span<const TextureInstruction> progr
                 break;
             case TextureOp::LESS_THAN:
             case TextureOp::GREATER_THAN:
-                found[0].steps = level(2);
-                jumps.elsewhere |= !found[0].steps;
+                if (level(2))
+                    found[0].steps = true;
+                else
+                    found[0] = add_zero(jumps, sum(in(0), in(1), -1.0));
                 break;
             case TextureOp::LOOKUP:
-                jumps.elsewhere |= may_jump(t, step);
+                if (may_jump(t, step)) {
+                    const TextureLookup& table = t.tables[static_cast<size_t>(step.data)];
+                    std::fill_n(found, 4, add_rows(t, table, jumps, in(0)));
+                }
                 break;
             case TextureOp::EQUAL:
             case TextureOp::SIGN:
             case TextureOp::MODULO:
             case TextureOp::ARCTAN2:
-            case TextureOp::BRICK:
             case TextureOp::WHITE_NOISE:
             case TextureOp::VORONOI:
                 jumps.elsewhere = true;

@@ -114,13 +114,12 @@ void decide_primary(const BoundaryFacts& f, Decisions& decided) {
 
 // Borders within faces at which textures jump, as the camera sees them.
 void decide_texture_borders(const BoundaryFacts& f, Decisions& decided) {
-    const bool moves = f.motion.camera || f.motion.any_mesh_moves();
+    constexpr Part part = Part::kTextureBorders;
+    if (!decided.decide(part, unless(f.motion.camera || f.motion.any_mesh_moves(), Reason::kStill))) return;
     RequestedMotion motion = f.motion;
-    motion.camera |= !moves;  // where nothing moves, the part may be forced
-    std::vector<int32_t> meshes = jumping_meshes(f.tables, motion).sampled;
-    decided.decide(Part::kTextureBorders,
-                   first_of({unless(!meshes.empty(), Reason::kNone), unless(moves, Reason::kStill)}));
-    if (decided.computes(Part::kTextureBorders)) decided[Part::kTextureBorders].meshes = std::move(meshes);
+    motion.camera |= decided.forces(part);
+    decided[part].meshes = jumping_meshes(f.tables, motion).sampled;
+    if (decided[part].meshes.empty()) decided.none(part, Reason::kNone);
 }
 
 // Outlines of fields that the camera sees, and curves along which they pass through other surfaces.

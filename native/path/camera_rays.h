@@ -30,7 +30,7 @@ EG_INLINE Vec3 camera_direction(const CameraView& c, Float sx, Float sy) {
 // The mathematics of aperture_point() for packets.
 struct ApertureMath {
     using Number = Float;
-    EG_INLINE static Float number(float a) { return splat(a); }
+    EG_INLINE static Float read(const float* a) { return broadcast(a); }
     EG_INLINE static Float floor(Float a) { return EDGEGRAD_ISA::floor(a); }
     EG_INLINE static Float sqrt(Float a) { return EDGEGRAD_ISA::sqrt(a); }
     EG_INLINE static void turn(Float a, Float& sine, Float& cosine) { sincos_turn(a, sine, cosine); }

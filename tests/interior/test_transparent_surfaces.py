@@ -158,7 +158,7 @@ def test_plans_name_shadows_of_texels_without_interpolation() -> None:
     sharp = e.ImageTexture("mask", UV, interpolation="CLOSEST", extension="EXTEND")
     scene.materials["veil"].textures = {"alpha": sharp}
     missing = edgegrad.plan(scene, ["lights.lamp.position"]).missing
-    assert any("in the transmittance of veil" in words for words in missing)
+    assert any("the transmittance of veil jump" in words for words in missing)
     assert edgegrad.plan(scene, ["lights.lamp.power"]).missing == ()
 
 

@@ -11,7 +11,7 @@ namespace {
 
 struct ApertureMath {
     using Number = double;
-    static double number(float a) { return static_cast<double>(a); }
+    static double read(const float* a) { return static_cast<double>(*a); }
     static double floor(double a) { return std::floor(a); }
     static double sqrt(double a) { return std::sqrt(a); }
     static void turn(double a, double& sine, double& cosine) {

@@ -19,11 +19,11 @@ from tests.support.node_cases.blender_nodes import Nodes, render_nodes
 from tests.support.node_cases.texture_points import at_values
 from tests.support.scenes import blender_scenes as bs
 
-# Nodes whose values come from the mesh, an image, the ray or the camera; scenes beside Cycles test them.
+# Nodes whose values come from the mesh, the object, an image, the ray or the camera; scenes beside Cycles test them.
 OF_SURFACE = {
     "TexImage", "TexEnvironment", "Attribute", "VertexColor", "UVMap", "TexCoord", "NewGeometry", "ObjectInfo",
-    "LightPath", "CameraData", "VectorTransform", "Wireframe", "Script", "HairInfo", "PointInfo", "VolumeInfo",
-    "Fresnel", "LayerWeight", "Bump", "NormalMap", "Bevel", "Tangent", "Displacement",
+    "LightPath", "CameraData", "VectorTransform", "Wireframe", "Script", "HairInfo", "PointInfo", "ParticleInfo",
+    "VolumeInfo",    "Fresnel", "LayerWeight", "Bump", "NormalMap", "Bevel", "Tangent", "Displacement",
     "VectorDisplacement",
 }  # fmt: skip
 # Inputs whose value must not vary.

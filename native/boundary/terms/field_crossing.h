@@ -109,11 +109,8 @@ EG_OUTLINE TracedCrossing* trace_crossing_sides(const SceneView& scene, const Bo
                         CrossedFields{{curve.side[0].face, curve.side[1].face}, {contact[0], contact[1]}});
         if (!any(s.active)) continue;
         const auto start = [&](int k, const Closest& hit, Vec3 step) EG_INLINE_LAMBDA {
-            Closest other = hit;
-            other.hit = splat(0);
-            queued = append_start(work, queued, s.active, lane_index() + at + (k == 0 ? 0 : count),
-                                  s.view.origin, s.view.direction, hit, step, other, before.through,
-                                  before.passed, task.max_depth);
+            queued = start_side(task, work, queued, s, lane_index() + at + (k == 0 ? 0 : count),
+                                s.view.direction, hit, step, before);
         };
         start_on_both_sides(scene, s, curve, plus, start);
     }

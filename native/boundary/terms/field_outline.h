@@ -96,11 +96,8 @@ EG_OUTLINE TracedSample* trace_outline_sides(const SceneView& scene, const Bound
         hit.distance = s.view.distance;
         const Vec3 direction = onto_surface(outline.grazing, outline.normal);
         const Int plus_path = lane_index() + at, minus_path = plus_path + count;
-        Closest other = hit;
-        other.hit = splat(0);
         const auto start = [&](Int number, Vec3 along, const Closest& first) EG_INLINE_LAMBDA {
-            queued = append_start(work, queued, s.active, number, s.view.origin, along, first, zero3(), other,
-                                  behind.through, behind.passed, task.max_depth);
+            queued = start_side(task, work, queued, s, number, along, first, zero3(), behind);
         };
         start(select(outline.minus, minus_path, plus_path), direction, hit);
         start(select(outline.minus, plus_path, minus_path), s.view.direction, behind.hit);

@@ -110,6 +110,16 @@ EG_INLINE Mask bent_lambertian(const SceneView& scene, const EdgeSample& s, cons
     return bends & ((flags & kPlain) != 0) & ((flags & kOther) == 0);
 }
 
+// Appends the path of one side of samples, which shares nothing with that of the other side: it has met `hit`
+// along `direction`, after what is before the curve, and leaves at the offset `aside`.
+EG_INLINE int start_side(const BoundaryTask& task, Workspace& work, int queued, const EdgeSample& s, Int path,
+                         Vec3 direction, const Closest& hit, Vec3 aside, const Behind& before) {
+    Closest other = hit;
+    other.hit = splat(0);
+    return append_start(work, queued, s.active, path, s.view.origin, direction, hit, aside, other,
+                        before.through, before.passed, task.max_depth);
+}
+
 // A packet of samples, kept while their paths are traced. `active` are the visible samples that contribute.
 struct TracedSample {
     EdgeSample sample;

@@ -1,5 +1,5 @@
-// Primary boundary term of borders within faces at which textures jump: sides of squares of checkerboards, of
-// texels of images without interpolation (boundary/curves/texture_borders.h).
+// Primary boundary term of straight borders within faces at which textures jump, such as the sides of squares
+// of checkerboards (boundary/curves/texture_borders.h).
 //
 // It is that of edges (boundary/terms/primary.h). The border is a line of material points of its face: its
 // point e moves with the face, and the face is on both sides.
@@ -21,13 +21,9 @@ struct TracedBorder {
 // Finds the face of each lane's border, and the place of its point in the face.
 EG_INLINE Triangle place_border(const SceneView& scene, TracedBorder& border) {
     const EdgeSample& s = border.sample;
-    border.face = splat(0);
-    border.instance = splat(-1);
-    for (int i = 0; i < W; ++i) {
-        if (!s.active[i]) continue;
-        border.face[i] = scene.surface_of_line(s.edge[i], 0).face();
-        border.instance[i] = face_instance(scene, s.edge[i], -1, 0);
-    }
+    const IntersectionFace own = intersection_face(scene, s, s.active, 0);
+    border.face = own.face;
+    border.instance = own.instance;
     const Triangle t = placed_triangle(scene, border.face, border.instance).triangle;
     place_in_face(t, s.point, border.b1, border.b2);
     return t;
@@ -76,11 +72,8 @@ EG_OUTLINE TracedBorder* trace_border_sides(const SceneView& scene, const Bounda
         // Start a path on each side
         for (int k = 0; k < 2; ++k) {
             const Closest hit = border_hit(scene, kept, t, k == 0 ? s.normal : -s.normal);
-            Closest other = hit;
-            other.hit = splat(0);
-            queued = append_start(work, queued, s.active, lane_index() + at + (k == 0 ? 0 : count),
-                                  s.view.origin, s.view.direction, hit, zero3(), other, before.through,
-                                  before.passed, task.max_depth);
+            queued = start_side(task, work, queued, s, lane_index() + at + (k == 0 ? 0 : count),
+                                s.view.direction, hit, zero3(), before);
         }
     }
     // Trace all paths

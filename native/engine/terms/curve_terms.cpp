@@ -27,6 +27,15 @@ void add_lines(const SceneView& scene, const EdgeList& edges, const RenderOption
     out.push_back({kind, std::move(candidates), std::move(lines)});
 }
 
+// Adds curves as the camera sees them, unless they are out of view, which decisions do not look for.
+void add_seen_lines(BoundaryKind kind, const SceneView& scene, const EdgeList& edges, Intersections found,
+                    std::vector<CurveTerm>& out) {
+    auto lines = std::make_shared<EdgesAndIntersections>(edges.tables, std::move(found));
+    Candidates candidates;
+    lines->add_candidates(scene.camera, candidates);
+    if (candidates.size() > 0) out.push_back({kind, std::move(candidates), std::move(lines)});
+}
+
 void add_intersections(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
                        const RequestedMotion& motion, const Intersections* seen, Decisions& decided,
                        std::vector<CurveTerm>& out) {
@@ -129,12 +138,8 @@ void add_intersection_outlines(const SceneView& scene, const EdgeList& edges, co
 void add_field_outlines(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
                         Decisions& decided, std::vector<CurveTerm>& out) {
     if (!decided.computes(Part::kFieldOutlines) || decided.alone()) return;
-    auto lines = std::make_shared<EdgesAndIntersections>(
-        edges.tables, *seen_outlines(scene, edges, decided[Part::kFieldOutlines].meshes, options.seed));
-    Candidates candidates;
-    lines->add_candidates(scene.camera, candidates);
-    if (candidates.size() == 0) return;  // out of view, which decisions do not look for
-    out.push_back({kFieldOutline, std::move(candidates), std::move(lines)});
+    add_seen_lines(kFieldOutline, scene, edges,
+                   *seen_outlines(scene, edges, decided[Part::kFieldOutlines].meshes, options.seed), out);
 }
 
 // Curves where fields pass through surfaces that scatter light or emit it.
@@ -177,23 +182,15 @@ void add_field_crossings(const SceneView& scene, const EdgeList& edges, const Re
     Intersections found = *edges.kept.seen_crossings.get(
         {moving, 1 << kCameraRay}, [&] { return field_crossings(edges, moving, 1 << kCameraRay); });
     if (!decided.found(Part::kFieldCrossings, edges.tables, found) || decided.alone()) return;
-    auto lines = std::make_shared<EdgesAndIntersections>(edges.tables, std::move(found));
-    Candidates candidates;
-    lines->add_candidates(scene.camera, candidates);
-    if (candidates.size() == 0) return;
-    out.push_back({kFieldCrossing, std::move(candidates), std::move(lines)});
+    add_seen_lines(kFieldCrossing, scene, edges, std::move(found), out);
 }
 
 // Borders at which textures jump, on the meshes that the part lists.
 void add_texture_borders(const SceneView& scene, const EdgeList& edges, Decisions& decided,
                          std::vector<CurveTerm>& out) {
     if (!decided.computes(Part::kTextureBorders) || decided.alone()) return;
-    auto lines = std::make_shared<EdgesAndIntersections>(
-        edges.tables, texture_borders(edges, decided[Part::kTextureBorders].meshes));
-    Candidates candidates;
-    lines->add_candidates(scene.camera, candidates);
-    if (candidates.size() == 0) return;  // out of view, which decisions do not look for
-    out.push_back({kTextureBorder, std::move(candidates), std::move(lines)});
+    add_seen_lines(kTextureBorder, scene, edges,
+                   texture_borders(edges, decided[Part::kTextureBorders].meshes), out);
 }
 
 // Bands about the outlines of fields.

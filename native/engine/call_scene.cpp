@@ -1,6 +1,7 @@
 #include "engine/call_scene.h"
 
 #include "boundary/curves/edge_cache.h"
+#include "boundary/curves/texture_borders.h"
 #include "boundary/meshes/coplanar_polygons.h"
 #include "scene/contact_meshes.h"
 #include "scene/mesh_instances.h"
@@ -157,8 +158,8 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const Scene
     view_.followed_alpha = followed;
     hold_directions(tables, *motion);
     if (kept && (motion->camera || motion->any_mesh_moves())) {
-        material_jumps_ = kept->material_jumps.get(true, [&] { return materials_that_jump(tables); });
-        view_.material_jumps = material_jumps_->empty() ? nullptr : material_jumps_->data();
+        jumps_ = kept_jumps(tables, *kept);
+        view_.material_jumps = jumps_->any.empty() ? nullptr : jumps_->any.data();
     }
     if (kept) blend_near_contact(tables, *motion, *kept);
 }
@@ -168,7 +169,8 @@ void PreparedScene::blend_near_contact(const SceneTables& tables, const Requeste
     // Where emissive meshes have a fixed direction anyway (shading/lights/fixed_direction_light.h), no others
     // need it.
     if (view_.face_fixed_direction || (!motion.camera && !motion.any_mesh_moves())) return;
-    contact_materials_ = kept.contact_materials.get(true, [&] { return contact_materials(tables); });
+    contact_materials_ = kept.contact_materials.get(
+        true, [&] { return contact_materials(tables, *kept_jumps(tables, kept)); });
     mesh_contact_ =
         kept.contact_meshes.get(true, [&] { return contact_meshes(tables, contact_materials_->bits); });
     if (mesh_contact_->empty()) return;

@@ -12,6 +12,7 @@ namespace edgegrad {
 struct ContactMaterials;
 struct CoplanarPolygons;
 struct EdgeCache;
+struct MaterialJumps;
 
 class PreparedScene {
  public:
@@ -38,7 +39,7 @@ class PreparedScene {
     std::shared_ptr<const std::vector<float>> transparent_boxes_, mesh_size_;
     std::shared_ptr<const CoplanarPolygons> polygons_;
     std::shared_ptr<const ContactMaterials> contact_materials_;
-    std::shared_ptr<const std::vector<int32_t>> material_jumps_;
+    std::shared_ptr<const MaterialJumps> jumps_;
     SceneView view_{};
 };
 

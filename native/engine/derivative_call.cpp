@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "boundary/curves/texture_borders.h"
 #include "boundary/fields/field_curves.h"
 #include "boundary/meshes/solids.h"
 #include "engine/decisions/followed_lobes_rule.h"
@@ -99,9 +100,10 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
                               motion,
                               chains,
                               bends_chains(e.tables_, requested),
-                              between && e.hides_no_surface()};
+                              between && e.hides_no_surface(),
+                              e.kept_};
     decide_boundaries(facts, decided);
-    note_missing(facts, requested, e.closed_, e.threads_, e.kept_, decided);
+    note_missing(facts, requested, e.closed_, e.threads_, decided);
     if (std::any_of(std::begin(kBoundaryTable), std::end(kBoundaryTable),
                     [&](const BoundaryKindRow& kind) { return decided.computes(kind.part); })) {
         const auto normals = e.normals();
@@ -144,7 +146,10 @@ void Engine::DerivativeCall::begin_interior(const RenderOptions& options, const 
     decided.decide(Part::kContact, interior && scene.mesh_contact ? Reason::kNeeded : Reason::kNone);
     if (interior && options.max_depth > 2)
         decided[Part::kContact].materials = noisy_contact_materials(
-            t, motion, engine.kept_.contact_materials.get(true, [&] { return contact_materials(t); })->bits);
+            t, motion,
+            engine.kept_.contact_materials
+                .get(true, [&] { return contact_materials(t, *kept_jumps(t, engine.kept_)); })
+                ->bits);
     // Samples of their derivative are as much larger than the light as the lobes are narrow.
     constexpr float kNarrow = 0.03f;
     const std::vector<int32_t> narrow =

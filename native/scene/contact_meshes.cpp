@@ -24,16 +24,13 @@ bool scatters_through(const SceneTables& tables, size_t closure) {
 // Grids of one material beyond this number do not count.
 constexpr size_t kMostGrids = 4;
 
-int32_t flags_of(const SceneTables& tables, size_t material, std::vector<CellGrid>& grids) {
+int32_t flags_of(const SceneTables& tables, size_t material, const TextureJumps& jumps) {
     int32_t flags = kContactFrom | kContactTo;
+    if (jumps.elsewhere || jumps.grids.size() > kMostGrids) flags &= ~kContactTo;
+    if (!jumps.grids.empty()) flags |= kContactCells;
     const auto first = static_cast<size_t>(tables.material_first_closure[material]),
                last = static_cast<size_t>(tables.material_first_closure[material + 1]);
     for (size_t closure = first; closure < last; ++closure) {
-        const TextureJumps jumps = texture_jumps(tables, closure);
-        for (const CellGrid& grid : jumps.grids)
-            if (std::find(grids.begin(), grids.end(), grid) == grids.end()) grids.push_back(grid);
-        if (jumps.elsewhere || grids.size() > kMostGrids) flags &= ~kContactTo;
-        if (!grids.empty()) flags |= kContactCells;
         if (tables.closure_flags[closure] & kHasNormalMap) flags |= kContactBent | kContactMapped;
         if (tables.closure_flags[closure] & kHasEmission) flags |= kContactEmits;
         if (scatters_through(tables, closure)) flags |= kContactThrough;
@@ -149,17 +146,16 @@ std::vector<float> mesh_sizes(const SceneTables& tables) {
     return out;
 }
 
-ContactMaterials contact_materials(const SceneTables& tables) {
+ContactMaterials contact_materials(const SceneTables& tables, const MaterialJumps& jumps) {
     ContactMaterials out;
     out.first_grid.push_back(0);
     for (size_t m = 0; m + 1 < tables.material_first_closure.size(); ++m) {
-        std::vector<CellGrid> grids;
-        out.bits.push_back(flags_of(tables, m, grids));
-        if (!(out.bits.back() & kContactTo)) grids.clear();
-        for (const CellGrid& grid : grids) {
-            out.grid_attributes.push_back(grid.attribute);
-            for (const auto& row : grid.row) out.grid_rows.insert(out.grid_rows.end(), row, row + 4);
-        }
+        out.bits.push_back(flags_of(tables, m, jumps.of[m]));
+        if (out.bits.back() & kContactTo)
+            for (const CellGrid& grid : jumps.of[m].grids) {
+                out.grid_attributes.push_back(grid.attribute);
+                for (const auto& row : grid.row) out.grid_rows.insert(out.grid_rows.end(), row, row + 4);
+            }
         out.first_grid.push_back(static_cast<int32_t>(out.grid_attributes.size()));
     }
     return out;

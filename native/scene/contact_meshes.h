@@ -8,6 +8,8 @@
 
 namespace edgegrad {
 
+struct MaterialJumps;  // scene/textures/jumps.h
+
 // Bits (kContactFrom and others) by mesh, from those by material. Empty if no light qualifies. Emission and
 // scattering at y must not jump within a face, except at borders of cells (scene/textures/jumps.h). Neither y
 // nor x may be transparent or have a perfect lobe, because points behind those stay in material form.
@@ -19,7 +21,7 @@ struct ContactMaterials {
     std::vector<int32_t> bits, first_grid, grid_attributes;
     std::vector<float> grid_rows;
 };
-ContactMaterials contact_materials(const SceneTables& tables);
+ContactMaterials contact_materials(const SceneTables& tables, const MaterialJumps& jumps);
 // By visible mesh, the longest side of the box around all its copies.
 std::vector<float> mesh_sizes(const SceneTables& tables);
 

@@ -22,6 +22,8 @@ struct CoplanarPolygons;
 struct FieldCarrier;
 struct FieldLines;
 struct Intersections;
+struct JumpingMeshes;
+struct MaterialJumps;
 struct MeshBoxes;
 class EdgeTree;
 class LightList;
@@ -80,7 +82,8 @@ struct EdgeCache {
     Kept<bool, CoplanarPolygons> polygons;
     Kept<bool, ContactMaterials> contact_materials;                // scene/contact_meshes.h
     Kept<bool, std::vector<int32_t>> contact_meshes;               // the same
-    Kept<bool, std::vector<int32_t>> material_jumps;               // scene/textures/jumps.h
+    Kept<bool, MaterialJumps> jumps;                               // scene/textures/jumps.h
+    Kept<RequestedMotion, JumpingMeshes> jumping_meshes;           // boundary/curves/texture_borders.h
     Kept<bool, std::vector<float>> mesh_sizes, transparent_boxes;  // the same
     Kept<bool, bool> cross;  // whether any surface intersects another surface or a light
     Kept<bool, MeshBoxes> boxes;
@@ -112,7 +115,7 @@ struct EdgeCache {
         lit_outlines.clear(), lit_patches.clear(), seen_crossings.clear(), lit_crossings.clear();
         tree.clear(), regions.clear(), polygons.clear(), cross.clear();
         contact_materials.clear(), contact_meshes.clear(), transparent_boxes.clear();
-        material_jumps.clear();
+        jumps.clear(), jumping_meshes.clear();
     }
 };
 

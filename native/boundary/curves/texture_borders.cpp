@@ -3,14 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
 
 #include "boundary/meshes/placed_vertex.h"
 #include "boundary/meshes/seams.h"
 #include "scene/face_vectors.h"
 #include "scene/mesh_edges.h"
 #include "scene/mesh_instances.h"
-#include "scene/textures/jumps.h"
 #include "tasks/edge_weight_task.h"
 #include "util/parallel.h"
 
@@ -29,67 +27,34 @@ struct Corners {
 // The rounding of a coordinate relative to what it is the sum of.
 constexpr double kRounding = 1e-5;
 
-// The coordinates of the grids of one material.
-class MaterialJumps {
- public:
-    MaterialJumps(const SceneTables& tables, size_t material) {
-        const auto first = static_cast<size_t>(tables.material_first_closure[material]),
-                   last = static_cast<size_t>(tables.material_first_closure[material + 1]);
-        for (size_t closure = first; closure < last; ++closure) {
-            const TextureJumps jumps = texture_jumps(tables, closure);
-            elsewhere_ |= jumps.elsewhere;
-            for (const CellGrid& grid : jumps.grids)
-                if (std::find(grids_.begin(), grids_.end(), grid) == grids_.end()) grids_.push_back(grid);
-        }
-    }
-    bool elsewhere() const { return elsewhere_; }
-    bool any() const { return elsewhere_ || !grids_.empty(); }
-
-    // Calls visit(corners) for each coordinate that varies over the face.
-    template <typename Visit>
-    void visit(const TextureTables& t, int32_t face, const Visit& visit) const {
-        const size_t meshes = t.mesh_box.size() / 6,
-                     mesh = static_cast<size_t>(t.face_mesh[static_cast<size_t>(face)]);
-        for (const CellGrid& grid : grids_) {
-            const TextureAttribute& a =
-                t.mesh_attributes[static_cast<size_t>(grid.attribute) * meshes + mesh];
-            if (a.components <= 0) continue;  // one value for all corners, or none
-            const float* values = t.attributes.data() + a.offset + 3 * int64_t{face} * a.components;
-            for (const float* row : grid.row) {
-                Corners found{};
-                double size = 0.0;
-                for (int corner = 0; corner < 3; ++corner) {
-                    double sum = row[3], parts = std::abs(sum);
-                    for (int k = 0; k < 3; ++k) {
-                        const int component = a.components == 1 ? 0 : k;
-                        if (component >= a.components) continue;
-                        const double part =
-                            static_cast<double>(row[k]) * values[corner * a.components + component];
-                        sum += part, parts += std::abs(part);
-                    }
-                    found.at[static_cast<size_t>(corner)] = sum;
-                    size = std::max(size, parts);
+// Calls visit(corners) for each coordinate of the grids that varies over the face.
+template <typename Visit>
+void visit_coordinates(const TextureJumps& jumps, const TextureTables& t, int32_t face, const Visit& visit) {
+    const size_t meshes = t.mesh_box.size() / 6,
+                 mesh = static_cast<size_t>(t.face_mesh[static_cast<size_t>(face)]);
+    for (const CellGrid& grid : jumps.grids) {
+        const TextureAttribute& a = t.mesh_attributes[static_cast<size_t>(grid.attribute) * meshes + mesh];
+        if (a.components <= 0) continue;  // one value for all corners, or none
+        const float* values = t.attributes.data() + a.offset + 3 * int64_t{face} * a.components;
+        for (const float* row : grid.row) {
+            Corners found{};
+            double size = 0.0;
+            for (int corner = 0; corner < 3; ++corner) {
+                double sum = row[3], parts = std::abs(sum);
+                for (int k = 0; k < 3; ++k) {
+                    const int component = a.components == 1 ? 0 : k;
+                    if (component >= a.components) continue;
+                    const double part =
+                        static_cast<double>(row[k]) * values[corner * a.components + component];
+                    sum += part, parts += std::abs(part);
                 }
-                found.rounding = kRounding * size;
-                if (found.high() > found.low()) visit(found);
+                found.at[static_cast<size_t>(corner)] = sum;
+                size = std::max(size, parts);
             }
+            found.rounding = kRounding * size;
+            if (found.high() > found.low()) visit(found);
         }
     }
-
- private:
-    bool elsewhere_ = false;
-    std::vector<CellGrid> grids_;
-};
-
-// The jumps of all materials that are in use; none where nothing jumps.
-std::vector<std::optional<MaterialJumps>> jumps_of_materials(const SceneTables& tables) {
-    std::vector<std::optional<MaterialJumps>> out(tables.material_used.size());
-    for (size_t m = 0; m < out.size(); ++m) {
-        if (!tables.material_used[m]) continue;
-        MaterialJumps jumps(tables, m);
-        if (jumps.any()) out[m] = std::move(jumps);
-    }
-    return out;
 }
 
 // The number of borders strictly within a face.
@@ -141,13 +106,14 @@ bool follows_border(const EdgeList& edges, const MaterialJumps& jumps, int64_t e
     const uint32_t first = t.edge_face_first[e];
     if (t.edge_face_first[e + 1] - first != 2) return false;
     const uint32_t one = t.edge_faces[first], other = t.edge_faces[first + 1];
-    if (t.face_material[one] != t.face_material[other]) return false;
+    const auto material = static_cast<size_t>(t.face_material[one]);
+    if (!jumps.any[material] || t.face_material[one] != t.face_material[other]) return false;
     const float *n = edges.normal + 3 * size_t{one}, *m = edges.normal + 3 * size_t{other};
     if (!(dot(vertex(n), vertex(m)) > 0.0) ||
         length(cross(vertex(n), vertex(m))) >= static_cast<double>(kCoplanar))
         return false;
     bool along = false;
-    jumps.visit(t.textures, static_cast<int32_t>(one), [&](const Corners& at) {
+    visit_coordinates(jumps.of[material], t.textures, static_cast<int32_t>(one), [&](const Corners& at) {
         std::array<double, 2> ends{};
         size_t found = 0;
         for (size_t k = 0; k < 3; ++k) {
@@ -163,12 +129,10 @@ bool follows_border(const EdgeList& edges, const MaterialJumps& jumps, int64_t e
     return along && !is_seam(t, edge);
 }
 
-}  // namespace
-
-JumpingMeshes jumping_meshes(const SceneTables& tables, const RequestedMotion& motion) {
+JumpingMeshes find_jumping_meshes(const SceneTables& tables, const MaterialJumps& jumps,
+                                  const RequestedMotion& motion) {
     JumpingMeshes out;
-    const auto jumps = jumps_of_materials(tables);
-    if (std::none_of(jumps.begin(), jumps.end(), [](const auto& one) { return one.has_value(); })) return out;
+    if (jumps.any.empty()) return out;
     const std::vector<uint8_t> moving = moving_meshes(tables, motion);
     const auto instances = mesh_instances(tables);
     int64_t all = 0;
@@ -179,11 +143,11 @@ JumpingMeshes jumping_meshes(const SceneTables& tables, const RequestedMotion& m
         bool sampled = false, left_out = false;
         int64_t borders = 0;
         for (int32_t face = tables.mesh_first_face[m]; face < tables.mesh_first_face[m + 1]; ++face) {
-            const auto& found = jumps[static_cast<size_t>(tables.face_material[static_cast<size_t>(face)])];
-            if (!found) continue;
-            left_out |= found->elsewhere() || mesh >= tables.first_field();
+            const auto material = static_cast<size_t>(tables.face_material[static_cast<size_t>(face)]);
+            if (!jumps.any[material]) continue;
+            left_out |= jumps.of[material].elsewhere || mesh >= tables.first_field();
             if (mesh >= tables.first_field()) break;
-            found->visit(tables.textures, face, [&](const Corners& at) {
+            visit_coordinates(jumps.of[material], tables.textures, face, [&](const Corners& at) {
                 const int64_t count = borders_within(at);
                 left_out |= count > kMostFaceBorders;
                 if (count <= kMostFaceBorders) borders += count, sampled = true;
@@ -197,14 +161,25 @@ JumpingMeshes jumping_meshes(const SceneTables& tables, const RequestedMotion& m
     return out;
 }
 
+}  // namespace
+
+std::shared_ptr<const MaterialJumps> kept_jumps(const SceneTables& tables, EdgeCache& kept) {
+    return kept.jumps.get(true, [&] { return material_jumps(tables); });
+}
+
+std::shared_ptr<const JumpingMeshes> jumping_meshes(const SceneTables& tables, const RequestedMotion& motion,
+                                                    EdgeCache& kept) {
+    return kept.jumping_meshes.get(
+        motion, [&] { return find_jumping_meshes(tables, *kept_jumps(tables, kept), motion); });
+}
+
 Intersections texture_borders(const EdgeList& edges, const std::vector<int32_t>& meshes) {
     const SceneTables& t = edges.tables;
-    const auto jumps = jumps_of_materials(t);
+    const auto kept = kept_jumps(t, edges.kept);
+    const MaterialJumps& jumps = *kept;
     const auto instances = mesh_instances(t);
-    const auto jumps_at = [&](int64_t face) -> const std::optional<MaterialJumps>& {
-        return jumps[static_cast<size_t>(t.face_material[static_cast<size_t>(face)])];
-    };
     Intersections out;
+    if (jumps.any.empty()) return out;
     for (const int32_t mesh : meshes) {
         const auto m = static_cast<size_t>(mesh);
         const auto [first_edge, last_edge] = mesh_edges(t, m);
@@ -212,14 +187,13 @@ Intersections texture_borders(const EdgeList& edges, const std::vector<int32_t>&
             may_cancel();
             const Placement placed = Placement::of(t, instance);
             for (int32_t face = t.mesh_first_face[m]; face < t.mesh_first_face[m + 1]; ++face)
-                if (const auto& found = jumps_at(face))
-                    found->visit(t.textures, face,
-                                 [&](const Corners& at) { add_within(t, face, at, placed, instance, out); });
+                visit_coordinates(jumps.of[static_cast<size_t>(t.face_material[static_cast<size_t>(face)])],
+                                  t.textures, face,
+                                  [&](const Corners& at) { add_within(t, face, at, placed, instance, out); });
             for (int64_t edge = first_edge; edge < last_edge; ++edge) {
                 const auto e = static_cast<size_t>(edge);
+                if (!follows_border(edges, jumps, edge)) continue;
                 const uint32_t face = t.edge_faces[t.edge_face_first[e]];
-                const auto& found = jumps_at(face);
-                if (!found || !follows_border(edges, *found, edge)) continue;
                 const Vector line[2] = {
                     placed(vertex(&t.vertices[3 * static_cast<size_t>(t.edge_vertices[2 * e])])),
                     placed(vertex(&t.vertices[3 * static_cast<size_t>(t.edge_vertices[2 * e + 1])]))};

@@ -5,12 +5,17 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "boundary/curves/candidates.h"
 #include "boundary/curves/intersections.h"
+#include "scene/textures/jumps.h"
 
 namespace edgegrad {
+
+// The jumps of all materials, which are kept.
+std::shared_ptr<const MaterialJumps> kept_jumps(const SceneTables& tables, EdgeCache& kept);
 
 // Borders of one face in one coordinate; cells of more are too narrow for rays beside their borders. And
 // borders of all faces and instances together.
@@ -22,7 +27,9 @@ struct JumpingMeshes {
     std::vector<int32_t> sampled;   // along the borders of grids of cells (scene/textures/jumps.h)
     std::vector<int32_t> left_out;  // at least in part: they jump elsewhere, in too many cells, or on fields
 };
-JumpingMeshes jumping_meshes(const SceneTables& tables, const RequestedMotion& motion);
+// They are kept for the last motion.
+std::shared_ptr<const JumpingMeshes> jumping_meshes(const SceneTables& tables, const RequestedMotion& motion,
+                                                    EdgeCache& kept);
 
 // The borders on some meshes and their instances: lines whose two surfaces are the same face.
 Intersections texture_borders(const EdgeList& edges, const std::vector<int32_t>& meshes);

@@ -118,7 +118,7 @@ void decide_texture_borders(const BoundaryFacts& f, Decisions& decided) {
     if (!decided.decide(part, unless(f.motion.camera || f.motion.any_mesh_moves(), Reason::kStill))) return;
     RequestedMotion motion = f.motion;
     motion.camera |= decided.forces(part);
-    decided[part].meshes = jumping_meshes(f.tables, motion).sampled;
+    decided[part].meshes = jumping_meshes(f.tables, motion, f.kept)->sampled;
     if (decided[part].meshes.empty()) decided.none(part, Reason::kNone);
 }
 

@@ -168,6 +168,7 @@ struct BoundaryFacts {
     bool chains;           // edges move, or directions of rays change (moves_chains)
     bool bends;            // directions of rays change by values or normals (bends_chains)
     bool nothing_between;  // no surface is between two others (Engine::hides_no_surface)
+    EdgeCache& kept;
 };
 // Decides on the parts of the boundary terms, before the search for candidate edges, which may find none.
 void decide_boundaries(const BoundaryFacts& facts, Decisions& decided);

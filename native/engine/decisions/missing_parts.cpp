@@ -32,14 +32,14 @@ bool jumps_within_faces(const SceneTables& tables, size_t closure) {
 class Search {
  public:
     Search(const BoundaryFacts& facts, const Requested& requested, const std::vector<uint8_t>& closed,
-           int threads, EdgeCache& kept, Decisions& decided)
+           int threads, Decisions& decided)
         : f_(facts),
           tables_(facts.tables),
           motion_(facts.motion),
           requested_(requested),
           closed_(closed),
           threads_(threads),
-          kept_(kept),
+          kept_(facts.kept),
           decided_(decided),
           moving_(moving_meshes(facts.tables, facts.motion)) {
         any_moves_ = motion_.camera || motion_.lights || motion_.rotation || motion_.any_mesh_moves() ||
@@ -68,7 +68,7 @@ class Search {
         }
         meshes(Part::kSelfIntersections, std::move(large), kSelfIntersectionFaces);
         meshes(Part::kClipBorders, std::move(cut));
-        meshes(Part::kTexelBorders, jumping_meshes(tables_, motion_).left_out);
+        meshes(Part::kTexelBorders, jumping_meshes(tables_, motion_, kept_)->left_out);
         slid_textures();
         lights_by_parallel_rays();
     }
@@ -321,8 +321,8 @@ class Search {
 }  // namespace
 
 void note_missing(const BoundaryFacts& facts, const Requested& requested, const std::vector<uint8_t>& closed,
-                  int threads, EdgeCache& kept, Decisions& decided) {
-    Search search(facts, requested, closed, threads, kept, decided);
+                  int threads, Decisions& decided) {
+    Search search(facts, requested, closed, threads, decided);
     search.seen_by_the_camera();
     search.lit_surfaces();
     search.absorbing_surfaces();

@@ -8,6 +8,6 @@ namespace edgegrad {
 
 // Notes the parts that occur in this call. `closed`: by mesh (boundary/meshes/solids.h).
 void note_missing(const BoundaryFacts& facts, const Requested& requested, const std::vector<uint8_t>& closed,
-                  int threads, EdgeCache& kept, Decisions& decided);
+                  int threads, Decisions& decided);
 
 }  // namespace edgegrad

@@ -260,13 +260,22 @@ TextureJumps texture_jumps(const SceneTables& tables, size_t closure) {
     return jumps;
 }
 
-std::vector<int32_t> materials_that_jump(const SceneTables& tables) {
-    std::vector<int32_t> out(tables.material_first_closure.size() - 1, 0);
-    bool any = false;
-    for (size_t m = 0; m < out.size(); ++m)
-        for (int32_t k = tables.material_first_closure[m]; k < tables.material_first_closure[m + 1]; ++k)
-            if (texture_jumps(tables, static_cast<size_t>(k)).any()) out[m] = 1, any = true;
-    if (!any) out.clear();
+MaterialJumps material_jumps(const SceneTables& tables) {
+    MaterialJumps out;
+    out.of.resize(tables.material_first_closure.size() - 1);
+    for (size_t m = 0; m < out.of.size(); ++m) {
+        TextureJumps& all = out.of[m];
+        for (int32_t k = tables.material_first_closure[m]; k < tables.material_first_closure[m + 1]; ++k) {
+            const TextureJumps jumps = texture_jumps(tables, static_cast<size_t>(k));
+            all.elsewhere |= jumps.elsewhere;
+            for (const CellGrid& grid : jumps.grids)
+                if (std::find(all.grids.begin(), all.grids.end(), grid) == all.grids.end())
+                    all.grids.push_back(grid);
+        }
+        if (!all.any()) continue;
+        out.any.resize(out.of.size(), 0);
+        out.any[m] = 1;
+    }
     return out;
 }
 

@@ -29,7 +29,11 @@ struct TextureJumps {
 
 TextureJumps texture_jumps(const SceneTables& tables, size_t closure);
 
-// By material 1 if textures of its closures jump; empty if no material's do.
-std::vector<int32_t> materials_that_jump(const SceneTables& tables);
+// Where the textures of materials jump.
+struct MaterialJumps {
+    std::vector<TextureJumps> of;  // by material: of all of its closures, each grid once
+    std::vector<int32_t> any;      // 1: the material's textures jump; empty if no material's do
+};
+MaterialJumps material_jumps(const SceneTables& tables);
 
 }  // namespace edgegrad

@@ -47,4 +47,12 @@ inline std::vector<uint8_t> moving_meshes(const GeometryTables& t, const Request
     return out;
 }
 
+// The same, and of the meshes that stand for distance fields whether their fields move.
+inline std::vector<uint8_t> moving_surfaces(const SceneTables& t, const RequestedMotion& motion) {
+    std::vector<uint8_t> out = moving_meshes(t, motion);
+    for (size_t k = 0; k < motion.fields.size(); ++k)
+        out[static_cast<size_t>(t.first_field()) + k] |= motion.fields[k];
+    return out;
+}
+
 }  // namespace edgegrad

@@ -15,6 +15,7 @@ import pytest
 import edgegrad
 from edgegrad import expression as e
 from edgegrad import plan
+from tests.support.fields.outlined import doughnut, over_a_sheet
 from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose
 from tests.support.small_scenes import Make, along, camera, need, rectangle
 
@@ -178,3 +179,14 @@ def test_the_plan_names_what_is_sampled_and_what_is_not() -> None:
     dense = e.Checker(UV, scale=1e6)
     assert left_out in said(dense, [PLACE])[1] and sampled not in said(dense, [PLACE])[0]
     assert "may jump, where they move" in said(CHECKER, ["meshes.sheet.attributes.UVMap"])[1]
+
+
+@pytest.mark.parametrize("what", ["fields.ring.values", "fields.ring.transform", POSE])
+def test_the_plan_names_jumps_on_fields_that_move(what: str) -> None:
+    need("native")
+    scene = over_a_sheet({"ring": doughnut()})
+    scene.materials["checks"] = edgegrad.Material(textures={"base_color": e.Checker(e.Coordinates("POSITION"))})
+    scene.fields["ring"].material = "checks"
+    missing = " ".join(plan(scene, [what], max_depth=1).missing)
+    assert "borders within the faces of ring where their textures may jump" in missing
+    assert "may jump" not in " ".join(plan(scene, ["world.strength"], max_depth=1).missing)

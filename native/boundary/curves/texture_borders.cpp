@@ -133,13 +133,12 @@ JumpingMeshes find_jumping_meshes(const SceneTables& tables, const MaterialJumps
                                   const RequestedMotion& motion) {
     JumpingMeshes out;
     if (jumps.any.empty()) return out;
-    const std::vector<uint8_t> moving = moving_meshes(tables, motion);
+    const std::vector<uint8_t> moves = moving_surfaces(tables, motion);
     const auto instances = mesh_instances(tables);
     int64_t all = 0;
     for (int32_t mesh = 0; mesh < tables.visible_meshes; ++mesh) {
         const auto m = static_cast<size_t>(mesh);
-        const bool moves = motion.camera || (mesh < tables.first_field() && moving[m]);
-        if (!moves || !(tables.mesh_mask[m] & (1 << kCameraRay))) continue;
+        if (!(motion.camera || moves[m]) || !(tables.mesh_mask[m] & (1 << kCameraRay))) continue;
         bool sampled = false, left_out = false;
         int64_t borders = 0;
         for (int32_t face = tables.mesh_first_face[m]; face < tables.mesh_first_face[m + 1]; ++face) {

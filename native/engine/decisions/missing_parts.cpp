@@ -41,7 +41,8 @@ class Search {
           threads_(threads),
           kept_(facts.kept),
           decided_(decided),
-          moving_(moving_meshes(facts.tables, facts.motion)) {
+          moving_(moving_meshes(facts.tables, facts.motion)),
+          surface_moves_(moving_surfaces(facts.tables, facts.motion)) {
         any_moves_ = motion_.camera || motion_.lights || motion_.rotation || motion_.any_mesh_moves() ||
                      motion_.any_field_moves();
         chains_turn_ = chains_turn();
@@ -137,13 +138,6 @@ class Search {
     // The kinds of rays that mirrors and smooth glass show.
     static constexpr int32_t kBentRays = 1 << kGlossyRay | 1 << kTransmissionRay;
 
-    // Whether a mesh, or the field that it stands for, moves.
-    bool moves(int32_t mesh) const {
-        const int32_t field = mesh - tables_.first_field();
-        return moving_[static_cast<size_t>(mesh)] ||
-               (field >= 0 && motion_.fields[static_cast<size_t>(field)]);
-    }
-
     // Whether rays turn that mirrors and smooth glass show. Else what they show of still things is still.
     bool chains_turn() const {
         if (f_.options.max_depth < 2) return false;
@@ -157,7 +151,7 @@ class Search {
                 tables_.face_material.data() + tables_.mesh_first_face[static_cast<size_t>(mesh)];
             const auto* last =
                 tables_.face_material.data() + tables_.mesh_first_face[static_cast<size_t>(mesh) + 1];
-            if (moves(mesh) &&
+            if (surface_moves_[static_cast<size_t>(mesh)] &&
                 std::any_of(first, last, [&](int32_t m) { return specular[static_cast<size_t>(m)] != 0; }))
                 return true;
         }
@@ -278,7 +272,7 @@ class Search {
             // The part of these lights that a point sees turns with the point
             const int32_t kind = tables_.lights.kind[row];
             const bool turns = kind == kSphereLight || kind == kDiskLight;
-            return moves(static_cast<int32_t>(mesh)) || light_moves(light) ||
+            return surface_moves_[mesh] || light_moves(light) ||
                    (motion_.camera && (turns || (seen & (1 << kCameraRay)))) ||
                    (turns && (motion_.any_mesh_moves() || motion_.any_field_moves())) ||
                    (chains_turn_ && (seen & kBentRays));
@@ -314,7 +308,8 @@ class Search {
     const int threads_;
     EdgeCache& kept_;
     Decisions& decided_;
-    const std::vector<uint8_t> moving_;
+    const std::vector<uint8_t> moving_;         // by mesh
+    const std::vector<uint8_t> surface_moves_;  // by mesh and field
     bool any_moves_, chains_turn_;
 };
 

@@ -72,18 +72,18 @@ class TargetItem(bpy.types.PropertyGroup):
                                    description="Picture whose black pixels are ignored; may be empty")  # fmt: skip
     view: bpy.props.EnumProperty(name="View", items=VIEW_ITEMS,  # type: ignore[valid-type]
                                  description="View transform that the picture was saved with")  # fmt: skip
-    datablock: bpy.props.PointerProperty(update=_edited,   # type: ignore[valid-type]
+    datablock: bpy.props.PointerProperty(update=_edited,  # type: ignore[valid-type]
         name="Datablock", type=bpy.types.Image,
         description="Image of this .blend as the target, which replaces the file: a sequence, a movie, a painting")
     use_frame: bpy.props.BoolProperty(  # type: ignore[valid-type]
         name="Own Frame", default=False, description="Use the frame below, not the scene's current one")
     frame: bpy.props.IntProperty(  # type: ignore[valid-type]
         name="Frame", default=1, min=0, description="Frame of the movie or sequence")
-    kind: bpy.props.EnumProperty(update=_edited,   # type: ignore[valid-type]
+    kind: bpy.props.EnumProperty(update=_edited,  # type: ignore[valid-type]
         name="Match", items=KIND_ITEMS, description="What the target determines")
-    silhouette_object: bpy.props.PointerProperty(update=_edited,   # type: ignore[valid-type]
+    silhouette_object: bpy.props.PointerProperty(update=_edited,  # type: ignore[valid-type]
         name="Object", type=bpy.types.Object, description="Object whose silhouette the mask shows")
-    silhouette_collection: bpy.props.PointerProperty(update=_edited,   # type: ignore[valid-type]
+    silhouette_collection: bpy.props.PointerProperty(update=_edited,  # type: ignore[valid-type]
         name="Collection", type=bpy.types.Collection, description="Collection whose silhouette the mask shows")
     alpha: bpy.props.EnumProperty(  # type: ignore[valid-type]
         name="Alpha", items=(("world", "World", "Transparent pixels show the scene's world"),
@@ -104,18 +104,18 @@ class TargetItem(bpy.types.PropertyGroup):
 class ParameterItem(bpy.types.PropertyGroup):
     """Values that a fit may change. The row holds the datablock itself, which may be renamed."""
 
-    kind: bpy.props.EnumProperty(update=_edited,   # type: ignore[valid-type]
+    kind: bpy.props.EnumProperty(update=_edited,  # type: ignore[valid-type]
         name="Kind", items=((PROPERTY, "Property", "Any animatable property, by its data path"),
                             *((name, kind.label, "") for name, kind in KINDS.items())))  # fmt: skip
     owner: bpy.props.PointerProperty(update=_edited, name="Datablock", type=bpy.types.ID)  # type: ignore[valid-type]
-    path: bpy.props.StringProperty(update=_edited,   # type: ignore[valid-type]
+    path: bpy.props.StringProperty(update=_edited,  # type: ignore[valid-type]
         name="Data Path", description="Path of the property from its datablock")
-    index: bpy.props.IntProperty(update=_edited,   # type: ignore[valid-type]
+    index: bpy.props.IntProperty(update=_edited,  # type: ignore[valid-type]
         name="Index", default=-1, min=-1, description="Which number of an array; -1: all")
     keyed: bpy.props.BoolProperty(  # type: ignore[valid-type]
         name="Keyed", default=False,
         description="Give the property a keyframe at each frame of the film, even if it has none yet")
-    enabled: bpy.props.BoolProperty(update=_edited,   # type: ignore[valid-type]
+    enabled: bpy.props.BoolProperty(update=_edited,  # type: ignore[valid-type]
         name="Fit", default=True, description="Whether the fit changes this property")
     use_limits: bpy.props.BoolProperty(  # type: ignore[valid-type]
         name="Bounds", default=False, description="Keep the values between the bounds")
@@ -130,7 +130,7 @@ class ParameterItem(bpy.types.PropertyGroup):
         name="Lock", size=3, subtype="XYZ", description="Vertices keep their places along these axes of the object")
     symmetry: bpy.props.EnumProperty(  # type: ignore[valid-type]
         name="Symmetry", items=SYMMETRY_ITEMS, description="Axis of the object along which the shape is mirrored")
-    sensitivity: bpy.props.FloatProperty(update=_edited,   # type: ignore[valid-type]
+    sensitivity: bpy.props.FloatProperty(update=_edited,  # type: ignore[valid-type]
         name="Sensitivity", default=-1.0,
         description="Effect of a step on the loss at the start of the last fit, relative to the most effective "
         "parameter; negative: not known yet")

@@ -15,6 +15,7 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 
 import edgegrad
 from edgegrad_addon.evaluation import evaluate
+from edgegrad_addon.export.bakes import cache
 from edgegrad_addon.export.geometry.memory import Memory
 from edgegrad_addon.export.scene import export_evaluated
 from edgegrad_addon.export.surroundings import environment
@@ -29,7 +30,7 @@ NORMALIZES = bpy.app.version >= (4, 5, 0)
 def _scene() -> None:
     bs.empty()
     bs.camera()
-    environment._kept.clear()
+    cache._kept.clear()
 
 
 def exported(name: Any = "Light") -> Any:
@@ -230,6 +231,17 @@ def test_bakes_of_worlds_are_kept_until_what_decides_them_changes(monkeypatch: A
     bs.export(bake=32)
     bs.export(bake=32)
     assert len(made) == count + 2
+
+
+def test_a_fit_bakes_a_world_that_stays_once(monkeypatch: Any) -> None:
+    _sky_of_turbidity(3.0)
+    made, bake, memory = [], environment._bake, Memory()
+    monkeypatch.setattr(environment, "_bake", lambda *given: made.append(1) or bake(*given))
+    pictures = []
+    for _ in range(3):
+        one = evaluate(bpy.context.scene, lambda now: export_evaluated(now, [], 512, memory=memory))
+        pictures.append(one.scene.images["World (baked)"].pixels)
+    assert len(made) == 1 and all(np.array_equal(picture, pictures[0]) for picture in pictures)
 
 
 def test_world_is_not_black_for_want_of_space(tmp_path: Path, monkeypatch: Any) -> None:

@@ -101,7 +101,7 @@ def _kept_or_baked(group: Group, groups: Sequence[Group], needed: dict[str, Mate
             raise BakeError("its mesh differs from the rendered one")
         key = cache.key_of_bake(copied, group.slots, materials, outputs, resolution,
                                 b"" if around is None else around.key())  # fmt: skip
-        known = cache.kept(key)
+        known = cache.kept(key, cache.KeptBake)
         if known is not None:
             return known
         baker = ObjectBaker(keep, copied, group.slots, needed, resolution, None if around is None else around.mesh())

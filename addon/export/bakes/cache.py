@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import hashlib
 from collections import OrderedDict
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol, TypeVar
 
 import bpy
 import numpy as np
@@ -20,6 +21,13 @@ from .content import UnknownContent, content_of, mesh_content
 LARGEST = 2 << 30  # bytes of all kept images
 
 
+class Bake(Protocol):
+    """What can be kept."""
+
+    def arrays(self) -> Iterable[NDArray[np.float32]]:
+        """Return the pixels of its images."""
+
+
 @dataclass(frozen=True)
 class KeptBake:
     """UV coordinates of corners, and the image of each material's output."""
@@ -27,12 +35,13 @@ class KeptBake:
     uv: NDArray[np.float32]
     images: dict[tuple[str, BakedOutput], edgegrad.Image]
 
-    def size(self) -> int:
-        """Bytes of the images."""
-        return sum(image.pixels.nbytes for image in self.images.values())
+    def arrays(self) -> Iterable[NDArray[np.float32]]:
+        """Return the pixels of the images."""
+        return [image.pixels for image in self.images.values()]
 
 
-_kept: OrderedDict[bytes, KeptBake] = OrderedDict()
+T = TypeVar("T", bound=Bake)
+_kept: OrderedDict[bytes, Bake] = OrderedDict()
 
 
 def key_of_bake(copied: CopiedObject, slots: tuple[str, ...], materials: dict[str, Any],
@@ -60,20 +69,21 @@ def key_of_bake(copied: CopiedObject, slots: tuple[str, ...], materials: dict[st
     return hashlib.sha256(repr((mesh, contents, rest)).encode()).digest()
 
 
-def kept(key: bytes | None) -> KeptBake | None:
+def kept(key: bytes | None, kind: type[T]) -> T | None:
     """The bake of a key; None if none is kept."""
-    if key is None or key not in _kept:
+    found = None if key is None else _kept.get(key)
+    if key is None or not isinstance(found, kind):
         return None
     _kept.move_to_end(key)
-    return _kept[key]
+    return found
 
 
-def keep(key: bytes | None, bake: KeptBake) -> None:
+def keep(key: bytes | None, bake: Bake) -> None:
     """Keep a bake, and drop those that were used longest ago if they are too large."""
     if key is None:
         return
-    for image in bake.images.values():
-        image.pixels.flags.writeable = False  # scenes share them
+    for pixels in bake.arrays():
+        pixels.flags.writeable = False  # scenes share them
     _kept[key] = bake
-    while sum(one.size() for one in _kept.values()) > LARGEST:
+    while sum(pixels.nbytes for one in _kept.values() for pixels in one.arrays()) > LARGEST:
         _kept.popitem(last=False)

@@ -6,8 +6,7 @@ The sun is too small and too bright for an image of practical size. It becomes a
 from __future__ import annotations
 
 import hashlib
-from collections import OrderedDict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -21,6 +20,7 @@ import edgegrad
 from ...problem import Problem, Report
 from ..bakes.bake import Temporary, temporary
 from ..bakes.bake_scene import BakeScene, own_groups, show_to
+from ..bakes.cache import keep, kept
 from ..bakes.content import UnknownContent, content_of
 from ..nodes.images import Images
 from ..nodes.links import by_identifier, feed
@@ -38,7 +38,6 @@ WITH_SUN = ("NISHITA", "SINGLE_SCATTERING", "MULTIPLE_SCATTERING")
 # interpolated smaller one, relative to the pixel, or to the mean if that is larger. Between the pixels of the larger
 # one, the difference is about half of that at kinks, such as that of a sky at its sun, and a quarter elsewhere.
 COARSE, FINE, SMOOTH = 128, 256, 0.03
-MOST_KEPT = 16
 
 F32 = NDArray[np.float32]
 
@@ -51,9 +50,9 @@ class _Baked:
     lights: dict[str, edgegrad.SunLight]
     warnings: tuple[str, ...] = ()
 
-
-# Bakes of the last exports. A fit exports the scene many times, and most of its properties leave the world as it is.
-_kept: OrderedDict[bytes, _Baked] = OrderedDict()
+    def arrays(self) -> Iterable[F32]:
+        """Return the pixels of the image."""
+        return [self.picture]
 
 
 def bake_world(world: WorldReading, images: Images, resolution: int, report: Report, suns: bool = True,
@@ -75,7 +74,8 @@ def bake_world(world: WorldReading, images: Images, resolution: int, report: Rep
     image = f"{name} (baked)" if suns else f"{name} (baked for {world.seen_by} rays)"
     width = None if widths is None else widths.get(image)
     key = _key(world, resolution, width, suns)
-    baked = None if key is None else _kept.get(key)
+    # A fit exports the scene many times, and most of its properties leave the world as it is.
+    baked = kept(key, _Baked)
     if baked is None:
         try:
             baked = _bake(world, resolution, width, suns)
@@ -84,12 +84,9 @@ def bake_world(world: WorldReading, images: Images, resolution: int, report: Rep
         except (RuntimeError, OSError, ValueError) as error:
             report.warn(where, f"its nodes can be neither read nor baked ({str(error).strip()}); it is black")
             return
-    if key is not None:
-        baked.picture.flags.writeable = False  # scenes share it
-        _kept[key] = baked
-        _kept.move_to_end(key)
-        while len(_kept) > MOST_KEPT:
-            _kept.popitem(last=False)
+        keep(key, baked)
+        if widths is not None and width is None:  # later exports ask for this width
+            keep(_key(world, resolution, baked.picture.shape[1], suns), baked)
     for sentence in baked.warnings:
         report.warn(where, sentence)
     lights = {light: replace(sun, visible_to=world.value.visible_to) for light, sun in baked.lights.items()}

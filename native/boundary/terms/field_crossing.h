@@ -81,42 +81,32 @@ template <typename Factor>
 EG_OUTLINE TracedCrossing* trace_crossing_sides(const SceneView& scene, const BoundaryTask& task,
                                                 Workspace& work, const Factor& factor) {
     const int count = static_cast<int>(task.count);
-    const auto packets = static_cast<size_t>((count + W - 1) / W);
-    auto* const traced =
-        static_cast<TracedCrossing*>(work.segments->grow(packets * sizeof(TracedCrossing), 0));
-    SegmentCursor cursor = first_segment(task);
-    int queued = 0;
-    for (int at = 0; at < count; at += W) {
-        TracedCrossing& kept = traced[at / W];
+    const auto packet = [&](TracedCrossing& kept, int at, SegmentCursor& cursor,
+                            int& queued) EG_INLINE_LAMBDA {
         EdgeSample& s = kept.sample;
         CrossingSample& curve = kept.curve;
         // Sample a point of the curve
         s = sample_curve(scene, task, at, cursor,
                          [&](EdgeSample& sample) { bend_to_crossing(scene, sample, curve); });
         s.weight = select(curve.reversed, -s.weight, s.weight);
-        if (any(s.active)) {
-            kept.factor = factor(kept);
-            if (!task.score) s.active &= ~(largest_component(kept.factor) == 0.0f);
-        }
+        set_factor(task, kept, factor);
         // Find out what is in front of it
         Int plus = splat(0);
         if (any(s.active)) plus = nearer_beside(s, curve);
         Float contact[2];
         if (any(s.active)) s.active = reached_first(scene, s.active, curve, s.view.direction, contact);
-        if (!any(s.active)) continue;
+        if (!any(s.active)) return;
         const Behind before =
             look_behind(scene, s, crossed_sides(curve), task.limits.transparent,
                         CrossedFields{{curve.side[0].face, curve.side[1].face}, {contact[0], contact[1]}});
-        if (!any(s.active)) continue;
+        if (!any(s.active)) return;
         const auto start = [&](int k, const Closest& hit, Vec3 step) EG_INLINE_LAMBDA {
             queued = start_side(task, work, queued, s, lane_index() + at + (k == 0 ? 0 : count),
                                 s.view.direction, hit, step, before);
         };
         start_on_both_sides(scene, s, curve, plus, start);
-    }
-    // Trace all paths
-    run_appended(scene, side_paths(task), work, queued, 2 * task.count);
-    return traced;
+    };
+    return trace_packets<TracedCrossing>(scene, task, work, packet);
 }
 
 // Adds the motion of points of a curve, with the weight of `s`, times `color`.

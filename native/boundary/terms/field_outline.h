@@ -69,26 +69,18 @@ template <typename Sample, typename Factor>
 EG_OUTLINE TracedSample* trace_outline_sides(const SceneView& scene, const BoundaryTask& task,
                                              Workspace& work, const Sample& sample, const Factor& factor) {
     const int count = static_cast<int>(task.count);
-    const auto packets = static_cast<size_t>((count + W - 1) / W);
-    auto* const traced = static_cast<TracedSample*>(work.segments->grow(packets * sizeof(TracedSample), 0));
-    SegmentCursor cursor = first_segment(task);
     const SideFace none = {splat(-1), splat(-1), splat(0), splat(0.0f)};
-    int queued = 0;
-    for (int at = 0; at < count; at += W) {
-        TracedSample& kept = traced[at / W];
+    const auto packet = [&](TracedSample& kept, int at, SegmentCursor& cursor, int& queued) EG_INLINE_LAMBDA {
         EdgeSample& s = kept.sample;
         OutlineSample outline;
         s = sample(at, cursor, outline);
-        if (any(s.active)) {
-            kept.factor = factor(kept);
-            if (!task.score) s.active &= ~(largest_component(kept.factor) == 0.0f);
-        }
+        set_factor(task, kept, factor);
         // Find the surface behind
         Behind behind;
         if (any(s.active))
             behind = look_behind(scene, s, {none, none, splat(0)}, task.limits.transparent,
                                  GrazedField{outline.hit.face, outline.contact});
-        if (!any(s.active)) continue;
+        if (!any(s.active)) return;
         // Start a path on each side
         Closest hit = outline.hit;
         hit.hit = s.active;
@@ -101,10 +93,8 @@ EG_OUTLINE TracedSample* trace_outline_sides(const SceneView& scene, const Bound
         };
         start(select(outline.minus, minus_path, plus_path), direction, hit);
         start(select(outline.minus, plus_path, minus_path), s.view.direction, behind.hit);
-    }
-    // Trace all paths
-    run_appended(scene, side_paths(task), work, queued, 2 * task.count);
-    return traced;
+    };
+    return trace_packets<TracedSample>(scene, task, work, packet);
 }
 
 struct FieldCurves {

@@ -126,25 +126,40 @@ struct TracedSample {
     Vec3 factor;  // multiplies the jump
 };
 
-// Estimates the radiance of both sides into work.radiance. Samples whose factor(sample) is zero are dropped,
-// except in a first pass, which needs all sizes (weigh).
+// Calls start(kept, at, cursor, queued) for the packets of a task's samples from `at` on, which samples their
+// points and appends the paths of both sides, and traces all paths. Returns what the calls have kept.
+template <typename Traced, typename Start>
+EG_INLINE Traced* trace_packets(const SceneView& scene, const BoundaryTask& task, Workspace& work,
+                                const Start& start) {
+    const int count = static_cast<int>(task.count);
+    const auto packets = static_cast<size_t>((count + W - 1) / W);
+    auto* const traced = static_cast<Traced*>(work.segments->grow(packets * sizeof(Traced), 0));
+    SegmentCursor cursor = first_segment(task);
+    int queued = 0;
+    for (int at = 0; at < count; at += W) start(traced[at / W], at, cursor, queued);
+    run_appended(scene, side_paths(task), work, queued, 2 * task.count);
+    return traced;
+}
+
+// Sets the factor of samples and drops those whose factor is zero, except in a first pass, which needs all
+// sizes (weigh).
+template <typename Traced, typename Factor>
+EG_INLINE void set_factor(const BoundaryTask& task, Traced& kept, const Factor& factor) {
+    if (!any(kept.sample.active)) return;
+    kept.factor = factor(kept);
+    if (!task.score) kept.sample.active &= ~(largest_component(kept.factor) == 0.0f);
+}
+
+// Estimates the radiance of both sides into work.radiance.
 template <typename Factor>
 EG_OUTLINE TracedSample* trace_sides(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                      const Factor& factor) {
     const int count = static_cast<int>(task.count);
-    const auto packets = static_cast<size_t>((count + W - 1) / W);
-    auto* const traced = static_cast<TracedSample*>(work.segments->grow(packets * sizeof(TracedSample), 0));
-    SegmentCursor cursor = first_segment(task);
-    int queued = 0;
-    for (int at = 0; at < count; at += W) {
-        TracedSample& kept = traced[at / W];
+    const auto packet = [&](TracedSample& kept, int at, SegmentCursor& cursor, int& queued) EG_INLINE_LAMBDA {
         EdgeSample& s = kept.sample;
         // Sample a point of an edge
         s = sample_edge(scene, task, at, cursor);
-        if (any(s.active)) {
-            kept.factor = factor(kept);
-            if (!task.score) s.active &= ~(largest_component(kept.factor) == 0.0f);
-        }
+        set_factor(task, kept, factor);
         // Find the faces on both sides and the surface behind
         Sides sides;
         if (any(s.active)) {
@@ -154,7 +169,7 @@ EG_OUTLINE TracedSample* trace_sides(const SceneView& scene, const BoundaryTask&
         }
         Behind behind;
         if (any(s.active)) behind = look_behind(scene, s, sides, task.limits.transparent, EdgeFaces{});
-        if (!any(s.active)) continue;
+        if (!any(s.active)) return;
         // Start a path on each side
         const Float slope = any(behind.touched) ? touched_slope(scene, s, behind.hit) : splat(0.0f);
         const Int path = lane_index() + at;
@@ -177,10 +192,8 @@ EG_OUTLINE TracedSample* trace_sides(const SceneView& scene, const BoundaryTask&
         start(s.active, path, plus, aside[0], other);
         other.hit = splat(0);
         if (any(s.active & ~bends)) start(s.active & ~bends, path + count, minus, aside[1], other);
-    }
-    // Trace all paths
-    run_appended(scene, side_paths(task), work, queued, 2 * task.count);
-    return traced;
+    };
+    return trace_packets<TracedSample>(scene, task, work, packet);
 }
 
 // L- - L+ of the samples from `at` on.

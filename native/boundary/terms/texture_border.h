@@ -50,35 +50,27 @@ template <typename Factor>
 EG_OUTLINE TracedBorder* trace_border_sides(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                             const Factor& factor) {
     const int count = static_cast<int>(task.count);
-    const auto packets = static_cast<size_t>((count + W - 1) / W);
-    auto* const traced = static_cast<TracedBorder*>(work.segments->grow(packets * sizeof(TracedBorder), 0));
-    SegmentCursor cursor = first_segment(task);
-    int queued = 0;
-    for (int at = 0; at < count; at += W) {
-        TracedBorder& kept = traced[at / W];
+    const auto packet = [&](TracedBorder& kept, int at, SegmentCursor& cursor, int& queued) EG_INLINE_LAMBDA {
         EdgeSample& s = kept.sample;
         // Sample a point of a border
         s = sample_edge(scene, task, at, cursor);
-        if (!any(s.active)) continue;
+        if (!any(s.active)) return;
         const Triangle t = place_border(scene, kept);
-        kept.factor = factor(kept);
-        if (!task.score) s.active &= ~(largest_component(kept.factor) == 0.0f);
+        set_factor(task, kept, factor);
         // Find out what is in front of it
         const SideFace own{kept.face, kept.instance, splat(0), splat(0.0f)};
         Behind before;
         if (any(s.active))
             before = look_behind(scene, s, Sides{own, own, splat(0)}, task.limits.transparent, EdgeFaces{});
-        if (!any(s.active)) continue;
+        if (!any(s.active)) return;
         // Start a path on each side
         for (int k = 0; k < 2; ++k) {
             const Closest hit = border_hit(scene, kept, t, k == 0 ? s.normal : -s.normal);
             queued = start_side(task, work, queued, s, lane_index() + at + (k == 0 ? 0 : count),
                                 s.view.direction, hit, zero3(), before);
         }
-    }
-    // Trace all paths
-    run_appended(scene, side_paths(task), work, queued, 2 * task.count);
-    return traced;
+    };
+    return trace_packets<TracedBorder>(scene, task, work, packet);
 }
 
 struct BorderCurves {

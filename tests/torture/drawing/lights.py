@@ -8,7 +8,7 @@ import numpy as np
 
 from edgegrad import AreaLight, PointLight, SpotLight, SunLight
 from edgegrad.scene.light import FALLOFFS, SHAPES, Light
-from tests.torture.drawing.draw import Draw
+from tests.torture.drawing.draw import F64, Draw
 
 # In sizes of the scene.
 SIZES = (0.0, 0.0, 1e-6, 1e-3, 0.2, 0.2, 1.0, 30.0)
@@ -33,13 +33,20 @@ def light(draw: Draw, scale: float, meshes: tuple[str, ...]) -> Light:
         if draw.chance(0.2):  # an elliptic cone
             return SpotLight(at, aim, power, min(max(draw.one(ANGLES), 1e-4), 3.1), max(draw.share(), 1e-3),
                              stretch=np.array([draw.log(0.01, 100.0), draw.log(0.01, 100.0)]),
-                             across=np.cross(aim, draw.direction()), **round_light, **shared)  # fmt: skip
+                             across=_across(draw, aim), **round_light, **shared)  # fmt: skip
         return SpotLight(at, aim, power, max(draw.one(ANGLES), 1e-4), draw.share(), falloff=draw.one(FALLOFFS),
                          **round_light, **shared)  # fmt: skip
     if kind == "sun":
         return SunLight(draw.direction(), draw.one((0.0, 1.0, 30.0)), draw.one(ANGLES), **shared)
     size = scale * np.array([max(draw.one(SIZES), 1e-6) for _ in range(2)])
     return AreaLight(draw.pose(at), size, draw.one(SHAPES), power, max(draw.one(ANGLES), 1e-3), **shared)
+
+
+def _across(draw: Draw, aim: F64) -> F64:
+    """A direction across `aim`. Two draws may lie along the same axis: the next axis then serves."""
+    other = draw.direction()
+    found = np.cross(aim, other)
+    return found if found.any() else np.cross(aim, np.roll(other, 1))
 
 
 def _some(draw: Draw, meshes: tuple[str, ...]) -> tuple[str, ...] | None:

@@ -102,19 +102,25 @@ which-python:
 $(RUN): | check-machine
 	$(PYTHON) -m venv --upgrade-deps $(VENV)
 
-# Builds in a folder that stays, so that a later build compiles only what has changed since: CMake and nanobind must
-# then stay too, so they stand in $(VENV).
-INSTALL = $(PIP) --group build && $(PIP) --no-build-isolation -C build-dir=build/package
+# $(call install,GROUP,KERNELS): Edgegrad, and the packages of a dependency group.
+# Edgegrad is built in a folder that stays, so that a later build compiles only what has changed since: CMake and
+# nanobind must then stay too, so they stand in $(VENV). The group's packages download and unpack while the compiler
+# works. The last command installs what Edgegrad itself depends on.
+define install
+	@echo "Building Edgegrad and installing it with Blender's Python module into $(VENV) (a few minutes the first time)"
+	$(PIP) --group build
+	$(PIP) --group $(1) & packages=$$!; \
+	  $(PIP) --no-build-isolation --no-deps -C build-dir=build/package -C cmake.define.EDGEGRAD_KERNELS=$(2) . && wait $$packages
+	$(PIP) edgegrad
+endef
 
 $(VENV)/installed: $(PACKAGE) | $(RUN)
-	@echo "Building Edgegrad and installing it with Blender's Python module into $(VENV) (a few minutes the first time)"
-	$(INSTALL) '.[test]' -C cmake.define.EDGEGRAD_KERNELS=$(KERNELS)
+	$(call install,test,$(KERNELS))
 	@touch $@
 
 # Without the tests' packages and their reference kernels, which take a third of the time.
 $(VENV)/demo-installed: $(PACKAGE) | $(RUN)
-	@echo "Building Edgegrad and installing it with Blender's Python module into $(VENV) (a few minutes the first time)"
-	$(INSTALL) '.[demo]' -C cmake.define.EDGEGRAD_KERNELS=fastest
+	$(call install,demo,fastest)
 	@touch $@
 
 $(VENV)/installed-%: pyproject.toml $(VENV)/installed
@@ -155,7 +161,7 @@ $(SANITIZED)/installed: SANITIZERS := -C cmake.define.EDGEGRAD_SANITIZE=address,
 $(SANITIZED)-threads/installed: SANITIZERS := -C cmake.define.EDGEGRAD_SANITIZE=thread -C cmake.define.EDGEGRAD_KERNELS=scalar
 $(SANITIZED)/installed $(SANITIZED)-threads/installed: %/installed: $(PACKAGE) | check-machine
 	test -x $*/bin/python || $(PYTHON) -m venv --upgrade-deps $*
-	$*/bin/python -m pip install --quiet --disable-pip-version-check '.[test-core]' -C cmake.build-type=Debug $(SANITIZERS)
+	$*/bin/python -m pip install --quiet --disable-pip-version-check . --group test-core -C cmake.build-type=Debug $(SANITIZERS)
 	@touch $@
 
 clean:

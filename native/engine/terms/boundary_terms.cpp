@@ -6,6 +6,7 @@
 
 #include "boundary/curves/segment_cells.h"
 #include "engine/terms/curve_terms.h"
+#include "engine/terms/found_edges.h"
 #include "engine/terms/warp_term.h"
 #include "scene/sharp_lobes.h"
 #include "tasks/boundary_kind.h"
@@ -34,50 +35,6 @@ double scattered(int64_t segments, double each, double samples) {
                       1.0);
 }
 
-using SharedCandidates = std::shared_ptr<const Candidates>;
-SharedCandidates shared(SharedCandidates known) { return known; }
-SharedCandidates shared(Candidates made) { return std::make_shared<const Candidates>(std::move(made)); }
-
-// The candidates of a search. Those of instances of very many edges are listed by themselves
-// (EdgeList::windows).
-struct Found {
-    SharedCandidates whole, windows;  // `windows` may be null
-    double factor = 1.0;              // of estimates from `windows`
-
-    double mass_of_windows() const { return windows ? factor * windows->mass() : 0.0; }
-    double mass() const { return whole->mass() + mass_of_windows(); }
-    int64_t size() const { return whole->size() + (windows ? windows->size() : 0); }
-    EdgeCounts counts() const {
-        EdgeCounts out = whole->counts;
-        if (windows) out.add(windows->counts);
-        return out;
-    }
-    // Calls visit(candidates, their part of the samples, factor) for each list.
-    template <typename Visit>
-    void each(const Visit& visit) const {
-        if (!windows) return visit(whole, 1.0, 1.0);
-        const double part = mass() > 0.0 ? mass_of_windows() / mass() : 0.0;
-        if (part < 1.0) visit(whole, 1.0 - part, 1.0);
-        if (part > 0.0) visit(windows, part, factor);
-    }
-};
-
-// The candidates that search(edges) finds, which are kept if they are complete.
-template <typename Key, typename Search>
-Found searched(const EdgeList& edges, bool in_windows, Kept<Key, Candidates>& kept,
-               const std::type_identity_t<Key>& key, const Search& search) {
-    if (in_windows) {
-        EdgeList part = edges;
-        part.part = EdgeList::kWhole;
-        SharedCandidates whole = shared(search(part));
-        part.part = EdgeList::kWindows;
-        return {std::move(whole), shared(search(part)), static_cast<double>(edges.windows)};
-    }
-    if (!edges.counts_alone) return {kept.get(key, [&] { return search(edges); }), nullptr};
-    const SharedCandidates known = kept.find(key);
-    return {known ? known : shared(search(edges)), nullptr};
-}
-
 // Materials that may have camera-sampled lobes (boundary/segment/camera_sampled_lobes.h).
 std::vector<int32_t> camera_sampled(const SceneView& scene, const SceneTables& tables, float alpha) {
     return used_materials(tables, [&](size_t closure) {
@@ -87,6 +44,237 @@ std::vector<int32_t> camera_sampled(const SceneView& scene, const SceneTables& t
                (alpha > 0.0f && glossy && textured && tables.closure_kind[closure] != kSheen &&
                 tables.closure_kind[closure] != kVelvet);
     });
+}
+
+// Collects the terms of a call, one method for each group of boundary kinds.
+class TermBuilder {
+ public:
+    TermBuilder(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
+                const RequestedMotion& motion, LearnedSampling* learned, Decisions& decided)
+        : scene_(scene),
+          edges_(edges),
+          options_(options),
+          motion_(motion),
+          learned_(learned),
+          decided_(decided),
+          picture_(static_cast<double>(scene.camera.width) * scene.camera.height * options.samples),
+          mesh_sides_(edges.solid_side, edges.solid_side + edges.tables.visible_meshes) {
+        // Samples that start at the camera look for edges in a tree, which needs all of them.
+        const bool needs_all = decided.computes(Part::kCameraSampledIndirect) && !camera_sampled().empty();
+        in_windows_ = edges.windows > 1 && !decided.alone() && !needs_all;
+    }
+
+    void add_primary_edges();
+    void add_light_shadows();
+    void add_environment_shadows();
+    void add_emitter_outlines();
+    void add_indirect_edges();
+    // Intersections of surfaces and curves on distance fields
+    void add_curves();
+    BoundaryTerms take() { return std::move(terms_); }
+
+ private:
+    double most_samples(BoundaryKind kind) const { return kBoundaryTable[kind].share * picture_; }
+    double learned_share(BoundaryKind kind) const {
+        return learned_ ? learned_->share[kBoundaryTable[kind].term()] : 1.0;
+    }
+    bool chains(BoundaryKind kind) const { return kBoundaryTable[kind].chains(options_.max_depth); }
+    std::vector<int32_t> camera_sampled() const {
+        return edgegrad::camera_sampled(scene_, edges_.tables, options_.camera_sampled_alpha);
+    }
+    template <typename Key, typename Search>
+    FoundEdges search(Kept<Key, Candidates>& kept, const std::type_identity_t<Key>& key, const Search& find) {
+        return searched(edges_, in_windows_, kept, key, find);
+    }
+    const FoundEdges& silhouettes();
+    bool has_edges(Part part, int64_t size, const EdgeCounts& counts);
+    void keep(SamplePlan plan, BoundaryTerm::Lines lines, float camera_sampled_alpha,
+              LearnedWeights* weights);
+    template <typename Segments>
+    void add(BoundaryKind kind, const Candidates& found, const Segments& segments, double cells,
+             double samples, BoundaryTerm::Lines lines = {}, double factor = 1.0);
+    template <typename Tree>
+    void add_from_camera(BoundaryKind kind, const Tree& tree);
+    void add_shadows(BoundaryKind kind, const FoundEdges& found, double directions);
+
+    const SceneView& scene_;
+    const EdgeList& edges_;
+    const RenderOptions& options_;
+    const RequestedMotion& motion_;
+    LearnedSampling* const learned_;  // null: nothing is learned
+    Decisions& decided_;
+    const double picture_;  // samples of the picture
+    const EdgeCache::Sides mesh_sides_;
+    bool in_windows_;
+    std::optional<FoundEdges> silhouettes_;
+    std::shared_ptr<const Intersections> seen_;
+    BoundaryTerms terms_;
+};
+
+void TermBuilder::keep(SamplePlan plan, BoundaryTerm::Lines lines, float camera_sampled_alpha,
+                       LearnedWeights* weights) {
+    if (plan.total(0) > 0)
+        terms_.push_back(
+            std::make_unique<BoundaryTerm>(std::move(plan), std::move(lines), camera_sampled_alpha, weights));
+}
+
+// Adds samples of candidates by their learned weights, or of `segments()`, from which about `cells` cells are
+// learned. `factor` multiplies the estimate from the candidates.
+template <typename Segments>
+void TermBuilder::add(BoundaryKind kind, const Candidates& found, const Segments& segments, double cells,
+                      double samples, BoundaryTerm::Lines lines, double factor) {
+    if (decided_.alone()) return;
+    const BoundaryKindRow& row = kBoundaryTable[kind];
+    // Each call lists other edges of instances, of which nothing can be learned.
+    LearnedWeights* weights = learned_ && factor == 1.0 ? &learned_->weights[kind] : nullptr;
+    const bool known = weights && weights->knows(edges_, found);
+    auto sampled = known ? shared(weights->pieces(found)) : shared(segments());
+    if (weights && !known)
+        weights->begin(edges_, found, sampled->direction_cells, row.domain != kPictureLines && chains(kind),
+                       cells);
+    const double share = learned_share(kind);
+    RenderOptions own = options_;
+    if (factor != 1.0) own.seed ^= kWindowSeed;
+    keep(SamplePlan(std::move(sampled), share * samples, share * most_samples(kind), own, kind,
+                    options_.two_passes && !known, static_cast<float>(factor)),
+         std::move(lines), options_.camera_sampled_alpha, weights);
+}
+
+// The same for kinds whose samples start at the camera.
+template <typename Tree>
+void TermBuilder::add_from_camera(BoundaryKind kind, const Tree& tree) {
+    if (decided_.alone()) return;
+    const double samples = most_samples(kind);
+    add(kind, whole_picture(), [&] { return over_picture(kPictureSegments * samples, chains(kind)); }, 0.0,
+        samples, {nullptr, tree()});
+}
+
+// Edges that are silhouettes from some point. Several parts share one search.
+const FoundEdges& TermBuilder::silhouettes() {
+    if (!silhouettes_)
+        silhouettes_ = search(edges_.kept.silhouettes, mesh_sides_,
+                              [&](const EdgeList& part) { return shadow_candidates(scene_, part, true); });
+    return *silhouettes_;
+}
+
+// Whether the search for a part's edges has found any. Adds their counts to the decision.
+bool TermBuilder::has_edges(Part part, int64_t size, const EdgeCounts& counts) {
+    Decision& d = decided_[part];
+    const int64_t still = d.edges.still;
+    d.edges = counts, d.edges.still = still;
+    if (size == 0)
+        decided_.none(part,
+                      part == Part::kPrimaryEdges && counts.kept > 0 ? Reason::kOutOfView : Reason::kFlat);
+    return size > 0;
+}
+
+void TermBuilder::add_primary_edges() {
+    if (!decided_.computes(Part::kPrimaryEdges)) return;
+    // Light of a fixed direction near contact (scene/contact.h) moves over all intersections. One search
+    // then serves both parts.
+    RequestedMotion wider = motion_;
+    // If the part is forced, edges of all meshes are candidates.
+    const bool forced = decided_.forces(Part::kPrimaryEdges);
+    wider.camera |= scene_.mesh_contact != nullptr || forced;
+    RequestedMotion moving = motion_;
+    moving.camera |= forced;
+    seen_ = edges_.kept.intersections.get({wider.camera, wider.instances, wider.moving},
+                                          [&] { return find_intersections(edges_, wider, 1 << kCameraRay); });
+    Intersections shown = moving_intersections(edges_.tables, moving, *seen_);
+    decided_.found(Part::kSeenIntersections, edges_.tables, shown);
+    auto lines = std::make_shared<EdgesAndIntersections>(edges_.tables, std::move(shown));
+    const FoundEdges found =
+        search(edges_.kept.primary, {{scene_.camera}, moving}, [&](const EdgeList& part) {
+            Candidates all = primary_candidates(scene_, part, moving);
+            if (part.part != EdgeList::kWindows) lines->add_candidates(scene_.camera, all);
+            return all;
+        });
+    has_edges(Part::kPrimaryEdges, found.size(), found.counts());
+    // As many samples per pixel of an edge's length as the picture has per pixel
+    const double all = std::min(found.mass() * options_.samples, most_samples(kPrimaryBoundary));
+    const double part = scattered(found.size(), 1.0, all);
+    const double samples = std::max(part * all, (part < 1.0 ? kLeastScattered : kLeastPrimary) * picture_);
+    found.each([&](const SharedCandidates& list, double of_samples, double factor) {
+        add(
+            kPrimaryBoundary, *list, [&] { return list; }, learned_cells(samples), of_samples * samples,
+            {lines, nullptr}, factor);
+    });
+}
+
+// Samples along edges, `directions` of them in learned cells.
+void TermBuilder::add_shadows(BoundaryKind kind, const FoundEdges& found, double directions) {
+    if (!has_edges(kBoundaryTable[kind].part, found.size(), found.counts())) return;
+    const double all = most_samples(kind), part = scattered(found.size(), kSamplesTowardsLight, all);
+    found.each([&](const SharedCandidates& list, double of_samples, double factor) {
+        const double own = of_samples * part;
+        add(
+            kind, *list, [&] { return over_directions(*list, own * directions, chains(kind)); },
+            learned_cells(own * all), own * all, {}, factor);
+    });
+}
+
+void TermBuilder::add_light_shadows() {
+    if (!decided_.computes(Part::kLightShadows)) return;
+    add_shadows(kShadowBoundary,
+                search(edges_.kept.shadow, {edges_.lights, mesh_sides_},
+                       [&](const EdgeList& part) { return shadow_candidates(scene_, part, false); }),
+                0.0);
+}
+
+void TermBuilder::add_environment_shadows() {
+    if (!decided_.computes(Part::kEnvironmentShadows)) return;
+    // Directions to an environment image are sampled by the image, not in cells.
+    const double directions =
+        scene_.environment_image.sampled ? 0.0 : kDirectionSegments * most_samples(kEnvironmentShadow);
+    add_shadows(kEnvironmentShadow, silhouettes(), directions);
+}
+
+void TermBuilder::add_emitter_outlines() {
+    if (!decided_.computes(Part::kEmitterOutlines) || !scene_.face_fixed_direction) return;
+    const Candidates outlines = emitter_candidates(scene_, edges_);
+    if (has_edges(Part::kEmitterOutlines, outlines.size(), outlines.counts))
+        add_from_camera(kEmitterOutline,
+                        [&] { return std::make_shared<EdgeTree>(scene_, edges_.tables, outlines, true); });
+}
+
+void TermBuilder::add_indirect_edges() {
+    if (!decided_.computes(Part::kIndirectEdges)) return;
+    const FoundEdges& found = silhouettes();
+    const bool any = has_edges(Part::kIndirectEdges, found.size(), found.counts());
+    if (!any) decided_.none(Part::kCameraSampledIndirect, decided_[Part::kIndirectEdges].reason);
+    if (any && decided_.computes(Part::kCameraSampledIndirect) &&
+        decided_.lists_materials(Part::kCameraSampledIndirect, camera_sampled()))
+        add_from_camera(kCameraSampledIndirect, [&] {
+            return edges_.kept.tree.get(mesh_sides_,
+                                        [&] { return EdgeTree(scene_, edges_.tables, *found.whole); });
+        });
+    found.each([&](const SharedCandidates& list, double of_samples, double factor) {
+        const double samples = of_samples * most_samples(kIndirectBoundary);
+        add(
+            kIndirectBoundary, *list,
+            [&] { return over_directions(*list, kDirectionSegments * samples, chains(kIndirectBoundary)); },
+            learned_cells(samples), samples, {}, factor);
+    });
+}
+
+void TermBuilder::add_curves() {
+    const Intersections* seen = decided_.forces(Part::kPrimaryEdges) ? nullptr : seen_.get();
+    for (CurveTerm& curve : curve_terms(scene_, edges_, options_, motion_, seen, decided_)) {
+        const double samples = learned_share(curve.kind) * most_samples(curve.kind);
+        SamplePlan plan(std::move(curve.candidates), samples, samples, options_, curve.kind,
+                        options_.two_passes);
+        BoundaryTerm::Lines lines{std::move(curve.lines), nullptr};
+        if (curve.kind == kWarpedPicture) {
+            if (plan.total(0) > 0)
+                terms_.push_back(
+                    std::make_unique<WarpTerm>(std::move(plan), std::move(lines), options_, scene_.camera));
+            continue;
+        }
+        // Intersections of surfaces and curves on fields are not camera-sampled.
+        const bool after_a_bounce = kBoundaryTable[curve.kind].least_depth > 2;
+        keep(std::move(plan), std::move(lines), after_a_bounce ? 0.0f : options_.camera_sampled_alpha,
+             nullptr);
+    }
 }
 
 }  // namespace
@@ -105,175 +293,14 @@ void BoundaryTerm::run_samples(TermRun& run, int pass, int64_t first, int64_t co
 
 BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
                              const RequestedMotion& motion, LearnedSampling* learned, Decisions& decided) {
-    BoundaryTerms terms;
-    const int64_t pixels = static_cast<int64_t>(scene.camera.width) * scene.camera.height;
-    const double picture = static_cast<double>(pixels) * options.samples;
-    const float alpha = options.camera_sampled_alpha;
-    const auto share_of = [&](BoundaryKind kind) {
-        return learned ? learned->share[kBoundaryTable[kind].term()] : 1.0;
-    };
-    const auto keep = [&](SamplePlan plan, BoundaryTerm::Lines lines, float lobes, LearnedWeights* weights) {
-        if (plan.total(0) > 0)
-            terms.push_back(
-                std::make_unique<BoundaryTerm>(std::move(plan), std::move(lines), lobes, weights));
-    };
-    // Samples of candidates by their learned weights, or of `segments`, from which about `cells` cells are
-    // learned. `factor` multiplies the estimate from the candidates.
-    const auto add = [&](BoundaryKind kind, const Candidates& found, const auto& segments, double cells,
-                         double samples, BoundaryTerm::Lines lines = {}, double factor = 1.0) {
-        if (decided.alone()) return;
-        const BoundaryKindRow& row = kBoundaryTable[kind];
-        // Each call lists other edges of instances, of which nothing can be learned.
-        LearnedWeights* weights = learned && factor == 1.0 ? &learned->weights[kind] : nullptr;
-        const bool known = weights && weights->knows(edges, found);
-        auto sampled = known ? shared(weights->pieces(found)) : shared(segments());
-        if (weights && !known)
-            weights->begin(edges, found, sampled->direction_cells,
-                           row.domain != kPictureLines && row.chains(options.max_depth), cells);
-        const double share = share_of(kind);
-        RenderOptions own = options;
-        if (factor != 1.0) own.seed ^= kWindowSeed;
-        keep(SamplePlan(std::move(sampled), share * samples, share * row.share * picture, own, kind,
-                        options.two_passes && !known, static_cast<float>(factor)),
-             std::move(lines), alpha, weights);
-    };
-    // The same for kinds whose samples start at the camera.
-    const auto add_whole_picture = [&](BoundaryKind kind, const auto& tree) {
-        if (decided.alone()) return;
-        const double samples = kBoundaryTable[kind].share * picture;
-        const bool chains = kBoundaryTable[kind].chains(options.max_depth);
-        add(kind, whole_picture(), [&] { return over_picture(kPictureSegments * samples, chains); }, 0.0,
-            samples, {nullptr, tree()});
-    };
-    std::shared_ptr<const Intersections> seen;
-    const EdgeCache::Sides sides(edges.solid_side, edges.solid_side + edges.tables.visible_meshes);
-    // Samples that start at the camera look for edges in a tree, which needs all of them.
-    const bool needs_all =
-        decided.computes(Part::kCameraSampledIndirect) && !camera_sampled(scene, edges.tables, alpha).empty();
-    const bool in_windows = edges.windows > 1 && !decided.alone() && !needs_all;
-    std::optional<Found> outlines_of_all;
-    const auto silhouettes = [&]() -> const Found& {
-        if (!outlines_of_all)
-            outlines_of_all =
-                searched(edges, in_windows, edges.kept.silhouettes, sides,
-                         [&](const EdgeList& part) { return shadow_candidates(scene, part, true); });
-        return *outlines_of_all;
-    };
-    // Whether the search for a part's edges has found any. Adds their counts to the decision.
-    const auto has_edges = [&](Part part, int64_t size, const EdgeCounts& counts) {
-        Decision& d = decided[part];
-        const int64_t still = d.edges.still;
-        d.edges = counts, d.edges.still = still;
-        if (size == 0)
-            decided.none(part,
-                         part == Part::kPrimaryEdges && counts.kept > 0 ? Reason::kOutOfView : Reason::kFlat);
-        return size > 0;
-    };
-    if (decided.computes(Part::kPrimaryEdges)) {
-        // Light of a fixed direction near contact (scene/contact.h) moves over all intersections. One search
-        // then serves both parts.
-        RequestedMotion wider = motion;
-        // If the part is forced, edges of all meshes are candidates.
-        const bool forced = decided.forces(Part::kPrimaryEdges);
-        wider.camera |= scene.mesh_contact != nullptr || forced;
-        RequestedMotion moving = motion;
-        moving.camera |= forced;
-        seen = edges.kept.intersections.get({wider.camera, wider.instances, wider.moving}, [&] {
-            return find_intersections(edges, wider, 1 << kCameraRay);
-        });
-        Intersections shown = moving_intersections(edges.tables, moving, *seen);
-        decided.found(Part::kSeenIntersections, edges.tables, shown);
-        auto lines = std::make_shared<EdgesAndIntersections>(edges.tables, std::move(shown));
-        const Found found = searched(edges, in_windows, edges.kept.primary, {{scene.camera}, moving},
-                                     [&](const EdgeList& part) {
-                                         Candidates all = primary_candidates(scene, part, moving);
-                                         if (part.part != EdgeList::kWindows)
-                                             lines->add_candidates(scene.camera, all);
-                                         return all;
-                                     });
-        has_edges(Part::kPrimaryEdges, found.size(), found.counts());
-        // As many samples per pixel of an edge's length as the picture has per pixel
-        const double all =
-            std::min(found.mass() * options.samples, kBoundaryTable[kPrimaryBoundary].share * picture);
-        const double part = scattered(found.size(), 1.0, all);
-        const double samples = std::max(part * all, (part < 1.0 ? kLeastScattered : kLeastPrimary) * picture);
-        found.each([&](const SharedCandidates& list, double of_samples, double factor) {
-            add(
-                kPrimaryBoundary, *list, [&] { return list; }, learned_cells(samples), of_samples * samples,
-                {lines, nullptr}, factor);
-        });
-    }
-    // Samples along edges, `directions` of them in learned cells.
-    const auto add_shadows = [&](BoundaryKind kind, const Found& found, double directions) {
-        if (!has_edges(kBoundaryTable[kind].part, found.size(), found.counts())) return;
-        const BoundaryKindRow& row = kBoundaryTable[kind];
-        const double all = row.share * picture, part = scattered(found.size(), kSamplesTowardsLight, all);
-        found.each([&](const SharedCandidates& list, double of_samples, double factor) {
-            const double own = of_samples * part;
-            add(
-                kind, *list,
-                [&] { return over_directions(*list, own * directions, row.chains(options.max_depth)); },
-                learned_cells(own * all), own * all, {}, factor);
-        });
-    };
-    if (decided.computes(Part::kLightShadows))
-        add_shadows(kShadowBoundary,
-                    searched(edges, in_windows, edges.kept.shadow, {edges.lights, sides},
-                             [&](const EdgeList& part) { return shadow_candidates(scene, part, false); }),
-                    0.0);
-    if (decided.computes(Part::kEnvironmentShadows))
-        // Directions to an environment image are sampled by the image, not in cells.
-        add_shadows(kEnvironmentShadow, silhouettes(),
-                    scene.environment_image.sampled
-                        ? 0.0
-                        : kDirectionSegments * (kBoundaryTable[kEnvironmentShadow].share * picture));
-    if (decided.computes(Part::kEmitterOutlines) && scene.face_fixed_direction) {
-        const Candidates outlines = emitter_candidates(scene, edges);
-        if (has_edges(Part::kEmitterOutlines, outlines.size(), outlines.counts))
-            add_whole_picture(kEmitterOutline, [&] {
-                return std::make_shared<EdgeTree>(scene, edges.tables, outlines, true);
-            });
-    }
-    if (decided.computes(Part::kIndirectEdges)) {
-        const Found& found = silhouettes();
-        const bool any = has_edges(Part::kIndirectEdges, found.size(), found.counts());
-        if (!any) decided.none(Part::kCameraSampledIndirect, decided[Part::kIndirectEdges].reason);
-        if (any && decided.computes(Part::kCameraSampledIndirect) &&
-            decided.lists_materials(Part::kCameraSampledIndirect, camera_sampled(scene, edges.tables, alpha)))
-            add_whole_picture(kCameraSampledIndirect, [&] {
-                return edges.kept.tree.get(sides,
-                                           [&] { return EdgeTree(scene, edges.tables, *found.whole); });
-            });
-        const BoundaryKindRow& row = kBoundaryTable[kIndirectBoundary];
-        found.each([&](const SharedCandidates& list, double of_samples, double factor) {
-            const double samples = of_samples * row.share * picture;
-            add(
-                kIndirectBoundary, *list,
-                [&] {
-                    return over_directions(*list, kDirectionSegments * samples,
-                                           row.chains(options.max_depth));
-                },
-                learned_cells(samples), samples, {}, factor);
-        });
-    }
-    for (CurveTerm& curve :
-         curve_terms(scene, edges, options, motion,
-                     decided.forces(Part::kPrimaryEdges) ? nullptr : seen.get(), decided)) {
-        const double samples = share_of(curve.kind) * kBoundaryTable[curve.kind].share * picture;
-        SamplePlan plan(std::move(curve.candidates), samples, samples, options, curve.kind,
-                        options.two_passes);
-        if (curve.kind == kWarpedPicture) {
-            if (plan.total(0) > 0)
-                terms.push_back(std::make_unique<WarpTerm>(
-                    std::move(plan), BoundaryTerm::Lines{std::move(curve.lines), nullptr}, options,
-                    scene.camera));
-            continue;
-        }
-        // Intersections of surfaces and curves on fields are not camera-sampled.
-        keep(std::move(plan), {std::move(curve.lines), nullptr},
-             kBoundaryTable[curve.kind].least_depth > 2 ? 0.0f : alpha, nullptr);
-    }
-    return terms;
+    TermBuilder builder(scene, edges, options, motion, learned, decided);
+    builder.add_primary_edges();
+    builder.add_light_shadows();
+    builder.add_environment_shadows();
+    builder.add_emitter_outlines();
+    builder.add_indirect_edges();
+    builder.add_curves();
+    return builder.take();
 }
 
 // The sum has the least variance if the number of samples of each term is proportional to the standard

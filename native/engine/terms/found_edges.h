@@ -1,0 +1,60 @@
+// The candidate edges of a boundary term: one search finds them, and later calls take them from the cache.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <type_traits>
+#include <utility>
+
+#include "boundary/curves/candidates.h"
+#include "boundary/curves/edge_cache.h"
+
+namespace edgegrad {
+
+using SharedCandidates = std::shared_ptr<const Candidates>;
+inline SharedCandidates shared(SharedCandidates known) { return known; }
+inline SharedCandidates shared(Candidates made) {
+    return std::make_shared<const Candidates>(std::move(made));
+}
+
+// The candidates of a search. Those of instances of very many edges are listed by themselves
+// (EdgeList::windows).
+struct FoundEdges {
+    SharedCandidates whole, windows;  // `windows` may be null
+    double factor = 1.0;              // of estimates from `windows`
+
+    double mass_of_windows() const { return windows ? factor * windows->mass() : 0.0; }
+    double mass() const { return whole->mass() + mass_of_windows(); }
+    int64_t size() const { return whole->size() + (windows ? windows->size() : 0); }
+    EdgeCounts counts() const {
+        EdgeCounts out = whole->counts;
+        if (windows) out.add(windows->counts);
+        return out;
+    }
+    // Calls visit(candidates, their part of the samples, factor) for each list.
+    template <typename Visit>
+    void each(const Visit& visit) const {
+        if (!windows) return visit(whole, 1.0, 1.0);
+        const double part = mass() > 0.0 ? mass_of_windows() / mass() : 0.0;
+        if (part < 1.0) visit(whole, 1.0 - part, 1.0);
+        if (part > 0.0) visit(windows, part, factor);
+    }
+};
+
+// The candidates that search(edges) finds, which are kept if they are complete.
+template <typename Key, typename Search>
+FoundEdges searched(const EdgeList& edges, bool in_windows, Kept<Key, Candidates>& kept,
+                    const std::type_identity_t<Key>& key, const Search& search) {
+    if (in_windows) {
+        EdgeList part = edges;
+        part.part = EdgeList::kWhole;
+        SharedCandidates whole = shared(search(part));
+        part.part = EdgeList::kWindows;
+        return {std::move(whole), shared(search(part)), static_cast<double>(edges.windows)};
+    }
+    if (!edges.counts_alone) return {kept.get(key, [&] { return search(edges); }), nullptr};
+    const SharedCandidates known = kept.find(key);
+    return {known ? known : shared(search(edges)), nullptr};
+}
+
+}  // namespace edgegrad

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import edgegrad
-from edgegrad.fitting.scene_fit import copied
+from edgegrad.fitting.preparation import copied
 from edgegrad.scene import parameters as values
 
 from ..animated.arrays import F64

@@ -1,57 +1,40 @@
 """`edgegrad.fit`: gradient-based fitting of scene parameters to pictures.
 
-This module checks the arguments, makes one variable for each parameter (`variables`) and one view for each target
-(`targets`), runs the loop (`run`) on a copy of the scene, and writes the best values back.
+`options` and `preparation` check the arguments and make one variable for each parameter (`variables`) and one view for
+each target (`targets`). This module runs the loop (`run`) on a copy of the scene and writes the best values back.
 """
 
 from __future__ import annotations
 
 import time
-from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from .._check import choice, flag, function, instance, mapping, names, number, whole
-from .._fields import optional
-from ..derivatives.table_derivatives import requested_tables, with_requested
-from ..reference import diffuse_tables
-from ..rendering.engine import engine_class
-from ..rendering.options import MOST_THREADS, Progress, checked_bounces, checked_field_edges, checked_progress
-from ..rendering.renderer import MAX_DERIVATIVE_DEPTH, Cancelled, Renderer
+from ..rendering.options import Progress
+from ..rendering.renderer import Cancelled
 from ..scene import parameters
-from ..scene.bounces import MAX_DEPTH, Bounces
-from ..scene.scene import Scene, validated
-from ..tables.tables import flatten
-from . import fingerprint
-from .checkpoint_file import check_checkpoint
-from .checkpoints import Checkpoints
-from .driven import Driven, Placement
+from ..scene.bounces import Bounces
+from ..scene.scene import Scene
+from .driven import Driven
 from .fields.schedule import FieldSteps
-from .film.checked_film import check_film
 from .film.film import Film
-from .film.film_schedule import FilmSchedule
-from .film.keyed import KeyedFrames, KeyedNumbers
-from .film.keyed_parameters import KeyedParameters
-from .fit_step import ON_CANCEL, Callback
-from .large_steps import MOST_SMOOTHNESS
+from .fit_step import Callback
 from .losses import Loss, Pyramid
+from .options import FitOptions
 from .outcome.findings import findings, open_depths
 from .outcome.result import FitResult
 from .outcome.uncertainty import MEASURED, Exchange, Uncertainty
 from .outcome.uncertainty import uncertainty as measured_uncertainty
 from .outcome.zero_gradients import untouched_part
+from .preparation import Preparation
 from .run import Run
-from .schedule import Cycle, Schedule
 from .search.begin import begin, choose_symmetric_start
-from .silhouettes import Silhouettes
 from .stages import Stages
-from .targets import Targets, views
-from .variables import Unknown, unknown
-from .vertices.rules import VertexRules, checked_rules
-from .vertices.variables import Vertices
+from .targets import Targets
+from .vertices.rules import VertexRules
 
 
 def fit(
@@ -197,197 +180,72 @@ def fit(
         written while the fit runs.
     """
     started = time.monotonic()
-    validated(scene)
-    work = copied(scene)
-    narrow = engine_class(engine).narrow
-    paths = _checked_paths(work, wrt, narrow, driven is not None or film is not None)
-    seen = views(work, targets, engine)
-    own_frames = None
-    if film is not None:
-        check_film(film, work, seen, paths, driven)
-        if film.keyed:
-            _checked_paths(work, film.keyed, narrow, False)
-            own_frames = KeyedParameters(work, film)
-        driven = own_frames if driven is None else driven
-    placement = moving = None
-    if driven is not None:
-        seen = [replace(view, camera=replace(view.camera)) for view in seen]  # their cameras may be moved
-        placement = driven.place({item.path: item.value for item in driven.variables})
-        moving = _checked_placement(placement, paths)
-    iterations = whole("fit", "iterations", iterations, 1, 1_000_000)
-    spp = whole("fit", "spp", spp, 1, 1 << 24)
-    samples = spp if gradient_spp is None else whole("fit", "gradient_spp", gradient_spp, 1, 1 << 24)
-    max_depth = whole("fit", "max_depth", max_depth, 1, MAX_DERIVATIVE_DEPTH if narrow else MAX_DEPTH)
-    bounces = checked_bounces("fit", bounces)
-    per_iteration = views_per_iteration
-    if per_iteration is not None:
-        per_iteration = whole("fit", "views_per_iteration", per_iteration, 1, len(seen))
-    seed = whole("fit", "seed", seed, 0, 0xFFFFFFFF)
-    schedule: Schedule = Cycle(len(seen), per_iteration or len(seen), iterations, seed)
-    keyed = None
-    if film is not None:
-        schedule = FilmSchedule(film.of_views, film.first_every, iterations, per_iteration, seed)
-        numbers = [] if driven is None else [one for one in driven.variables if isinstance(one, KeyedNumbers)]
-        keyed = KeyedFrames(numbers, film.times, film.of_views, film.smoothness)
-    choice("fit", "on_cancel", on_cancel, ON_CANCEL)
-    uncertain = flag("fit", "uncertainty", uncertainty) and film is None
-    threads = whole("fit", "threads", threads, 0, MOST_THREADS)
-    callback, progress = optional(function)("fit", "callback", callback), checked_progress("fit", progress)
-    loss = Pyramid() if loss is None else function("fit", "loss", loss)
-    if smoothness is not None:
-        smoothness = number("fit", "smoothness", smoothness, least=0.0, greatest=MOST_SMOOTHNESS)
-    if slide is not None:
-        slide = number("fit", "slide", slide, least=0.0, greatest=1.0)
-    if field_steps is not None:
-        instance("fit", "field_steps", field_steps, FieldSteps)
-    field_edges = checked_field_edges(field_edges)
-    steps = _checked_steps(paths, step_sizes)
-    rules = checked_rules(paths, vertex_rules)
-    search = None if search is None else whole("fit", "search", search, 0, 1_000_000)
-    restarts = whole("fit", "restarts", restarts, 0, 100)
-    if film is not None and (search or restarts):
-        raise ValueError("fit: search and restarts are not for films; find the first frame's pose by a fit of its own")
-
-    def made(schedule: Schedule) -> list[Unknown]:
-        unknowns = [unknown(work, path, steps.get(path), smoothness, slide, schedule.iterations, field_steps,
-                            rules.get(path)) for path in paths]  # fmt: skip
-        for item in unknowns:
-            if isinstance(item, Vertices):
-                parameters.put(work, item.path, item.value)  # which symmetry may have changed
-        return unknowns
-
-    first = made(schedule)  # checks options of single variables before anything is rendered
-    # No other code can change the copy
-    requested = [*paths, *(moving or ())]
-    renderer = Renderer(work, threads=threads, engine=engine, learn=True, wrt=requested, watched=False)
-    of = [view.objects for view in seen if view.objects is not None]
-    silhouettes = Silhouettes(work, of, requested, threads, engine) if of else None
-    resume = flag("fit", "resume", resume)
-    checkpoints = None
-    if checkpoint is not None:
-        check_checkpoint(checkpoint)
-        every = whole("fit", "checkpoint_every", checkpoint_every, 1, 1_000_000)
-        options = {"wrt": paths, "iterations": iterations, "spp": spp, "gradient_spp": samples, "max_depth": max_depth,
-                   "bounces": bounces, "smoothness": smoothness, "slide": slide, "field_steps": field_steps,
-                   "field_edges": field_edges,
-                   "step_sizes": steps, "vertex_rules": fingerprint.digest(rules),
-                   "views_per_iteration": per_iteration or len(seen), "seed": seed, "film": film, "search": search,
-                   "restarts": restarts}  # fmt: skip
-        checkpoints = Checkpoints(
-            Path(checkpoint), every,
-            fingerprint.of_scene(work) | fingerprint.of_views(seen) | {"the loss": fingerprint.digest(loss)}
-            | fingerprint.of_driven(driven) | fingerprint.of_placement(placement),
-            {name: str(value) for name, value in options.items()},
-            renderer.kernels,
-        )
-    elif resume:
-        raise ValueError("fit: resume needs a checkpoint; name its file")
-
-    def run_of(schedule: Schedule, progress: Progress | None, unknowns: list[Unknown] | None = None) -> Run:
-        """Make a run from the present values of the scene."""
-        return Run(
-            work, renderer, seen, made(schedule) if unknowns is None else unknowns, loss,
-            schedule=schedule, spp=spp, gradient_spp=samples,
-            limits={"max_depth": max_depth, "bounces": bounces}, seed=seed, started=started, progress=progress,
-            driven=driven, placement=placement, silhouettes=silhouettes, keyed=keyed, field_edges=field_edges,
-        )
-
-    stages = Stages(progress, MEASURED if uncertain else 0.0)
-    run = run_of(schedule, stages.rest() if film is not None else None, first)
+    options = FitOptions(
+        iterations=iterations, spp=spp, gradient_spp=spp if gradient_spp is None else gradient_spp, max_depth=max_depth,
+        bounces=bounces, loss=Pyramid() if loss is None else loss, smoothness=smoothness, slide=slide,
+        field_steps=field_steps, field_edges=field_edges, views_per_iteration=views_per_iteration, seed=seed,
+        threads=threads, on_cancel=on_cancel, callback=callback, progress=progress, checkpoint=checkpoint,
+        checkpoint_every=checkpoint_every, resume=resume, uncertainty=uncertainty, search=search, restarts=restarts,
+    )  # fmt: skip
+    prepared = Preparation(scene, targets, wrt, options, engine=engine, vertex_rules=vertex_rules,
+                           step_sizes=step_sizes, driven=driven, film=film, started=started)  # fmt: skip
+    checkpoints = prepared.checkpoints()
+    uncertain = options.uncertainty and film is None
+    stages = Stages(options.progress, MEASURED if uncertain else 0.0)
+    run = prepared.run(prepared.schedule, None if film is None else stages.rest(), prepared.first)
     begun: list[str] = []
     known: tuple[Uncertainty, ...] = ()
     exchanges: tuple[Exchange, ...] = ()
-    stop = None
     try:
         choose_symmetric_start(run)
         if film is None:
-            run, begun = begin(run, run_of, stages, search=search, restarts=restarts,
-                               per_iteration=per_iteration or len(seen))
+            run, begun = begin(run, prepared.run, stages, search=options.search, restarts=options.restarts,
+                               per_iteration=prepared.per_iteration)  # fmt: skip
         if checkpoints is not None:
-            checkpoints.attach(run, resume)
-        stop = run.iterate(callback)
+            checkpoints.attach(run, options.resume)
+        stop = run.iterate(options.callback)
         if stop is None:
             run.measure_end()
             if uncertain:
                 known, exchanges = measured_uncertainty(run, run.best_values, stages.part(MEASURED))
     except Cancelled:
-        stop = on_cancel
-    stop = on_cancel if stop == "callback" else stop
-    cameras = [view.camera for view in seen]
-    parts = [untouched_part(work, cameras, path, run.touched[path]) for path in paths]
+        stop = options.on_cancel
+    stop = options.on_cancel if stop == "callback" else stop
     kept = run.start if stop == "restore" else run.best_values
     if stop != "restore":
-        for path in paths:
-            parameters.put(scene, path, kept[path])
-        if driven is not None:
-            for path in run.place({item.path: kept[item.path] for item in driven.variables}):
-                parameters.put(scene, path, parameters.get(work, path))
+        _write_to(scene, prepared, run, kept)
     variables = [*run.unknowns, *run.variables]
-    found = findings(run.touched, kept, variables)
-    if own_frames is not None:
-        kept = kept | {item.path: own_frames.values(item.path, kept[item.path]) for item in own_frames.variables}
+    cameras = [view.camera for view in prepared.seen]
+    untouched = [untouched_part(prepared.work, cameras, path, run.touched[path]) for path in prepared.paths]
+    notes = (
+        *(() if checkpoints is None else checkpoints.notes),
+        *begun,
+        *(f"not computed: {sentence}" for sentence in run.missing),
+        *open_depths(variables, cameras),
+        *(sentence for sentence in untouched if sentence is not None),
+    )
+    values = kept
+    if (keyed := prepared.own_frames) is not None:
+        values = kept | {item.path: keyed.values(item.path, kept[item.path]) for item in keyed.variables}
     return FitResult(
-        {path: np.copy(value) if np.ndim(value) else value for path, value in kept.items()},
-        run.losses, run.best, time.monotonic() - run.started, stop is not None,
-        {path: float(np.mean(~touched)) for path, touched in run.touched.items()},
-        (*(() if checkpoints is None else checkpoints.notes),
-         *begun,
-         *(f"not computed: {sentence}" for sentence in run.missing),
-         *open_depths(variables, cameras),
-         *(part for part in parts if part is not None)),
-        run.first_gradient,
-        tuple(np.copy(gain) for gain in run.best_gains),
-        found,
-        known,
-        exchanges,
+        values={path: np.copy(value) if np.ndim(value) else value for path, value in values.items()},
+        losses=run.losses,
+        best=run.best,
+        seconds=time.monotonic() - started,
+        cancelled=stop is not None,
+        untouched={path: float(np.mean(~touched)) for path, touched in run.touched.items()},
+        notes=notes,
+        first_gradient=run.first_gradient,
+        gains=tuple(np.copy(gain) for gain in run.best_gains),
+        findings=findings(run.touched, kept, variables),
+        uncertainty=known,
+        exchanges=exchanges,
     )
 
 
-def _checked_placement(placement: Placement, paths: list[str]) -> list[str]:
-    """Return all parameters of the scene that driven variables move; none of them may be fitted by itself."""
-    found = list(dict.fromkeys(path for of_view in placement.paths for path in of_view))
-    own = {path for of_view in placement.own for path in of_view}
-    for path in paths:
-        if path in own and path not in found:
-            raise ValueError(f"fit: '{path}' differs from frame to frame, so it can't have one fitted value; "
-                             "key it, or leave it out")
-        if path in placement.parameters or path in found:
-            raise ValueError(f"fit: '{path}' is fitted by itself and moved by driven variables; leave one of them out")
-    return found
-
-
-def _checked_paths(work: Scene, wrt: Sequence[str], narrow: bool, may_be_empty: bool) -> list[str]:
-    paths = list(names("fit", "wrt", wrt, "parameter paths"))
-    if not paths and may_be_empty:
-        return []
-    if not paths:
-        raise ValueError("fit: wrt is empty; name at least one parameter path")
-    for path, count in Counter(paths).items():
-        if count > 1:
-            raise ValueError(f"fit: wrt names '{path}' more than once")
-    requested_tables(work, with_requested(work, flatten(work), paths), paths)  # raises for paths without derivatives
-    if narrow:
-        diffuse_tables.check(paths)
-    return paths
-
-
-def _checked_steps(paths: list[str], step_sizes: Mapping[str, float] | None) -> dict[str, float]:
-    steps = {}
-    for path, step in mapping("fit", "step_sizes", {} if step_sizes is None else step_sizes).items():
-        if path not in paths:
-            raise ValueError(f"fit: step_sizes names '{path}', which is not in wrt")
-        steps[path] = number("fit", f"step size of '{path}'", step, above=0.0)
-    return steps
-
-
-def copied(scene: Scene) -> Scene:
-    """Copy the objects of a scene. The arrays are shared: `parameters.put` replaces arrays and never writes to them."""
-    return Scene(
-        replace(scene.camera),
-        {name: replace(mesh) for name, mesh in scene.meshes.items()},
-        {name: replace(material) for name, material in scene.materials.items()},
-        {name: replace(light) for name, light in scene.lights.items()},
-        replace(scene.world),
-        {name: replace(image) for name, image in scene.images.items()},
-        {name: replace(one) for name, one in scene.fields.items()},
-    )
+def _write_to(scene: Scene, prepared: Preparation, run: Run, values: Mapping[str, Any]) -> None:
+    """Put fitted values into the user's scene, and whatever driven variables move with them."""
+    for path in prepared.paths:
+        parameters.put(scene, path, values[path])
+    for path in run.place({item.path: values[item.path] for item in run.variables}) if run.driven is not None else ():
+        parameters.put(scene, path, parameters.get(prepared.work, path))

@@ -183,6 +183,7 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
         });
         Intersections shown = moving_intersections(edges.tables, moving, *seen);
         decided.found(Part::kSeenIntersections, edges.tables, shown);
+        decided.found_coincident(edges.tables, shown, motion.moving);
         auto lines = std::make_shared<EdgesAndIntersections>(edges.tables, std::move(shown));
         const Found found = searched(edges, in_windows, edges.kept.primary, {{scene.camera}, moving},
                                      [&](const EdgeList& part) {

@@ -50,7 +50,7 @@ class Effort:
     first_seed: int
 
 
-FIRST, SECOND = Effort(12, 24, 48, 0), Effort(32, 48, 96, 100_000)
+FIRST, SECOND = Effort(10, 16, 32, 0), Effort(32, 48, 96, 100_000)
 
 
 @dataclass(frozen=True)

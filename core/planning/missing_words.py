@@ -59,6 +59,12 @@ def missing(words: SceneWords, share: float | None) -> list[str]:
         elif part == "face flips":
             out.append(f"jumps where a light without size ({words.light_names(decision)}) passes the plane of a face "
                        f"of {words.mesh_names(decision)}: it reaches all of the face or none of it")
+        elif part == "coincident faces":
+            out += words.each_pair(decision.pairs, "what is seen of {} where their faces coincide: rounding decides "
+                                                   "which one, and it jumps as one moves out of the other's plane")
+        elif part == "wide lens":
+            out.append("most of what edges seen through the lens contribute: its aperture is so much larger than its "
+                       "distance of focus that nearly all of their samples miss the picture")
         elif part == "rim lines":
             out.append(f"lines on rough glass ({words.material_names(decision)}) beyond which it transmits no light "
                        f"of lights without size ({words.light_names(decision)})")

@@ -48,6 +48,8 @@ enum class Part : int32_t {
     kMirroredLight,          // edges between a surface seen by mirrors and glass and others that light it
     // Parts that are not computed (engine/decisions/missing_parts.h):
     kSelfIntersections,  // of meshes of very many faces
+    kCoincidentFaces,    // faces of two meshes in one plane, of which one moves
+    kWideLens,           // edges seen through a lens far wider than its distance of focus
     kClipBorders,        // borders that the camera's clip distances cut
     kTexelBorders,       // those of the borders of kTextureBorders that are not sampled
     kSlidTextures,       // borders at which textures jump, where they move over static surfaces
@@ -76,6 +78,7 @@ struct PartRow {
     DerivativeTerm term;
 };
 constexpr size_t kPartCount = static_cast<size_t>(Part::kParts);
+static_assert(kPartCount <= 64);  // sets of parts are bits
 constexpr PartRow kPartTable[kPartCount] = {
     {Part::kInterior, "shading", kInteriorTerm},
     {Part::kRims, "rims", kInteriorTerm},
@@ -113,6 +116,8 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kIndirectHorizons, "indirect horizons", kIndirectTerm},
     {Part::kMirroredLight, "mirrored light", kIndirectTerm},
     {Part::kSelfIntersections, "self intersections", kPrimaryTerm},
+    {Part::kCoincidentFaces, "coincident faces", kPrimaryTerm},
+    {Part::kWideLens, "wide lens", kPrimaryTerm},
     {Part::kClipBorders, "clip borders", kPrimaryTerm},
     {Part::kTexelBorders, "texel borders", kPrimaryTerm},
     {Part::kSlidTextures, "slid textures", kPrimaryTerm},

@@ -14,7 +14,7 @@ from edgegrad.planning.term import Term
 from edgegrad.scene import parameters
 from edgegrad.scene.image import Image
 from tests.support import shapes
-from tests.support.small_scenes import box, camera, glowing, need
+from tests.support.small_scenes import box, camera, glowing, need, rectangle
 
 VERTICES = "meshes.object.vertices"
 POSE = "camera.to_world"
@@ -174,3 +174,32 @@ def test_jumps_that_are_no_edges_are_named() -> None:
     copies.materials["glow"] = Material(np.zeros(3))
     copies.meshes["object"].instances = np.eye(4)[None]
     assert missing(copies, [VERTICES]) == ""
+
+
+def label(height: float, flipped: bool = False, aside: float = 0.0) -> Scene:
+    """A small sheet before a larger one, of which the camera sees the front."""
+    small = rectangle((aside, 0.0, height), (0.0, 0.4, 0.0) if flipped else (0.4, 0.0, 0.0),
+                      (0.4, 0.0, 0.0) if flipped else (0.0, 0.4, 0.0), "ink")  # fmt: skip
+    large = rectangle((0.0, 0.0, 0.0), (0.8, 0.0, 0.0), (0.0, 0.8, 0.0), "glow")
+    scene = scene_of(small)
+    return replace(scene, meshes={"object": small, "wall": large})
+
+
+def test_coincident_faces_are_named() -> None:
+    """A label in the plane of its wall: its colour appears at once as it moves out of the plane."""
+    ahead, behind = (Renderer(label(height)).render(spp=16).astype(np.float64) for height in (1e-4, -1e-4))
+    assert np.abs(ahead - behind).max() > 0.5
+    named = [said for said in plan(label(0.0), [VERTICES]).missing if "coincide" in said]
+    assert len(named) == 1 and "'object' and 'wall'" in named[0]
+    for clear in (label(0.01), label(0.0, aside=1.2), label(0.0, flipped=True)):
+        assert not any("coincide" in said for said in plan(clear, [VERTICES]).missing)
+    assert not any("coincide" in said for said in plan(label(0.0), ["materials.glow.emission"]).missing)
+
+
+def test_lens_far_wider_than_its_focus_is_named() -> None:
+    """The primary term's samples then miss the picture."""
+    view = replace(camera(), aperture_radius=0.01, focus_distance=1e-5)
+    assert largest(box_scene(view), [VERTICES]) == 0.0
+    assert any("seen through the lens" in said for said in plan(box_scene(view), [VERTICES]).missing)
+    usual = replace(view, focus_distance=4.0)
+    assert not any("seen through the lens" in said for said in plan(box_scene(usual), [VERTICES]).missing)

@@ -46,7 +46,7 @@ class Summary:
         for kind in ["all", *sorted(set(self._scenes) - {"all"})]:
             counts = [f"{self._wrong[check][kind]:>10}" for check in checks]
             lines.append(" ".join([f"{kind:{width}} {self._scenes[kind]:>8}", *counts]))
-        lines += [f"told by warnings: {word}: {count} scenes" for word, count in sorted(self._told.items())]
+        lines += [f"told: {word}: {count} scenes" for word, count in sorted(self._told.items())]
         return "\n".join(lines)
 
     def _comparison_table(self) -> str:

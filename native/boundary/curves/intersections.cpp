@@ -26,10 +26,12 @@ bool neighbours(const SceneTables& t, int32_t face, int32_t other) {
     return false;
 }
 
-void add_pair(const SceneTables& tables, int32_t face, int32_t other, Intersections& out) {
+// Returns whether the faces share a line.
+bool add_pair(const Triangle3& one, int32_t face, const Triangle3& two, int32_t other, Intersections& out) {
     Vector ends[2];
-    if (!shared_line(Triangle3(tables, face), Triangle3(tables, other), ends)) return;
+    if (!shared_line(one, two, ends)) return false;
     out.add(ends, {static_cast<uint32_t>(face)}, {static_cast<uint32_t>(other)});
+    return true;
 }
 
 void search_pair(const SceneTables& tables, int32_t one, int32_t other, const Box& common, int threads,
@@ -45,11 +47,20 @@ void search_pair(const SceneTables& tables, int32_t one, int32_t other, const Bo
     std::vector<Intersections> parts((few.size() + kBlock - 1) / kBlock);
     parallel_for(threads, static_cast<int64_t>(parts.size()), nullptr, [&](int, int64_t part) {
         const size_t first = static_cast<size_t>(part) * kBlock;
-        for (size_t k = first; k < std::min(few.size(), first + kBlock) && !cancelled(); ++k)
-            tree.visit(box_of(tables, few[k]),
-                       [&](int32_t f) { add_pair(tables, few[k], f, parts[static_cast<size_t>(part)]); });
+        Intersections& found = parts[static_cast<size_t>(part)];
+        for (size_t k = first; k < std::min(few.size(), first + kBlock) && !cancelled(); ++k) {
+            const Triangle3 face(tables, few[k]);
+            tree.visit(box_of(tables, few[k]), [&](int32_t f) {
+                const Triangle3 other(tables, f);
+                if (!add_pair(face, few[k], other, f, found) && found.coincident.empty() &&
+                    coincide(face, other))
+                    found.coincident.push_back({few[k], f});
+            });
+        }
     });
+    const size_t before = out.coincident.size();
     out.add(parts);
+    if (out.coincident.size() > before) out.coincident.resize(before + 1);  // one serves
 }
 
 void search_self(const EdgeList& edges, int32_t mesh, Intersections& out) {
@@ -68,7 +79,8 @@ void search_self(const EdgeList& edges, int32_t mesh, Intersections& out) {
     parallel_for(threads, static_cast<int64_t>(parts.size()), nullptr, [&](int, int64_t k) {
         const auto part = static_cast<size_t>(k);
         tree.visit_pairs(pairs[part], [&](int32_t face, int32_t other) {
-            if (!neighbours(tables, face, other)) add_pair(tables, face, other, parts[part]);
+            if (neighbours(tables, face, other)) return;
+            add_pair(Triangle3(tables, face), face, Triangle3(tables, other), other, parts[part]);
         });
     });
     out.add(parts);
@@ -135,6 +147,7 @@ Intersections moving_intersections(const SceneTables& tables, const RequestedMot
         may_cancel();
         if (moves(static_cast<size_t>(2 * k)) || moves(static_cast<size_t>(2 * k + 1))) out.add(all, k);
     }
+    out.coincident = all.coincident;
     return out;
 }
 

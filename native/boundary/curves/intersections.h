@@ -26,6 +26,8 @@ struct Intersections {
     std::vector<float> lens;
     int32_t lens_points = 0;
     std::vector<double> weights;
+    // Two faces of different meshes that coincide, for each two such meshes. They share no line.
+    std::vector<std::array<int32_t, 2>> coincident;
 
     int64_t size() const { return static_cast<int64_t>(faces.size() / 2); }
     void add(const Vector (&line)[2], IntersectedFace one, IntersectedFace other) {
@@ -43,7 +45,10 @@ struct Intersections {
     }
     void add(const Intersections& from, int64_t k) { add(from, k, k + 1); }
     void add(const std::vector<Intersections>& parts) {
-        for (const Intersections& part : parts) add(part, 0, part.size());
+        for (const Intersections& part : parts) {
+            add(part, 0, part.size());
+            coincident.insert(coincident.end(), part.coincident.begin(), part.coincident.end());
+        }
     }
 };
 

@@ -66,4 +66,28 @@ inline bool shared_line(const Triangle3& s, const Triangle3& t, Vector (&ends)[2
            length(ends[1] - ends[0]) > kOnPlane * std::max(s.size, t.size);
 }
 
+// Whether two triangles lie in one plane, face the same way, and overlap in more than a line.
+inline bool coincide(const Triangle3& s, const Triangle3& t) {
+    const double facing = dot(s.normal, t.normal);
+    const Vector along = cross(s.normal, t.normal);
+    if (!(facing > 0.0) || dot(along, along) > kParallel * facing * facing) return false;
+    const double tolerance = kOnPlane * std::max(s.size, t.size);
+    for (const Vector& p : s.p)
+        if (std::abs(dot(t.normal, p - t.p[0])) > tolerance * length(t.normal)) return false;
+    // Separated by a line along an edge of one of them?
+    for (const Triangle3* one : {&s, &t})
+        for (size_t k = 0; k < 3; ++k) {
+            const Vector across = cross(one->normal, one->p[(k + 1) % 3] - one->p[k]);
+            double low[2] = {1e300, 1e300}, high[2] = {-1e300, -1e300};
+            for (size_t i = 0; i < 3; ++i) {
+                const double at[2] = {dot(across, s.p[i] - s.p[0]), dot(across, t.p[i] - s.p[0])};
+                for (size_t n = 0; n < 2; ++n)
+                    low[n] = std::min(low[n], at[n]), high[n] = std::max(high[n], at[n]);
+            }
+            if (std::min(high[0], high[1]) - std::max(low[0], low[1]) <= tolerance * length(across))
+                return false;
+        }
+    return true;
+}
+
 }  // namespace edgegrad

@@ -23,6 +23,11 @@ const char* const kReasonNames[] = {"needed",      "forced",         "not render
 
 namespace {
 
+int32_t mesh_of(const SceneTables& tables, int32_t face) {
+    const auto& first = tables.mesh_first_face;
+    return static_cast<int32_t>(std::upper_bound(first.begin(), first.end(), face) - first.begin() - 1);
+}
+
 // Meshes with shading normals that may differ from their faces' normals.
 std::vector<int32_t> bent_meshes(const SceneView& scene, const SceneTables& tables) {
     std::vector<uint8_t> mapped(tables.material_first_closure.size() - 1, 0);
@@ -299,19 +304,14 @@ bool Decisions::found(Part part, const SceneTables& tables, const Intersections&
         none(part, Reason::kNone);
         return false;
     }
-    const auto mesh_of = [&](int32_t face) {
-        const auto& first = tables.mesh_first_face;
-        const auto next = std::upper_bound(first.begin(), first.end(), face);
-        return static_cast<int32_t>(next - first.begin() - 1);
-    };
     std::set<std::array<int32_t, 2>> pairs, lights;
     for (size_t k = 0; k < static_cast<size_t>(lines.size()); ++k) {
         const LineSurface one(lines.faces[2 * k]), other(lines.faces[2 * k + 1]);
-        const int32_t mesh = mesh_of(one.face());
+        const int32_t mesh = mesh_of(tables, one.face());
         if (other.is_light()) {
             lights.insert({other.light_row(), mesh});
         } else {
-            const int32_t second = mesh_of(other.face());
+            const int32_t second = mesh_of(tables, other.face());
             pairs.insert({std::min(mesh, second), std::max(mesh, second)});
         }
     }
@@ -319,6 +319,19 @@ bool Decisions::found(Part part, const SceneTables& tables, const Intersections&
     d.pairs.assign(pairs.begin(), pairs.end());
     d.pierced.assign(lights.begin(), lights.end());
     return true;
+}
+
+void Decisions::found_coincident(const SceneTables& tables, const Intersections& lines,
+                                 const std::vector<uint8_t>& moving) {
+    std::set<std::array<int32_t, 2>> pairs;
+    for (const auto& faces : lines.coincident) {
+        const int32_t a = mesh_of(tables, faces[0]), b = mesh_of(tables, faces[1]);
+        if (moving[static_cast<size_t>(a)] || moving[static_cast<size_t>(b)])
+            pairs.insert({std::min(a, b), std::max(a, b)});
+    }
+    if (pairs.empty()) return;
+    decide(Part::kCoincidentFaces, Reason::kNotEstimated);
+    (*this)[Part::kCoincidentFaces].pairs.assign(pairs.begin(), pairs.end());
 }
 
 bool Decisions::lists_materials(Part part, std::vector<int32_t> materials) {

@@ -96,6 +96,9 @@ class Decisions {
     }
     // Notes the meshes and lights of intersections that a search has found. Returns whether there are any.
     bool found(Part part, const SceneTables& tables, const Intersections& lines);
+    // Names the meshes whose faces coincide, of which one moves: what is seen of them jumps.
+    void found_coincident(const SceneTables& tables, const Intersections& lines,
+                          const std::vector<uint8_t>& moving);
     // Notes the materials of a part, which is zero if there are none. Returns whether it is computed.
     bool lists_materials(Part part, std::vector<int32_t> materials);
     // The decision on a part that is requested.

@@ -69,6 +69,7 @@ class Search {
         }
         meshes(Part::kSelfIntersections, std::move(large), kSelfIntersectionFaces);
         meshes(Part::kClipBorders, std::move(cut));
+        wide_lens();
         meshes(Part::kTexelBorders, jumping_meshes(tables_, motion_, kept_)->left_out);
         slid_textures();
         lights_by_parallel_rays();
@@ -192,6 +193,17 @@ class Search {
             return is_star_shaped(tables_, static_cast<size_t>(mesh), threads_);
         });
         return closed;
+    }
+
+    // An edge's samples draw the point of the lens. If the blurred edge covers very many pictures, nearly all
+    // of them miss this one.
+    void wide_lens() {
+        const CameraView& c = f_.scene.camera;
+        if (c.kind != kPerspective || !(c.aperture_radius > 0.0f)) return;
+        constexpr double kMostPictures = 30.0;
+        const double blur = double{c.focal} * c.aperture_radius / c.focus_distance;
+        const double picture = double(c.full_width) * c.full_height;
+        if (any_moves_ && blur * blur > kMostPictures * picture) miss(Part::kWideLens);
     }
 
     // Textures with jumps that move over static meshes.

@@ -15,14 +15,12 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-import bpy
 import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
-from edgegrad_addon.export import export_scene
-from tests.benchmarks import versus_cycles
 from tests.benchmarks.agreement import BLOCK
+from tests.benchmarks.corpus.exports import exported
 from tests.benchmarks.corpus.objects import candidates, sideways
 from tests.benchmarks.cycles_scenes import CASES
 from tests.support.block_statistics import block_sums
@@ -66,14 +64,10 @@ def relative_noise(pictures: NDArray[np.float64]) -> float:
     return float(np.sqrt(pictures.var(axis=0, ddof=1).mean())) / root_mean_square(pictures)
 
 
-def measure(name: str, output: Path, samples: int, scale: float) -> Noise | None:
+def measure(name: str, samples: int, scale: float) -> Noise | None:
     """Measure one scene, in a picture of `scale` times its size; None if no object of it is fit for it."""
-    case, blend = CASES[name], output / f"{name}.blend"
-    versus_cycles.build(case, blend, case.samples)
-    bpy.ops.wm.open_mainfile(filepath=str(blend))
-    bpy.context.scene.render.resolution_percentage = round(bpy.context.scene.render.resolution_percentage * scale)
-    exported = export_scene(bpy.context.scene)
-    scene, limits = exported.scene, exported.settings
+    export = exported(CASES[name], scale)
+    scene, limits = export.scene, export.settings
     found = candidates(scene)
     if not found:
         return None
@@ -125,7 +119,7 @@ def main() -> None:
     if unknown := [name for name in arguments.scenes if name not in CASES]:
         parser.error(f"unknown scene {unknown[0]}; there are {', '.join(CASES)}")
     for name in arguments.scenes or list(CASES):
-        row = measure(name, output, arguments.samples, arguments.scale)
+        row = measure(name, arguments.samples, arguments.scale)
         if row is not None:
             rows.append(row)
             print(line(row), flush=True)

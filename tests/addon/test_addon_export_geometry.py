@@ -82,6 +82,26 @@ def test_flat_smooth_and_sharp() -> None:
     assert (mesh.smoothing[:2] == -1).all() and (mesh.smoothing[2:] >= 0).all()
 
 
+@pytest.mark.parametrize("sharp", [False, True])
+def test_flat_faces_beside_smooth_ones_shade_as_in_cycles(sharp: bool) -> None:
+    """Without sharp edges, flat faces bend the normals of their vertices; else bent flat faces have one normal."""
+    data = smooth(bs.cube("Thing"))
+    generator = np.random.default_rng(1)
+    for vertex in data.vertices:
+        vertex.co += type(vertex.co)(generator.normal(0, 0.2, 3))
+    data.polygons[0].use_smooth = False
+    for edge in data.edges:
+        edge.use_edge_sharp = sharp and edge.index < 2
+    ob = bs.add("Thing", data)
+    mesh = exported()
+    if sharp:
+        assert normals_of(mesh) == pytest.approx(blenders_normals(ob), abs=3e-3)
+        return
+    assert (mesh.smoothing[:2] == -1).all()
+    of_vertex = np.array([vertex.normal for vertex in ob.data.vertices])
+    assert normals_of(mesh)[2:] == pytest.approx(of_vertex[mesh.faces[2:]], abs=3e-3)
+
+
 @pytest.mark.parametrize("scale", [(1, 1, 1), (1, -2, 0.5), (3, 3, 3)])
 def test_normals_of_curved_and_stretched_meshes(scale: Any) -> None:
     data = bs.cube("Thing")

@@ -18,7 +18,7 @@ from .hashes import WORD, name_hash
 from .instancers import InstancerValues
 from .layers import layer_values, property_of
 from .mesh import MeshArrays
-from .normals import bits, corner_normals
+from .normals import bits, shading_normals
 from .particles import output
 from .pointiness import pointiness
 
@@ -125,7 +125,7 @@ def _read(mesh: Any, arrays: MeshArrays, name: str, of: ObjectValues) -> Any:
     if name in (OBJECT, BEFORE):
         return arrays.positions[arrays.faces]
     if name == OBJECT_NORMAL:
-        return corner_normals(mesh)[arrays.corners]
+        return shading_normals(arrays.positions, arrays.faces, arrays.smoothing, arrays.normals)
     if name == POINTINESS:
         return pointiness(mesh)[arrays.faces]
     if name == ACTIVE_COLOR:

@@ -50,6 +50,7 @@ enum class Part : int32_t {
     kSelfIntersections,  // of meshes of very many faces
     kClipBorders,        // borders that the camera's clip distances cut
     kTexelBorders,       // those of the borders of kTextureBorders that are not sampled
+    kRayHistories,       // textures that read bounces and lengths of rays
     kSlidTextures,       // borders at which textures jump, where they move over static surfaces
     kBlurredOutlines,    // outlines of disks and suns, seen by parallel rays through a lens
     kParallelDisks,      // disks that surfaces pass through, seen by parallel rays
@@ -115,6 +116,7 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kSelfIntersections, "self intersections", kPrimaryTerm},
     {Part::kClipBorders, "clip borders", kPrimaryTerm},
     {Part::kTexelBorders, "texel borders", kPrimaryTerm},
+    {Part::kRayHistories, "ray histories", kPrimaryTerm},
     {Part::kSlidTextures, "slid textures", kPrimaryTerm},
     {Part::kBlurredOutlines, "blurred outlines", kPrimaryTerm},
     {Part::kParallelDisks, "parallel disks", kPrimaryTerm},

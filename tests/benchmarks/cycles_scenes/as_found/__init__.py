@@ -19,6 +19,7 @@ from . import (  # noqa: F401  (importing a family registers its cases)
     scatter,
     settings,
     shaders,
+    shading_data,
     shots,
     simulated,
     traps,

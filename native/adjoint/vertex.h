@@ -279,8 +279,8 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     const Int follows = select(others, load(v.follows), splat(0));
     const Mask followed = perfect & ((follows >> load(v.lobe) & 1) != 0);
     // Use a block of the tape for perfect lobes whose weights are constants
-    if (!scatters && !any(followed) && any(perfect) && !(scene.all_flags & kHasNormalMap) && !scene.any_dimming &&
-        plainly_specular(shader, perfect)) {
+    if (!scatters && !any(followed) && any(perfect) && !(scene.all_flags & kHasNormalMap) &&
+        !scene.any_dimming && plainly_specular(shader, perfect)) {
         const Specular mirrored =
             plain_specular(perfect, x, view, shader, normal, load(v.lobe), load(v.transmitted));
         reflected = select(perfect, mirrored.value * s.next_value, reflected);

@@ -146,6 +146,20 @@ def test_color_attributes(domain: Any, kind: Any) -> None:
     assert list(mesh.attributes) == ["Paint"]  # attributes that no material reads are not exported
 
 
+def test_attributes_of_edges_are_means_at_vertices() -> None:
+    made = bs.material("M")
+    node = made.node_tree.nodes.new("ShaderNodeAttribute")
+    node.attribute_name = "Wear"
+    made.node_tree.links.new(node.outputs["Fac"], bs.shader(made).inputs["Color"])
+    ob = bs.add("Thing", bs.cube("Thing", made))
+    values = np.random.default_rng(2).uniform(0, 1, len(ob.data.edges)).astype(np.float32)
+    ob.data.attributes.new("Wear", "FLOAT", "EDGE").data.foreach_set("value", values)
+    mesh = exported()
+    ends = np.array([tuple(edge.vertices) for edge in ob.data.edges])
+    wanted = np.array([values[(ends == vertex).any(axis=1)].mean() for vertex in range(8)])
+    assert mesh.attributes["Wear"][..., 0] == pytest.approx(wanted[read_mesh(ob.data).faces], abs=1e-6)
+
+
 def test_generated_and_object_coordinates() -> None:
     made = bs.material("M")
     node = made.node_tree.nodes.new("ShaderNodeTexCoord")
@@ -193,9 +207,11 @@ def test_terminator_offset_and_holdouts() -> None:
     ob = bs.add("Thing", bs.cube("Thing"))
     owner = ob if hasattr(ob, "shadow_terminator_geometry_offset") else ob.cycles
     owner.shadow_terminator_geometry_offset = 0.3
+    bs.offset_shading(ob, 0.6)
     ob.is_holdout = True
     made = bs.export()
     assert made.scene.meshes["Thing"].terminator_offset == pytest.approx(0.3)
+    assert made.scene.meshes["Thing"].terminator_shading == pytest.approx(0.6)
     assert any("holdout" in line for line in made.report.lines)
 
 

@@ -93,7 +93,10 @@ class RayBounces(Expression):
 
 @dataclass(frozen=True)
 class RayLength(Expression):
-    """Distance from where the ray was scattered last, past transparent surfaces; 0 for shadow rays."""
+    """Distance from where the ray was scattered last, past transparent surfaces; 0 for shadow rays.
+
+    Camera rays start at the camera's position or lens, not at its near plane.
+    """
 
 
 @dataclass(frozen=True)

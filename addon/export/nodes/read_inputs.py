@@ -157,7 +157,11 @@ def _light_path(reader: Reader, node: Any, groups: Groups, output: Any) -> Opera
     if name in RAY_COUNTS:
         return e.RayBounces(RAY_COUNTS[name])
     if name == "Ray Length":
-        return e.RayLength()
+        if reader.view is None:
+            return e.RayLength()
+        # Cycles measures camera rays from the near plane.
+        start = e.Math("MULTIPLY", e.LightPath("CAMERA"), reader.view.ray_start)
+        return e.Math("SUBTRACT", e.RayLength(), start)
     if name not in ("Is Volume Scatter Ray", "Portal Depth"):  # without volumes and portals, these are 0 in Cycles too
         reader.note(f"{what} is replaced by 0")
     return 0.0

@@ -19,10 +19,9 @@ from . import (  # noqa: F401  (importing a family registers its cases)
     scatter,
     settings,
     shaders,
-    shading_data,
     shots,
-    simulated,
     traps,
     tutorials,
     undeformed,
+    untidy_bodies,
 )

@@ -66,7 +66,7 @@ def _is_bent(triangles: F32, normals: F32) -> NDArray[np.bool_]:
     """(m,) whether the plane of each triangle (m, 3, 3) is not that of its normal (m, 3)."""
     plane = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     length = np.linalg.norm(plane, axis=1, keepdims=True)
-    return np.abs(plane - length * normals).max(axis=1) > SAME_NORMAL * length[:, 0]  # type: ignore[no-any-return]
+    return np.abs(plane - length * normals).max(axis=1) > SAME_NORMAL * length[:, 0]
 
 
 def flags(mesh: Any, name: str, count: int) -> NDArray[np.bool_]:

@@ -200,7 +200,8 @@ def turned_faces() -> None:
             face.material_index = int(face.index % 4 == 0 and k != 2)
         ball.update()
         stage.add(f"Turned {k}", ball, (-1.4 + 1.3 * k, 0.5, 0.5))
-    points, faces = [], []
+    points: list[tuple[float, float, float]] = []
+    faces: list[tuple[int, ...]] = []
     for j in range(6):
         for i in range(6):
             points.append((0.25 * i + 0.12 * (j % 2), 0.25 * j, 0.2 * math.sin(i + 0.7 * j)))

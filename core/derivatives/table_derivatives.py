@@ -51,6 +51,7 @@ _PIECES = {
 }
 _WITHOUT = {
     ("meshes", "terminator_offset"): "it only moves the origins of shadow rays",
+    ("meshes", "terminator_shading"): "it corrects an artefact of shading",
     ("camera", "clip_start"): "clip distances only decide what is visible",
     ("camera", "clip_end"): "clip distances only decide what is visible",
     ("camera", "filter_width"): "pixels are weighted by a fixed filter",
@@ -225,12 +226,12 @@ def with_requested(scene: Scene, tables: Tables, wrt: Collection[str]) -> Tables
             fields.setdefault(name, set()).add(field)
         elif collection == "images" and _loses_alpha(scene, tables, name):
             with_alpha.add(name)
-    flags = tables.materials.flags.copy()
+    flags, kept = tables.materials.flags.copy(), ~material_table.excluded_flags(scene)
     for name, first in zip(scene.materials, tables.materials.first_closure, strict=False):
         material = scene.materials[name]
         for k, part in enumerate(material.parts if isinstance(material, Mixture) else (name,)):
             if part in fields:
-                flags[first + k] = material_table.flags(scene.closures(name)[k], fields[part])
+                flags[first + k] = material_table.flags(scene.closures(name)[k], fields[part]) & kept
     if not np.array_equal(flags, tables.materials.flags):
         tables = replace(tables, materials=replace(tables.materials, flags=flags))
     if tables.environment_pixels is None and shows_environment(scene, wrt):

@@ -26,6 +26,7 @@ from .colors import (
     Mix,
 )
 from .hit_point import (
+    BOUNCES,
     COORDINATES,
     LIGHT_PATHS,
     Attribute,
@@ -34,6 +35,8 @@ from .hit_point import (
     Fresnel,
     LayerWeight,
     LightPath,
+    RayBounces,
+    RayLength,
     required_attributes,
 )
 from .images import (
@@ -74,6 +77,7 @@ from .procedural import (
 __all__ = [
     "ALPHA_MODES",
     "BLENDS",
+    "BOUNCES",
     "COLOR_MODELS",
     "COORDINATES",
     "DIMENSIONS",
@@ -121,6 +125,8 @@ __all__ = [
     "NormalMap",
     "Operand",
     "Ramp",
+    "RayBounces",
+    "RayLength",
     "Row",
     "Transform",
     "VectorMath",

@@ -9,6 +9,7 @@ from .nodes import Expression, Operand, nodes_of
 
 COORDINATES = ("POSITION", "NORMAL", "TRUE_NORMAL", "INCOMING", "REFLECTION")
 LIGHT_PATHS = ("CAMERA", "DIFFUSE", "GLOSSY", "TRANSMISSION", "SHADOW")
+BOUNCES = ("ALL", "DIFFUSE", "GLOSSY", "TRANSMISSION", "TRANSPARENT")
 
 
 @dataclass(frozen=True)
@@ -69,6 +70,33 @@ class LightPath(Expression):
 
     kind: str
     choices: ClassVar = {"kind": LIGHT_PATHS}
+
+
+@dataclass(frozen=True)
+class RayBounces(Expression):
+    """Number of bounces of a path before its ray meets the surface, as Cycles counts them.
+
+    Rays to lights count those of the surface that they leave, and themselves under ``"ALL"``. Surfaces on the way of
+    shadow rays, points of emitters that light sampling finds, and the boundary terms of derivatives count the last
+    bounce only.
+
+    Attributes
+    ----------
+    kind
+        ``"ALL"`` (without transparent surfaces), ``"DIFFUSE"``, ``"GLOSSY"``, ``"TRANSMISSION"`` or
+        ``"TRANSPARENT"``.
+    """
+
+    kind: str
+    choices: ClassVar = {"kind": BOUNCES}
+
+
+@dataclass(frozen=True)
+class RayLength(Expression):
+    """Distance from where the ray was scattered last, past transparent surfaces; 0 for shadow rays.
+
+    Camera rays start at the camera's position or lens, not at its near plane.
+    """
 
 
 @dataclass(frozen=True)

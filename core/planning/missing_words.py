@@ -25,6 +25,8 @@ _ABOUT_LIGHTS = {
     "mirrored outlines": "the outlines of lights in mirrors and behind glass ({}): they are no edges",
 }
 _ABOUT_MATERIALS = {
+    "ray histories": "edges and shadows on {}, whose textures read bounces or lengths of rays: their boundary terms "
+                     "count the last bounce only, and lengths as 0",
     "slid textures": "borders at which textures may jump, where they move over {}: they are no edges",
     "stepped shadows": "shadows of borders at which textures may make the transmittance of {} jump: they are no edges",
     "clear absorption": "how absorption in meshes with transparent surfaces ({}) changes with their shape, and its "

@@ -79,6 +79,9 @@ class Mesh(Checked):
         starts if light arrives at a grazing angle. 0: on the triangles, which then shadow each other. Above 0, lights
         and images of environments also reach a face from below its plane, if its smooth normals face them, as in
         Cycles.
+    terminator_shading
+        Blender's shadow terminator shading offset, in [0, 1]: light at grazing angles is dimmed, so that it fades
+        out before the triangles turn away from it.
     """
 
     vertices: NDArray[np.float64]
@@ -93,6 +96,7 @@ class Mesh(Checked):
     transform: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
     visible_to: frozenset[str] = frozenset(RAYS)
     terminator_offset: float = 0.0
+    terminator_shading: float = 0.0
 
     checks: ClassVar[Mapping[str, Check]] = {
         "vertices": by(array, (None, 3), np.float64, most=LARGEST_LENGTH),
@@ -107,6 +111,7 @@ class Mesh(Checked):
         "transform": by(array, (4, 4), np.float64, most=LARGEST_LENGTH),
         "visible_to": rays,
         "terminator_offset": by(number, least=0.0, greatest=1.0),
+        "terminator_shading": by(number, least=0.0, greatest=1.0),
     }
 
     @property

@@ -59,6 +59,7 @@ def geometry(scene: Scene, placed: list[Mesh], origin: NDArray[np.float64] | Non
         "visible": np.array([1] * len(placed) + [0] * len(area_lights), np.uint8),
         **_masks(scene, meshes),
         "mesh_terminator": np.array([m.terminator_offset for m in meshes], np.float32),
+        "mesh_dimming": np.array([1.0 / (1.0 - 0.5 * m.terminator_shading) for m in meshes], np.float32),
         **_shading_normals(meshes, first_face),
         **_instances(meshes, origin),
     }

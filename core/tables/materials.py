@@ -82,10 +82,11 @@ def material_table(scene: Scene, area_lights: list[NDArray[np.float64]]) -> Mate
     for row, (closure, weight, _) in zip(params, closures, strict=True):
         for field, (place, count) in COLUMNS.items():
             row[place : place + count] = weight if field == "weight" else getattr(closure, field)
+    kept = ~excluded_flags(scene)
     return MaterialTable(
         np.array(first, np.int32),
         np.array([KINDS.index(closure.kind) for closure, _, _ in closures], np.int32),
-        np.array([flags(closure) for closure, _, _ in closures], np.int32),
+        np.array([flags(closure) & kept for closure, _, _ in closures], np.int32),
         params,
         {name: tuple(rows) for name, rows in closures_of.items()},
     )
@@ -94,6 +95,11 @@ def material_table(scene: Scene, area_lights: list[NDArray[np.float64]]) -> Mate
 def is_padded(material: Material | Mixture) -> bool:
     """Whether the table adds a closure of weight 0: kernels read weights only for materials of several closures."""
     return isinstance(material, Mixture) and len(material.parts) == 1
+
+
+def excluded_flags(scene: Scene) -> int:
+    """Bits that no closure of the scene has: dimmed light does not follow the cosine (Mesh.terminator_shading)."""
+    return LAMBERTIAN if any(mesh.terminator_shading > 0.0 for mesh in scene.meshes.values()) else 0
 
 
 def flags(m: Material, asked: Collection[str] = ()) -> int:

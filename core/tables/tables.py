@@ -34,8 +34,8 @@ F32 = NDArray[np.float32]
 # Fields of `Tables`, besides the vertices, from which engines build their own structures.
 _BUILT_IN = (
     "faces", "face_material", "mesh_first_vertex", "mesh_first_face", "visible", "mesh_mask", "mesh_receivers",
-    "mesh_terminator", "corner_normal", "mesh_first_normal", "mesh_custom", "custom_normals", "instance_mesh",
-    "instance_to_world",
+    "mesh_terminator", "mesh_dimming", "corner_normal", "mesh_first_normal", "mesh_custom", "custom_normals",
+    "instance_mesh", "instance_to_world",
 )
 
 # Collections of parameters that are not geometry.
@@ -63,6 +63,7 @@ class Tables:
     mesh_mask: NDArray[np.uint32]  # (S,) bits of rays that hit it: 1 << kind of ray, 1 << (FIRST_BLOCKERS + set)
     mesh_receivers: NDArray[np.uint32]  # (S,) bits of the sets of receivers that contain it
     mesh_terminator: F32  # (S,) Mesh.terminator_offset
+    mesh_dimming: F32  # (S,) factor on the angle of arriving light, by Mesh.terminator_shading; 1: none
     corner_normal: NDArray[np.int32]  # (F, 3) indices of shading normals, -1: flat; (0, 3): all faces are flat
     mesh_first_normal: NDArray[np.int64]  # (S + 1,) first shading normal of each mesh
     mesh_custom: NDArray[np.uint8]  # (S,) 1: custom shading normals, 0: computed from the vertices

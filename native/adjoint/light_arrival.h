@@ -41,7 +41,8 @@ EG_INLINE LightArrival light_of_face(const SceneView& scene, Mask active, const 
         return a;
     }
     const SurfacePoint s = surface_point(scene, active, face, b1, b2, a.w);
-    a.radiance = emitted_radiance(scene, s, texture_point(scene, s, -a.w, splat(kNoRay)));
+    const RayHistory history = ray_history(scene, splat(-1), s.position - x);
+    a.radiance = emitted_radiance(scene, s, texture_point(scene, s, -a.w, splat(kNoRay), history));
     return a;
 }
 

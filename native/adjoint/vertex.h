@@ -239,7 +239,8 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     }
     out.position = x.position;
     // Evaluate textures and the recorded closure
-    const TexturePoint point = texture_point(scene, x, view, load(v.kind));
+    const RayHistory history = ray_history(scene, load(v.bounces), x.position - arrival.from);
+    const TexturePoint point = texture_point(scene, x, view, load(v.kind), history);
     const Int closure = select(hit, load(v.closure), splat(0));
     Shader shader = closure_shader(scene, x, closure, point);
     shader.scale = load(v.scale);
@@ -279,7 +280,7 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     const Mask followed = perfect & ((follows >> load(v.lobe) & 1) != 0);
     // Use a block of the tape for perfect lobes whose weights are constants
     if (!scatters && !any(followed) && any(perfect) && !(scene.all_flags & kHasNormalMap) &&
-        plainly_specular(shader, perfect)) {
+        !scene.any_dimming && plainly_specular(shader, perfect)) {
         const Specular mirrored =
             plain_specular(perfect, x, view, shader, normal, load(v.lobe), load(v.transmitted));
         reflected = select(perfect, mirrored.value * s.next_value, reflected);
@@ -294,8 +295,7 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
             const Specular mirrored =
                 scatter_specular(surface.bsdf, load(v.lobe), load(v.transmitted), followed, load3(v.half));
             Vec3 value = mirrored.value;
-            if (surface.smooth)
-                value = value * bump_shadowing(*surface.smooth, normal, mirrored.wi, surface.diffuse);
+            if (surface.smooth || surface.dims) value = value * surface.shown(mirrored.wi);
             reflected = reflected + select(perfect, value * s.next_value, zero3());
             out.direction = mirrored.wi;
         }

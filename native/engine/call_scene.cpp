@@ -102,6 +102,9 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const Scene
     view_.any_terminator = !tables.corner_normal.empty() &&
                            std::any_of(tables.mesh_terminator.begin(), tables.mesh_terminator.end(),
                                        [](float t) { return t > 0.0f; });
+    view_.mesh_dimming = rows_of(tables.mesh_dimming);
+    view_.any_dimming = std::any_of(tables.mesh_dimming.begin(), tables.mesh_dimming.end(),
+                                    [](float factor) { return factor > 1.0f; });
     view_.corner_normal = tables.corner_normal.empty() ? nullptr : tables.corner_normal.data();
     view_.normals = rows_of(tables.normals);
     view_.instance_mesh = rows_of(tables.instance_mesh);

@@ -59,7 +59,7 @@ EG_OUTLINE int scatter_step(const SceneView& scene, const ImageTask& task, Works
     SurfacePoint y = surface_point(scene, p.active, other, b1, b2, p.direction, x.instance);
     y.mesh = x.mesh;
     p.active &= y.active;
-    const TexturePoint beside = texture_point(scene, y, -p.direction, p.kind);
+    const TexturePoint beside = texture_point(scene, y, -p.direction, p.kind, point.history);
     const Vec3 albedo[2] = {shader.color(kBaseColor),
                             surface_shader(scene, y, beside, lobe_u).color(kBaseColor)};
     Vec3 normal = x.normal + y.normal;

@@ -301,7 +301,8 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
         Float choice_u = splat(0.5f), choice_v = choice_u;
         if (vertex || any(bends) || scene.any_mixture || (scene.all_flags & (kHasGlossy | kHasTransparency)))
             sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexChoice), choice_u, choice_v);
-        const TexturePoint point = texture_point(scene, x, -p.direction, p.kind);
+        const RayHistory history = ray_history(scene, p.bounces, x.position - p.from);
+        const TexturePoint point = texture_point(scene, x, -p.direction, p.kind, history);
         Shader shader = surface_shader(scene, x, point, choice_u);
         if (scene.all_flags & kHasAbsorption)
             p.throughput =

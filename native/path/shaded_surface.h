@@ -4,6 +4,7 @@
 #include "shading/bsdf/bsdf.h"
 #include "shading/receiving_normal.h"
 #include "shading/surface_shader.h"
+#include "shading/terminator_dimming.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -17,6 +18,8 @@ struct ShadedSurface {
     Mask diffuse, layered;
     Vec3 receiving;   // receiving_normal() (shading/receiving_normal.h)
     bool from_below;  // it may differ from the geometric normal
+    Float stretch;    // of the angle of arriving light (shading/terminator_dimming.h)
+    bool dims;        // it may differ from 1
 
     static constexpr bool kSmooth = false;  // mirrors find light that no emitter sample can
 
@@ -24,6 +27,7 @@ struct ShadedSurface {
     EG_INLINE const Vec3* receiver() const { return from_below ? &receiving : nullptr; }
     EG_INLINE BsdfValue evaluate(Mask active, Vec3 w) const {
         BsdfValue f = EDGEGRAD_ISA::evaluate(bsdf, active, w, receiver());
+        if (dims) f.value = f.value * terminator_dimming(stretch, dot(normal, w));
         if (!smooth) return f;
         f.value = f.value * bump_shadowing(*smooth, normal, w, diffuse);
         if (any(active & layered)) {
@@ -32,11 +36,17 @@ struct ShadedSurface {
         }
         return f;
     }
+    // The factor of bent normals and of dimming for perfect lobes.
+    EG_INLINE Float shown(Vec3 w) const {
+        const Float bent = smooth ? bump_shadowing(*smooth, normal, w, diffuse) : splat(1.0f);
+        return dims ? bent * terminator_dimming(stretch, dot(normal, w)) : bent;
+    }
     // The diffuse lobes and sheen alone, without the factors of bent normals.
     EG_INLINE Vec3 of_wide_lobes(Mask active, Vec3 w) const {
         Bsdf wide = bsdf;
         wide.any_lobe[kMirrorLobe] = wide.any_lobe[kCoatLobe] = wide.any_lobe[kInterfaceLobe] = false;
-        return EDGEGRAD_ISA::evaluate(wide, active, w, receiver()).value;
+        const Vec3 value = EDGEGRAD_ISA::evaluate(wide, active, w, receiver()).value;
+        return dims ? value * terminator_dimming(stretch, dot(normal, w)) : value;
     }
     // What softening the terminator changes in the factor of bent normals.
     EG_INLINE Float softening(Vec3 w) const {
@@ -64,8 +74,8 @@ struct ShadedSurface {
     }
     EG_INLINE BsdfSample sample(Mask active, Float choice, Float u, Float v) const {
         BsdfSample s = EDGEGRAD_ISA::sample(bsdf, active, choice, u, v);
+        if (smooth || dims) s.weight = s.weight * shown(s.wi);
         if (!smooth) return s;
-        s.weight = s.weight * bump_shadowing(*smooth, normal, s.wi, diffuse);
         const Mask mixed = s.active & layered & ~s.specular;
         if (any(mixed)) {
             const Vec3 soft = of_wide_lobes(mixed, s.wi) * (softening(s.wi) / max(s.pdf, 1e-30f));
@@ -96,7 +106,9 @@ EG_INLINE ShadedSurface shaded_surface(const SceneView& scene, Mask active, cons
             diffuse,
             layered,
             receiving_normal(scene, x, normal),
-            scene.any_terminator};
+            scene.any_terminator,
+            scene.any_dimming ? gather(scene.mesh_dimming, x.mesh) : splat(1.0f),
+            scene.any_dimming};
 }
 
 // Light that a surface scatters from a sample of the lights. Rays of followed lobes cannot find the edges of

@@ -72,6 +72,7 @@ void read_geometry(nb::handle t, GeometryTables& s) {
     s.mesh_mask = column<uint32_t, int32_t>(t, "mesh_mask");
     s.mesh_receivers = column<uint32_t, int32_t>(t, "mesh_receivers");
     s.mesh_terminator = column<float>(t, "mesh_terminator");
+    s.mesh_dimming = column<float>(t, "mesh_dimming");
     s.corner_normal = column<int32_t>(t, "corner_normal");
     s.mesh_first_normal = column<int64_t, int32_t>(t, "mesh_first_normal");
     s.mesh_custom = column<uint8_t>(t, "mesh_custom");

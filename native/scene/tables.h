@@ -30,7 +30,7 @@ struct GeometryTables {
     // The last of the visible meshes stand for fields, in this order: each has one face without an area.
     std::vector<FieldTable> fields;
     std::vector<int32_t> mesh_mask, mesh_receivers;
-    std::vector<float> mesh_terminator;
+    std::vector<float> mesh_terminator, mesh_dimming;
     std::vector<int32_t> corner_normal, mesh_first_normal;
     std::vector<uint8_t> mesh_custom;
     std::vector<float> custom_normals;

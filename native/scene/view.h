@@ -133,9 +133,11 @@ struct SceneView {
     const int32_t* mesh_receivers;  // (S) bits of the receiver sets of a mesh
     const float* mesh_terminator;   // (S) terminator offset of the mesh
     bool any_terminator;
-    const int32_t* corner_normal;    // (F, 3) shading normal of each corner, -1: flat; null: all is flat
-    const float* normals;            // (N, 3) unit
-    const int32_t* instance_mesh;    // (I)
+    const float* mesh_dimming;     // (S) factor on the angle of arriving light (terminator_dimming), 1: none
+    bool any_dimming;              // then no closure is shaded as Lambertian
+    const int32_t* corner_normal;  // (F, 3) shading normal of each corner, -1: flat; null: all is flat
+    const float* normals;          // (N, 3) unit
+    const int32_t* instance_mesh;  // (I)
     const float* instance_to_world;  // (I, 3, 4) rows
 
     const int32_t* material_first_closure;  // (M + 1) its closures

@@ -40,9 +40,16 @@ EG_OUTLINE Vec3 displaced_normal(const SceneView& scene, Mask active, Int materi
     return normalized_or(Vec3{row[kNormalMap], row[kNormalMap + 1], row[kNormalMap + 2]}, point.normal);
 }
 
-EG_INLINE TexturePoint texture_point(const SceneView& scene, const SurfacePoint& x, Vec3 view, Int ray_kind) {
-    TexturePoint point = {x.face, x.instance,    x.b1,     x.b2,    x.position, smooth_normal(scene, x),
-                          view,   x.side < 0.0f, ray_kind, x.normal};
+// `way`: from the last scattering event to the surface.
+EG_INLINE RayHistory ray_history(const SceneView& scene, Int bounces, Vec3 way) {
+    if (!scene.textures.reads_history) return unknown_history();
+    return {bounces, sqrt(max(dot(way, way), 1e-30f))};
+}
+
+EG_INLINE TexturePoint texture_point(const SceneView& scene, const SurfacePoint& x, Vec3 view, Int ray_kind,
+                                     const RayHistory& history = unknown_history()) {
+    TexturePoint point = {x.face, x.instance,    x.b1,     x.b2,     x.position, smooth_normal(scene, x),
+                          view,   x.side < 0.0f, ray_kind, x.normal, history};
     if (scene.textures.closure_normal_program)
         point.normal = displaced_normal(scene, x.active, x.material, point);
     return point;

@@ -17,15 +17,14 @@ EG_INLINE void keep_within(Float* row, int place, float most) {
 // Clamps values to the range of their field, so that the derivative outside the range is 0; at an end of the
 // range it is that of the inside. The ranges are those of Cycles, which bounds shares and roughnesses by 0
 // and 1. Layers that are added to others (coat, sheen, the dielectric level) and colours are bounded by 0
-// only. In Cycles negative colours of emission and transparent closures remove light; here they count as
-// black. Indices and anisotropies are bounded where they are used.
+// only. Negative emission removes light. In Cycles negative colours of transparent closures do so, too; here
+// they count as black. Indices and anisotropies are bounded where they are used.
 //
 // `flags` are those of all closures. If `lambertian`, all closures are Lambertian and rows hold only the
 // values that these need.
 EG_INLINE void keep_in_ranges(Float* row, int32_t flags, bool lambertian) {
     constexpr float kNone = __builtin_inff();
     keep_within<3>(row, kBaseColor, kNone);
-    if (flags & kHasEmission) keep_within<3>(row, kEmission, kNone);
     if (flags & kHasTransparency) keep_within<1>(row, kAlpha, 1.0f);
     if (flags & kHasNormalMap) keep_within<1>(row, kNormalStrength, kNone);
     if (lambertian) return;

@@ -52,6 +52,7 @@ enum class Part : int32_t {
     kWideLens,           // edges seen through a lens far wider than its distance of focus
     kClipBorders,        // borders that the camera's clip distances cut
     kTexelBorders,       // those of the borders of kTextureBorders that are not sampled
+    kRayHistories,       // textures that read bounces and lengths of rays
     kSlidTextures,       // borders at which textures jump, where they move over static surfaces
     kBlurredOutlines,    // outlines of disks and suns, seen by parallel rays through a lens
     kParallelDisks,      // disks that surfaces pass through, seen by parallel rays
@@ -120,6 +121,7 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kWideLens, "wide lens", kPrimaryTerm},
     {Part::kClipBorders, "clip borders", kPrimaryTerm},
     {Part::kTexelBorders, "texel borders", kPrimaryTerm},
+    {Part::kRayHistories, "ray histories", kPrimaryTerm},
     {Part::kSlidTextures, "slid textures", kPrimaryTerm},
     {Part::kBlurredOutlines, "blurred outlines", kPrimaryTerm},
     {Part::kParallelDisks, "parallel disks", kPrimaryTerm},

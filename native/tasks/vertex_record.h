@@ -26,6 +26,7 @@ struct alignas(64) VertexPacket {
                        // scene
     Ints arrives_followed;     // -1: from a followed lobe; that vertex itself samples lights of the table
     Ints kind;                 // RayKind
+    Ints bounces;              // by kind (path/path_queue.h)
     Ints bounces_before_last;  // path/path_queue.h; set only if some light has a limit
     Floats from[3];            // origin of the ray on a surface or the lens
     Floats direction[3], throughput[3];

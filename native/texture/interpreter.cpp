@@ -46,6 +46,19 @@ EG_INLINE Float square_scale(Vec3 v) {
                   select(square <= std::numeric_limits<float>::max(), splat(0x1p-32f), 0.0f));
 }
 
+// Bounces of one kind: 0 for all kinds of scattering, else 1 + place of the count.
+EG_INLINE Int bounces_so_far(const TexturePoint& point, int32_t kind) {
+    const Int all = point.history.bounces, known = point.ray_kind;
+    const Int one = splat(static_cast<int>(kDiffuseRay));
+    if (kind == 0) {
+        const Int sum = (all & 255) + ((all >> 8) & 255) + ((all >> 16) & 255);
+        const Int least = select(known == splat(static_cast<int>(kCameraRay)), splat(0), one);
+        return select(all != splat(-1), sum, least);
+    }
+    const Int count = (all >> (8 * (kind - 1))) & 255;
+    return select(all != splat(-1), count, select(known == splat(kind), kind < 4 ? one : splat(0), splat(0)));
+}
+
 // An attribute of the surfaces that the lanes have hit: of meshes at barycentrics, of fields at a position.
 EG_INLINE Color4 surface_attribute(const SceneView& scene, int32_t number, Mask field, Int face, Int instance,
                                    Float b1, Float b2, Vec3 position) {
@@ -93,6 +106,12 @@ void interpret(const SceneView& scene, const Mask& active, int32_t program, cons
                 break;
             case TextureOp::RAY_KIND:
                 r.out(truth(point.ray_kind == data));
+                break;
+            case TextureOp::RAY_BOUNCES:
+                r.out(to_float(bounces_so_far(point, data)));
+                break;
+            case TextureOp::RAY_LENGTH:
+                r.out(point.history.length);
                 break;
             // Read attributes, images and tables
             case TextureOp::ATTRIBUTE:

@@ -5,6 +5,14 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
+// What a ray has passed through before it met a surface. Without a record, bounces are those of the ray's
+// kind alone, and the length is 0.
+struct RayHistory {
+    Int bounces;   // counts as in path/path_queue.h; -1: not recorded
+    Float length;  // from the last scattering event
+};
+EG_INLINE RayHistory unknown_history() { return {splat(-1), splat(0.0f)}; }
+
 struct TexturePoint {
     Int face;
     Int instance;      // row of SceneView::instance_to_world, -1: none
@@ -15,6 +23,7 @@ struct TexturePoint {
     Mask backside;     // the viewer sees the clockwise side
     Int ray_kind;      // RayKind; kNoRay: an emitter sample
     Vec3 true_normal;  // unit, geometric, on the viewer's side
+    RayHistory history = unknown_history();
 };
 
 }  // namespace edgegrad::EDGEGRAD_ISA

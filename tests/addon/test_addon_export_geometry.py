@@ -82,6 +82,26 @@ def test_flat_smooth_and_sharp() -> None:
     assert (mesh.smoothing[:2] == -1).all() and (mesh.smoothing[2:] >= 0).all()
 
 
+@pytest.mark.parametrize("sharp", [False, True])
+def test_flat_faces_beside_smooth_ones_shade_as_in_cycles(sharp: bool) -> None:
+    """Without sharp edges, flat faces bend the normals of their vertices; else bent flat faces have one normal."""
+    data = smooth(bs.cube("Thing"))
+    generator = np.random.default_rng(1)
+    for vertex in data.vertices:
+        vertex.co += type(vertex.co)(generator.normal(0, 0.2, 3))
+    data.polygons[0].use_smooth = False
+    for edge in data.edges:
+        edge.use_edge_sharp = sharp and edge.index < 2
+    ob = bs.add("Thing", data)
+    mesh = exported()
+    if sharp:
+        assert normals_of(mesh) == pytest.approx(blenders_normals(ob), abs=3e-3)
+        return
+    assert (mesh.smoothing[:2] == -1).all()
+    of_vertex = np.array([vertex.normal for vertex in ob.data.vertices])
+    assert normals_of(mesh)[2:] == pytest.approx(of_vertex[mesh.faces[2:]], abs=3e-3)
+
+
 @pytest.mark.parametrize("scale", [(1, 1, 1), (1, -2, 0.5), (3, 3, 3)])
 def test_normals_of_curved_and_stretched_meshes(scale: Any) -> None:
     data = bs.cube("Thing")
@@ -124,6 +144,20 @@ def test_color_attributes(domain: Any, kind: Any) -> None:
     wanted = values[arrays.faces if domain == "POINT" else arrays.corners]
     assert mesh.attributes["Paint"] == pytest.approx(wanted, abs=1e-6 if kind == "FLOAT_COLOR" else 5e-3)
     assert list(mesh.attributes) == ["Paint"]  # attributes that no material reads are not exported
+
+
+def test_attributes_of_edges_are_means_at_vertices() -> None:
+    made = bs.material("M")
+    node = made.node_tree.nodes.new("ShaderNodeAttribute")
+    node.attribute_name = "Wear"
+    made.node_tree.links.new(node.outputs["Fac"], bs.shader(made).inputs["Color"])
+    ob = bs.add("Thing", bs.cube("Thing", made))
+    values = np.random.default_rng(2).uniform(0, 1, len(ob.data.edges)).astype(np.float32)
+    ob.data.attributes.new("Wear", "FLOAT", "EDGE").data.foreach_set("value", values)
+    mesh = exported()
+    ends = np.array([tuple(edge.vertices) for edge in ob.data.edges])
+    wanted = np.array([values[(ends == vertex).any(axis=1)].mean() for vertex in range(8)])
+    assert mesh.attributes["Wear"][..., 0] == pytest.approx(wanted[read_mesh(ob.data).faces], abs=1e-6)
 
 
 def test_generated_and_object_coordinates() -> None:
@@ -173,9 +207,11 @@ def test_terminator_offset_and_holdouts() -> None:
     ob = bs.add("Thing", bs.cube("Thing"))
     owner = ob if hasattr(ob, "shadow_terminator_geometry_offset") else ob.cycles
     owner.shadow_terminator_geometry_offset = 0.3
+    bs.offset_shading(ob, 0.6)
     ob.is_holdout = True
     made = bs.export()
     assert made.scene.meshes["Thing"].terminator_offset == pytest.approx(0.3)
+    assert made.scene.meshes["Thing"].terminator_shading == pytest.approx(0.6)
     assert any("holdout" in line for line in made.report.lines)
 
 

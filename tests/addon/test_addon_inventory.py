@@ -116,10 +116,10 @@ def test_settings_are_named_where_they_act(scene: Any) -> None:
     scene.cycles.use_fast_gi, scene.cycles.fast_gi_method = True, "ADD"
     scene.render.use_motion_blur = True
     ball = bs.add("Ball", bs.cube("Ball", bs.material("Grey")))
-    bs.offset_shading(ball, 0.5)
+    ball.is_shadow_catcher = True
     named = bs.export().report.lines
     for words in (("scene 'Scene'", "glass"), ("scene 'Scene'", "fast global"),
-                  ("scene 'Scene'", "motion blur"), ("object 'Ball'", "not offset by 0.5")):  # fmt: skip
+                  ("scene 'Scene'", "motion blur"), ("object 'Ball'", "shadow catcher")):  # fmt: skip
         assert any(all(word in line for word in words) for line in named), words
     assert len(named) == 4
 

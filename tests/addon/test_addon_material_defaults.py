@@ -219,13 +219,17 @@ def test_blackbody_is_not_white() -> None:
     assert read[:3] == pytest.approx([1.679368, 0.865955, 0.325887], rel=1e-4)
 
 
-def test_rays_that_have_no_expression_are_named() -> None:
-    for name in ("Is Singular Ray", "Ray Length", "Ray Depth", "Transparent Depth", "Transmission Depth"):
-        tree = Tree()
-        path = tree.node("LightPath")
-        reader = Reader()
-        reader.output(next(one for one in path.outputs if one.identifier == name), ())
-        assert any(f"'{name}'" in note for note in reader.notes)
+@pytest.mark.parametrize(
+    ("name", "wanted"),
+    [("Is Singular Ray", None), ("Ray Length", e.RayLength()), ("Ray Depth", e.RayBounces("ALL")),
+     ("Transparent Depth", e.RayBounces("TRANSPARENT")), ("Glossy Depth", e.RayBounces("GLOSSY"))],
+)  # fmt: skip
+def test_rays_that_have_no_expression_are_named(name: str, wanted: e.Expression | None) -> None:
+    path = Tree().node("LightPath")
+    reader = Reader()
+    found = reader.output(next(one for one in path.outputs if one.identifier == name), ())
+    assert found == (0.0 if wanted is None else wanted)
+    assert any(f"'{name}'" in note for note in reader.notes) == (wanted is None)
 
 
 def test_a_color_that_subsurface_scattering_scales_is_not_written_to() -> None:

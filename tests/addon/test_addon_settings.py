@@ -308,7 +308,7 @@ def test_warnings_tell_how_much_of_the_picture_they_concern() -> None:
     assert shares[("object", "Half")] == pytest.approx(0.5, abs=0.02) == shares[("material", "Left")]
     assert shares[("object", "Behind")] == pytest.approx(0.5, abs=0.02) and shares[("object", "Away")] == 0.0
     for ob in (half, away):
-        bs.offset_shading(ob, 0.5)
+        ob.is_shadow_catcher = True
     lines = bs.export().report.lines
     assert any(line.startswith("object 'Half'") and line.endswith("(50 % of the picture's pixels)") for line in lines)
     assert any(line.startswith("object 'Away'") and line.endswith("(0 % of the picture's pixels)") for line in lines)

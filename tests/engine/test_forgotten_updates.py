@@ -65,6 +65,7 @@ CHANGES = {
     "other vertices": ("vertices", replaced("vertices", np.ones((8, 3)))),
     "every second row": ("vertices", replaced("vertices", np.ones((16, 3))[::2])),
     "another number": ("terminator_offset", replaced("terminator_offset", 0.5)),
+    "dimmed light": ("terminator_shading", replaced("terminator_shading", 0.5)),
     "another attribute": ("attributes", put),
     "other values of an attribute": ("attributes", exchanged),
     "another name of an attribute": ("attributes", renamed),

@@ -17,7 +17,7 @@ from tests.support.small_scenes import Floats, camera, rectangle
 
 SHARES = ("metallic", "roughness", "diffuse_roughness", "transmission", "coat_roughness", "sheen_roughness", "alpha")
 LAYERS = ("specular_ior_level", "coat_weight", "sheen_weight")
-COLORS = ("base_color", "emission", "specular_tint", "coat_tint", "sheen_tint")
+COLORS = ("base_color", "specular_tint", "coat_tint", "sheen_tint")  # not emission, which may be negative
 OTHERS = ("ior", "coat_ior", "anisotropy", "anisotropy_rotation", "normal", "normal_strength", "subsurface_weight")
 LAYERED = {
     "coat_weight": 0.4, "sheen_weight": 0.4, "metallic": 0.2, "transmission": 0.2, "specular_ior_level": 0.5,
@@ -69,7 +69,7 @@ def test_no_light_is_negative(field: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("field", ["base_color", "roughness", "emission"])
+@pytest.mark.parametrize("field", ["base_color", "roughness"])
 def test_nor_of_any_shader(kind: str, field: str) -> None:
     image = picture(textured(field, texels(), kind))
     assert np.isfinite(image).all()
@@ -98,6 +98,23 @@ def test_their_derivative_is_zero(field: str) -> None:
     assert not found[outside].any()
     assert found[~outside].any()
     check_transpose(lambda _: scene, ["images.values.pixels"], spp=8, max_depth=2)
+
+
+@pytest.mark.parametrize("kind", ["DIFFUSE", "PRINCIPLED"])
+def test_negative_emission_removes_as_much_light_as_its_opposite_adds(kind: str) -> None:
+    """As in Cycles: of a lamp that the camera sees, and on the floor that it lights."""
+
+    def lit(sign: float) -> Floats:
+        lamp = Material(np.zeros(3), kind=kind, textures={"emission": e.Combine(sign, 2.0 * sign, 3.0 * sign)})
+        meshes = {"floor": rectangle((0, 0, 0), (2, 0, 0), (0, 2, 0), "floor"),
+                  "lamp": rectangle((0, 0.5, 0.5), (0.5, 0, 0), (0, 0, 0.3), "lamp")}  # fmt: skip
+        scene = Scene(camera((0.4, -2.0, 2.0), (0, 0, 0), size=16), meshes, {
+            "floor": Material(np.full(3, 0.5), kind="DIFFUSE"), "lamp": lamp})  # fmt: skip
+        return edgegrad.render(scene, spp=16, max_depth=3).astype(np.float64)
+
+    removed = lit(-1.0)
+    assert removed.max() <= 0.0 and removed.min() < -2.0
+    np.testing.assert_allclose(removed, -lit(1.0), rtol=1e-5)
 
 
 def test_weights_of_mixtures() -> None:

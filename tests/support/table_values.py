@@ -14,7 +14,7 @@ from edgegrad.tables.tables import Tables
 
 F64 = NDArray[np.float64]
 # Fields that are floats and have no derivative.
-WITHOUT = ("clip_start", "clip_end", "filter_width", "terminator_offset")
+WITHOUT = ("clip_start", "clip_end", "filter_width", "terminator_offset", "terminator_shading")
 
 
 def values(flat: Tables) -> dict[str, F64]:

@@ -18,7 +18,7 @@ from .hashes import WORD, name_hash
 from .instancers import InstancerValues
 from .layers import layer_values, property_of
 from .mesh import MeshArrays
-from .normals import bits, corner_normals
+from .normals import bits, shading_normals
 from .particles import output
 from .pointiness import pointiness
 
@@ -125,7 +125,7 @@ def _read(mesh: Any, arrays: MeshArrays, name: str, of: ObjectValues) -> Any:
     if name in (OBJECT, BEFORE):
         return arrays.positions[arrays.faces]
     if name == OBJECT_NORMAL:
-        return corner_normals(mesh)[arrays.corners]
+        return shading_normals(arrays.positions, arrays.faces, arrays.smoothing, arrays.normals)
     if name == POINTINESS:
         return pointiness(mesh)[arrays.faces]
     if name == ACTIVE_COLOR:
@@ -154,7 +154,8 @@ def uv_layer(mesh: Any, name: str) -> Any:
 
 def _layer(layer: Any, mesh: Any, arrays: MeshArrays) -> Any:
     """Read a layer as corner values (m, 3, c). Byte colours are linear, as in Cycles."""
-    sizes = {"POINT": len(mesh.vertices), "CORNER": len(mesh.loops), "FACE": len(mesh.polygons)}
+    sizes = {"POINT": len(mesh.vertices), "CORNER": len(mesh.loops), "FACE": len(mesh.polygons),
+             "EDGE": len(mesh.edges)}  # fmt: skip
     if layer is not None and sizes.get(layer.domain) != len(layer.data):
         return None
     values = layer_values(layer)
@@ -162,9 +163,21 @@ def _layer(layer: Any, mesh: Any, arrays: MeshArrays) -> Any:
         return None
     if layer.domain == "POINT":
         return values[arrays.faces]
+    if layer.domain == "EDGE":
+        return _at_vertices(mesh, values)[arrays.faces]
     if layer.domain == "CORNER":
         return values[arrays.corners]
     return np.broadcast_to(values[arrays.polygons][:, None], (*arrays.faces.shape, values.shape[1]))
+
+
+def _at_vertices(mesh: Any, values: F32) -> F32:
+    """(n, c) means over the edges at each vertex, as in Cycles."""
+    ends = np.empty((len(mesh.edges), 2), np.int32)
+    mesh.edges.foreach_get("vertices", ends.ravel())
+    count = np.maximum(np.bincount(ends.ravel(), minlength=len(mesh.vertices)), 1)
+    both = np.repeat(values, 2, axis=0)
+    total = [np.bincount(ends.ravel(), both[:, k], len(mesh.vertices)) for k in range(values.shape[1])]
+    return (np.stack(total, axis=1) / count[:, None]).astype(np.float32)
 
 
 def _generated(mesh: Any) -> F32:

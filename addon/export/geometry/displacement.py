@@ -28,6 +28,7 @@ from ..nodes.links import Groups, by_identifier, feed
 from .attributes import ACTIVE_UV, OBJECT, TANGENT, layer
 from .group import Group
 from .mesh import MeshArrays
+from .normals import face_normals, shading_normals, unit
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -141,7 +142,7 @@ def _displace(group: Group, slots: list[Displacement | None]) -> None:
     vertex, first = np.unique(arrays.faces.reshape(-1)[flat], return_index=True)
     corner = flat[first]
     offset = np.zeros((len(vertex), 3))
-    normal = _corner_normals(arrays)
+    normal = shading_normals(arrays.positions, arrays.faces, arrays.smoothing, arrays.normals)
     for k, one in enumerate(slots):
         chosen = slot[corner // 3] == k
         if one is not None and chosen.any():
@@ -159,15 +160,6 @@ def _uneven(linear: F64) -> bool:
     """Whether a transform is more than a rotation with a uniform scale."""
     sizes = np.linalg.svd(linear, compute_uv=False)
     return bool(sizes[0] - sizes[-1] > 1e-4 * sizes[0])
-
-
-def _corner_normals(arrays: MeshArrays) -> F64:
-    """(m, 3, 3) unit shading normal at each corner, in object space."""
-    out = np.repeat(_flat(arrays.positions, arrays.faces)[:, None], 3, axis=1)
-    if arrays.smoothing is not None and arrays.normals is not None:
-        smooth = arrays.smoothing >= 0
-        out[smooth] = _unit(arrays.normals[arrays.smoothing[smooth]].astype(np.float64))
-    return out
 
 
 def _moved_normals(positions: F32, arrays: MeshArrays, recomputed: NDArray[np.bool_]) -> F32 | None:
@@ -195,7 +187,7 @@ def _moved_normals(positions: F32, arrays: MeshArrays, recomputed: NDArray[np.bo
     after = _vertex_normals(positions, faces[recomputed], count)
     if of_corners:
         before = _vertex_normals(arrays.positions, faces, count)
-        out[group] = _unit(_unit(out[group]) + after[vertex] - before[vertex])
+        out[group] = unit(unit(out[group]) + after[vertex] - before[vertex])
     else:
         out[group] = after[vertex]
     out[~(np.abs(out).max(axis=1, initial=0.0) > 0.0)] = (0.0, 0.0, 1.0)
@@ -204,8 +196,8 @@ def _moved_normals(positions: F32, arrays: MeshArrays, recomputed: NDArray[np.bo
 
 def _vertex_normals(positions: F32, faces: I32, count: int) -> F64:
     """(count, 3) normalised sums of the unit normals of faces at vertices."""
-    flat = np.repeat(_flat(positions, faces), 3, axis=0)
-    return _unit(np.stack([np.bincount(faces.reshape(-1), flat[:, k], count) for k in range(3)], axis=1))
+    flat = np.repeat(face_normals(positions, faces), 3, axis=0)
+    return unit(np.stack([np.bincount(faces.reshape(-1), flat[:, k], count) for k in range(3)], axis=1))
 
 
 def _evaluated(one: Displacement, group: Group, corner: NDArray[np.intp], normal: F64) -> F64:
@@ -214,17 +206,17 @@ def _evaluated(one: Displacement, group: Group, corner: NDArray[np.intp], normal
     face, at = corner // 3, corner % 3
     linear, inverse = matrix[:3, :3], np.linalg.inv(matrix[:3, :3])
     own = normal[face, at]
-    upright = _unit(own @ inverse)
+    upright = unit(own @ inverse)
     values: dict[str, F64] = {
         NORMAL: upright,
         # Cycles brings the world's normal back to the object by the transposed matrix, and normalises it there.
-        OBJECT_NORMAL: _unit(upright @ linear) @ linear.T,
+        OBJECT_NORMAL: unit(upright @ linear) @ linear.T,
         **{AXES[k]: np.tile(linear[:, k], (len(corner), 1)) for k in range(3)},
     }
     along = group.attributes.get(ACTIVE_UV + TANGENT)
     if along is not None:
         tangent = along[face, at, :3].astype(np.float64)
-        across = _unit(np.cross(own, tangent)) * along[face, at, 3:]
+        across = unit(np.cross(own, tangent)) * along[face, at, 3:]
         values |= {FRAME[0]: tangent @ linear.T, FRAME[1]: own @ linear.T, FRAME[2]: across @ linear.T}
     read = {n.name for n in nodes_of(one.vector) if isinstance(n, e.Attribute)}
     # One triangle for each point, all of whose corners have the point's values.
@@ -239,7 +231,7 @@ def _evaluated(one: Displacement, group: Group, corner: NDArray[np.intp], normal
     where = _Points(len(corner))
     where.position[:] = box[arrays.faces[face, at]]
     where.normal[:] = where.view[:] = upright
-    where.true_normal[:] = _unit(_flat(arrays.positions, arrays.faces)[face] @ inverse)
+    where.true_normal[:] = unit(face_normals(arrays.positions, arrays.faces)[face] @ inverse)
     rows = np.zeros((len(corner), WIDTH), np.float32)
     _native.evaluate_textures(compile_textures(scene), where, rows, "")
     start = COLUMNS["emission"][0]
@@ -254,17 +246,6 @@ class _Points:
         self.ray_kind, self.backside, self.program = (np.zeros(count, np.int32) for _ in range(3))
         self.b1, self.b2 = (np.zeros(count, np.float32) for _ in range(2))
         self.position, self.normal, self.true_normal, self.view = (np.zeros((count, 3), np.float32) for _ in range(4))
-
-
-def _flat(positions: F32, faces: I32) -> F64:
-    """(m, 3) unit normals of faces."""
-    p = positions[faces].astype(np.float64)
-    return _unit(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]))
-
-
-def _unit(v: F64) -> F64:
-    length = np.linalg.norm(v, axis=-1, keepdims=True)
-    return np.divide(v, length, out=np.zeros_like(v), where=length > 1e-30)
 
 
 def _scaled(vector: Expression, factor: Operand) -> Expression:
@@ -306,5 +287,3 @@ def warn_about_adaptive(ob: Any, scene: Any, report: Report) -> None:
         if adaptive:
             report.warn(f"object '{ob.name}', modifier '{modifier.name}'",
                         f"is subdivided adaptively by Cycles; here it has {modifier.render_levels} levels")  # fmt: skip
-
-

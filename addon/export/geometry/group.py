@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,6 +60,13 @@ class Placed:
         return ObjectValues(self.object, self.source.matrix, self.random_id, self.instancer)
 
 
+class Terminator(NamedTuple):
+    """Blender's offsets of the shadow terminator."""
+
+    geometry: float
+    shading: float
+
+
 @dataclass
 class Group:
     """Instances of one mesh with equal materials and settings.
@@ -72,7 +79,7 @@ class Group:
     attributes: dict[str, F32]
     slots: tuple[str, ...]
     visible: frozenset[str]
-    terminator: float
+    terminator: Terminator
     holdout: bool = False
     sources: list[Source] = field(default_factory=list)
     holders: list[str] = field(default_factory=list)

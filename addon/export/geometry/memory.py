@@ -20,7 +20,7 @@ from edgegrad.scene.changes import StructureChange
 from .attributes import ObjectValues, read_attributes
 from .group import Group
 from .mesh import MeshArrays, corner_vertices, positions, read_mesh
-from .normals import corner_normals, usable
+from .normals import corner_normals, shares_normals, usable, vertex_normals
 
 
 @dataclass
@@ -109,10 +109,8 @@ def _normals(mesh: Any, first: MeshArrays) -> Any:
     """Read the normals of the groups of the first reading."""
     if first.normals is None or first.smoothing is None:
         return None
-    if mesh.normals_domain == "POINT" and len(first.normals) == len(mesh.vertices):
-        out = np.empty((len(mesh.vertices), 3), np.float32)
-        mesh.vertex_normals.foreach_get("vector", out.ravel())
-        return usable(out)
+    if shares_normals(mesh) and len(first.normals) == len(mesh.vertices):
+        return usable(vertex_normals(mesh))
     out = first.normals.copy()
     smooth = first.smoothing >= 0
     out[first.smoothing[smooth]] = corner_normals(mesh)[first.corners[smooth]]

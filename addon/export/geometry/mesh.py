@@ -98,7 +98,7 @@ def read_mesh(mesh: Any) -> MeshArrays:
     vertex = corner_vertices(mesh)
     out = MeshArrays(positions(mesh), vertex[corners], corners, polygon, slots)
     if count:
-        shading = read_normals(mesh, vertex, corners, polygon)
+        shading = read_normals(mesh, out.positions, vertex, corners, polygon)
         if shading is not None:
             out.smoothing, out.normals, out.exact = shading
     return out

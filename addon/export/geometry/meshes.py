@@ -19,7 +19,7 @@ from edgegrad.scene.placement import is_tangent, placed_tangents, stretches
 from ...problem import Report
 from ..exported import Source, unused_name
 from .attributes import TANGENT, ObjectValues, is_of_object, read_attributes
-from .group import Group, Placed
+from .group import Group, Placed, Terminator
 from .memory import Memory
 from .mesh import MeshArrays, evaluated_mesh, read_mesh
 from .normals import coarse_share, given_normals
@@ -89,7 +89,7 @@ class PlacedMeshes:
                 "has a scale of zero along an axis, so its faces lie on each other; rounding "
                 "decides which of them is seen and, in Cycles, whether they shadow each other",
             )
-        terminator = float(_terminator(ob))
+        terminator = _terminator(ob)
         values = placed.values
         found = {name: values.value(name) for name in sorted(names) if is_of_object(name)}
         own = {name: value for name, value in found.items() if value is not None}
@@ -140,7 +140,7 @@ class PlacedMeshes:
         Hair and points are made so.
         """
         arrays = group.arrays
-        if not group.corner_count or group.terminator > 0.0 or self._memory is not None:
+        if not group.corner_count or group.terminator.geometry > 0.0 or self._memory is not None:
             return
         if coarse_share(arrays.positions, arrays.faces, arrays.smoothing, arrays.normals) > COARSE_AREA:
             for name in dict.fromkeys(source.object for source in group.sources):
@@ -149,11 +149,13 @@ class PlacedMeshes:
                                   "their smooth normals allow it")  # fmt: skip
 
 
-def _terminator(ob: Any) -> float:
-    """Read the shadow terminator geometry offset: an object property from Blender 5.0 on, of Cycles before."""
+def _terminator(ob: Any) -> Terminator:
+    """Read the offsets of the shadow terminator: properties of objects from Blender 5.0 on, of Cycles before."""
     if hasattr(ob, "shadow_terminator_geometry_offset"):
-        return float(ob.shadow_terminator_geometry_offset)
-    return float(getattr(getattr(ob, "cycles", None), "shadow_terminator_geometry_offset", 0.0))
+        return Terminator(ob.shadow_terminator_geometry_offset, ob.shadow_terminator_shading_offset)
+    cycles = getattr(ob, "cycles", None)
+    return Terminator(float(getattr(cycles, "shadow_terminator_geometry_offset", 0.0)),
+                      float(getattr(cycles, "shadow_terminator_offset", 0.0)))  # fmt: skip
 
 
 def _materials(group: Group) -> dict[str, Any]:
@@ -178,7 +180,8 @@ def _in_own_space(group: Group, given: bool | None) -> edgegrad.Mesh:
                                 arrays.exact, given)  # fmt: skip
     return edgegrad.Mesh(vertices, arrays.faces.copy(), smoothing=arrays.smoothing, normals=normals,
                          attributes=group.attributes, visible_to=group.visible,
-                         terminator_offset=group.terminator, **_materials(group))  # fmt: skip
+                         terminator_offset=group.terminator.geometry,
+                         terminator_shading=group.terminator.shading, **_materials(group))  # fmt: skip
 
 
 def _with_instances(group: Group, given: bool | None) -> edgegrad.Mesh:
@@ -220,5 +223,6 @@ def _in_world(group: Group, matrix: F64, given: bool | None) -> edgegrad.Mesh:
         attributes = {name: value[:, ::-1] for name, value in attributes.items()}
     return edgegrad.Mesh(vertices, np.array(faces), smoothing=None if smoothing is None else np.array(smoothing),
                          normals=normals, attributes={k: np.ascontiguousarray(v) for k, v in attributes.items()},
-                         visible_to=group.visible, terminator_offset=group.terminator,
+                         visible_to=group.visible, terminator_offset=group.terminator.geometry,
+                         terminator_shading=group.terminator.shading,
                          **_materials(group))  # fmt: skip

@@ -17,11 +17,15 @@ F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
 
 
-def read_normals(mesh: Any, vertex: I32, corners: I32, polygon: I32) -> tuple[I32, F32, bool] | None:
+def read_normals(
+    mesh: Any, positions: F32, vertex: I32, corners: I32, polygon: I32
+) -> tuple[I32, F32, bool] | None:  # fmt: skip
     """Read groups of corners with equal normals, the normals, and whether they certainly follow from the triangles.
 
     Parameters
     ----------
+    positions
+        (n, 3) of the vertices.
     vertex
         (c,) vertex of each corner.
     corners
@@ -37,22 +41,48 @@ def read_normals(mesh: Any, vertex: I32, corners: I32, polygon: I32) -> tuple[I3
     custom = bool(mesh.has_custom_normals)
     if mesh.normals_domain == "FACE" and not custom:
         return None
-    only_triangles = len(corners) == len(mesh.polygons)
-    if mesh.normals_domain == "POINT":
-        normals = np.empty((len(mesh.vertices), 3), np.float32)
-        mesh.vertex_normals.foreach_get("vector", normals.ravel())
-        return vertex[corners], usable(normals), only_triangles and not custom
-    of_corner = corner_normals(mesh)
-    group, first = _grouped(vertex, of_corner)
-    smoothing = group[corners]
-    flat = mesh.attributes.get("sharp_face")
-    if flat is not None and not custom:
-        sharp = np.empty(len(mesh.polygons), bool)
-        flat.data.foreach_get("value", sharp)
-        smoothing[sharp[polygon]] = -1
-        if not (smoothing >= 0).any():
-            return None
-    return smoothing, usable(of_corner[first]), only_triangles and not custom
+    exact = len(corners) == len(mesh.polygons) and not custom
+    flat = np.zeros(len(mesh.polygons), bool) if custom else flags(mesh, "sharp_face", len(mesh.polygons))
+    if shares_normals(mesh):
+        normals = vertex_normals(mesh)
+        smoothing, exact = vertex[corners], exact and not flat.any()
+        smoothing[flat[polygon]] = -1
+    else:
+        of_corner = corner_normals(mesh)
+        group, first = _grouped(vertex, of_corner)
+        smoothing, normals = group[corners], of_corner[first]
+        smoothing[flat[polygon]] = -1
+        # Cycles then shades all triangles of a flat face by the normal of the face, which may be bent.
+        bent = np.zeros(len(mesh.polygons), bool)
+        bent[polygon[flat[polygon] & _is_bent(positions[vertex[corners]], of_corner[corners[:, 0]])]] = True
+        smoothing[bent[polygon]] = (len(normals) - 1 + np.cumsum(bent))[polygon[bent[polygon]], None]
+        one = np.full(len(mesh.polygons), -1, np.int32)
+        one[polygon] = corners[:, 0]
+        normals = np.concatenate([normals, of_corner[one[bent]]])
+    return (smoothing, usable(normals), exact) if (smoothing >= 0).any() else None
+
+
+def _is_bent(triangles: F32, normals: F32) -> NDArray[np.bool_]:
+    """(m,) whether the plane of each triangle (m, 3, 3) is not that of its normal (m, 3)."""
+    plane = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    length = np.linalg.norm(plane, axis=1, keepdims=True)
+    return np.abs(plane - length * normals).max(axis=1) > SAME_NORMAL * length[:, 0]
+
+
+def flags(mesh: Any, name: str, count: int) -> NDArray[np.bool_]:
+    """(count,) values of an attribute of booleans; false if there is none."""
+    out = np.zeros(count, bool)
+    attribute = mesh.attributes.get(name)
+    if attribute is not None and count:
+        attribute.data.foreach_get("value", out)
+    return out
+
+
+def vertex_normals(mesh: Any) -> F32:
+    """(v, 3) normal of each vertex."""
+    out = np.empty((len(mesh.vertices), 3), np.float32)
+    mesh.vertex_normals.foreach_get("vector", out.ravel())
+    return out
 
 
 def corner_normals(mesh: Any) -> F32:
@@ -86,6 +116,35 @@ def bits(*columns: NDArray[Any]) -> NDArray[np.uint64]:
             result = (result ^ rows[:, k].astype(np.uint64)) * prime
             result ^= result >> np.uint64(29)
     return result
+
+
+def unit(v: F64) -> F64:
+    length = np.linalg.norm(v, axis=-1, keepdims=True)
+    return np.divide(v, length, out=np.zeros_like(v), where=length > 1e-30)
+
+
+def face_normals(positions: F32, faces: I32) -> F64:
+    """(m, 3) unit normals of faces."""
+    p = positions[faces].astype(np.float64)
+    return unit(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]))
+
+
+def shading_normals(positions: F32, faces: I32, smoothing: I32 | None, normals: F32 | None) -> F64:
+    """(m, 3, 3) unit shading normal at each corner of the triangles, in object space."""
+    out = np.repeat(face_normals(positions, faces)[:, None], 3, axis=1)
+    if smoothing is not None and normals is not None:
+        smooth = smoothing >= 0
+        out[smooth] = unit(normals[smoothing[smooth]].astype(np.float64))
+    return out
+
+
+def shares_normals(mesh: Any) -> bool:
+    """Whether all smooth faces around a vertex have its normal, which is that of all its faces, also of flat ones.
+
+    As in Cycles, where this differs from Blender's window: there, a flat face parts the smooth faces beside it.
+    """
+    custom = bool(mesh.has_custom_normals)
+    return mesh.normals_domain == "POINT" or not (custom or flags(mesh, "sharp_edge", len(mesh.edges)).any())
 
 
 def given_normals(vertices: F64, faces: I32, smoothing: I32, normals: F64, exact: bool,

@@ -17,14 +17,6 @@ def _limits(struct: object, scene: object) -> bool:
     return bool(struct.max_bounces < getattr(scene.cycles, "max_bounces", 1024))  # type: ignore[attr-defined]
 
 
-def _is_of_cycles(struct: object, scene: object) -> bool:
-    """Whether shadow terminators are settings of Cycles, as until Blender 4.5, and not of the object."""
-    return not hasattr(struct.id_data, "shadow_terminator_shading_offset")  # type: ignore[attr-defined]
-
-
-_TERMINATOR = "its shading at shadow terminators is not offset by {value}"
-
-
 def _has_caster(struct: object, scene: object) -> bool:
     """Whether an object casts caustics of lights that are made for them."""
     return any(ob.cycles.is_caustics_caster for ob in scene.objects)  # type: ignore[attr-defined]
@@ -98,11 +90,8 @@ STRUCTS: dict[str, Table] = {
     "Object": Table(
         read="data type matrix_world material_slots pass_index color hide_render show_instancer_for_render is_holdout "
              "is_shadow_catcher is_instancer light_linking visible_camera visible_diffuse visible_glossy "
-             "visible_transmission visible_shadow shadow_terminator_geometry_offset",
+             "visible_transmission visible_shadow shadow_terminator_geometry_offset shadow_terminator_shading_offset",
         nested="cycles",
-        named={
-            "shadow_terminator_shading_offset": Named(_TERMINATOR),
-        },
         without={
             EVALUATED: "mode parent* use_parent_final_indices location rotation_* scale dimensions delta_* lock_* "
                        "matrix_* track_axis up_axis modifiers constraints vertex_groups bound_box "
@@ -122,8 +111,7 @@ STRUCTS: dict[str, Table] = {
         },
     ),
     "CyclesObjectSettings": Table(
-        read="shadow_terminator_geometry_offset",
-        named={"shadow_terminator_offset": Named(_TERMINATOR, acts=_is_of_cycles)},
+        read="shadow_terminator_geometry_offset shadow_terminator_offset",
         without={
             MOTION: "use_motion_blur use_deform_motion motion_steps",
             "culling is named at the scene": "use_camera_cull use_distance_cull",

@@ -29,6 +29,8 @@ class CameraView:
     window
         Place of the hit point in the picture: (0, 0, 0) at its lower left corner, (1, 1, 0) at its upper right one;
         None: a panorama, for which there is no expression.
+    ray_start
+        Distance from the camera to its near plane, on the way to the hit point, metres.
     of_layer
         Returns the numbers of a property of the view layer or its scene, by its name; None: neither has it.
     """
@@ -36,18 +38,28 @@ class CameraView:
     world_to_camera: NDArray[np.float64]
     pixel_size: Operand
     window: Operand | None
+    ray_start: Operand = 0.0
     of_layer: Callable[[str], tuple[float, ...] | None] = lambda _: None
 
     @staticmethod
     def of(camera: edgegrad.Camera, of_layer: Callable[[str], tuple[float, ...] | None] = lambda _: None) -> CameraView:
         """Return the view of an exported camera, with the properties of its view layer."""
         matrix = np.diag([1.0, 1.0, -1.0, 1.0]) @ np.linalg.inv(camera.to_world)
-        return CameraView(np.asarray(matrix, np.float64), pixel_size(camera), _window(camera, matrix), of_layer)
+        return CameraView(np.asarray(matrix, np.float64), pixel_size(camera), _window(camera, matrix),
+                          _ray_start(camera, matrix), of_layer)  # fmt: skip
 
 
 def _transform(matrix: NDArray[np.float64]) -> e.Transform:
     rows = tuple(tuple(map(float, row)) for row in matrix[:3])
     return e.Transform(e.Coordinates("POSITION"), rows)  # type: ignore[arg-type]
+
+
+def _ray_start(camera: edgegrad.Camera, matrix: NDArray[np.float64]) -> Operand:
+    if camera.kind != "PERSPECTIVE":
+        return float(camera.clip_start)
+    seen = _transform(matrix)
+    slant = e.Math("DIVIDE", e.VectorMath("LENGTH", seen), e.Channel(seen, 2))
+    return e.Math("MULTIPLY", slant, float(camera.clip_start))
 
 
 def _window(camera: edgegrad.Camera, matrix: NDArray[np.float64]) -> Operand | None:

@@ -141,8 +141,9 @@ def _point_info(reader: Reader, node: Any, groups: Groups, output: Any) -> Opera
 # Outputs of Light Path that are a kind of ray.
 RAY_KINDS = {"Is Camera Ray": "CAMERA", "Is Shadow Ray": "SHADOW", "Is Diffuse Ray": "DIFFUSE",
              "Is Glossy Ray": "GLOSSY", "Is Transmission Ray": "TRANSMISSION"}  # fmt: skip
-# Outputs that count events. A ray knows its last event only, so the count is taken as 0 or 1.
-RAY_COUNTS = {"Diffuse Depth": "DIFFUSE", "Glossy Depth": "GLOSSY", "Transmission Depth": "TRANSMISSION"}
+# Outputs that count bounces.
+RAY_COUNTS = {"Ray Depth": "ALL", "Diffuse Depth": "DIFFUSE", "Glossy Depth": "GLOSSY",
+              "Transmission Depth": "TRANSMISSION", "Transparent Depth": "TRANSPARENT"}  # fmt: skip
 
 
 @reads("LIGHT_PATH")
@@ -153,15 +154,14 @@ def _light_path(reader: Reader, node: Any, groups: Groups, output: Any) -> Opera
         return e.LightPath(RAY_KINDS[name])
     if name == "Is Reflection Ray":
         return e.Math("ADD", e.LightPath("DIFFUSE"), e.LightPath("GLOSSY"))
-    if name == "Ray Depth":
-        reader.note(f"{what} is 0 for camera rays and 1 for all other rays; Cycles counts bounces")
-        return e.Math("SUBTRACT", 1.0, e.LightPath("CAMERA"))
     if name in RAY_COUNTS:
-        reader.note(f"{what} is 1 for {RAY_COUNTS[name].lower()} rays and 0 for all other rays; Cycles counts bounces")
-        return e.LightPath(RAY_COUNTS[name])
-    if name == "Ray Length" and reader.view is not None:
-        reader.note(f"{what} is the distance from the camera for camera rays and 0 for all other rays")
-        return e.Math("MULTIPLY", e.LightPath("CAMERA"), _camera_distance(reader.view.world_to_camera))
+        return e.RayBounces(RAY_COUNTS[name])
+    if name == "Ray Length":
+        if reader.view is None:
+            return e.RayLength()
+        # Cycles measures camera rays from the near plane.
+        start = e.Math("MULTIPLY", e.LightPath("CAMERA"), reader.view.ray_start)
+        return e.Math("SUBTRACT", e.RayLength(), start)
     if name not in ("Is Volume Scatter Ray", "Portal Depth"):  # without volumes and portals, these are 0 in Cycles too
         reader.note(f"{what} is replaced by 0")
     return 0.0

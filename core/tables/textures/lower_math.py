@@ -53,6 +53,16 @@ def _light_path(low: Lowering, node: e.LightPath) -> Components:
     return repeated(low.build.emit("RAY_KIND", data=e.LIGHT_PATHS.index(node.kind)))
 
 
+@rule(e.RayBounces)
+def _ray_bounces(low: Lowering, node: e.RayBounces) -> Components:
+    return repeated(low.build.emit("RAY_BOUNCES", data=e.BOUNCES.index(node.kind)))
+
+
+@rule(e.RayLength)
+def _ray_length(low: Lowering, node: e.RayLength) -> Components:
+    return repeated(low.build.emit("RAY_LENGTH"))
+
+
 def _cosine(low: Lowering, normal: e.Operand | None) -> Value:
     n = vector(*low.build.emit_all("NORMAL", count=3)) if normal is None else low.components(normal)
     return low.dot(vector(*low.build.emit_all("INCOMING", count=3)), n)

@@ -120,7 +120,7 @@ EG_OUTLINE Specular scatter_by_event(const SceneView& scene, const ChainSurface&
     const Shader& shader = s.shader;
     shown = splat(1.0f);
     const Mask followed = scatters & ((event & kEventFollows) != 0);
-    if (!(scene.all_flags & kHasNormalMap) && !any(followed) &&
+    if (!(scene.all_flags & kHasNormalMap) && !scene.any_dimming && !any(followed) &&
         !any(scatters & ~scatters_plainly(shader.kind, shader.flags)))
         return scatter_plainly(
             plain_interface(shader.kind, shader.color(kBaseColor), shader.row[kIor], s.x.side < 0.0f),
@@ -128,7 +128,7 @@ EG_OUTLINE Specular scatter_by_event(const SceneView& scene, const ChainSurface&
             transmitted);
     const ShadedSurface surface = chain_bsdf(scene, scatters, s);
     const Specular next = scatter_specular(surface.bsdf, event & kEventLobes, transmitted, followed, half);
-    if (surface.smooth) shown = bump_shadowing(*surface.smooth, surface.normal, next.wi, surface.diffuse);
+    if (surface.smooth || surface.dims) shown = surface.shown(next.wi);
     return next;
 }
 

@@ -71,6 +71,10 @@ class Search {
         meshes(Part::kClipBorders, std::move(cut));
         wide_lens();
         meshes(Part::kTexelBorders, jumping_meshes(tables_, motion_, kept_)->left_out);
+        if (any_moves_)
+            materials(Part::kRayHistories, used_materials(tables_, [&](size_t k) {
+                          return any_step(tables_, k, reads_ray_history<TextureInstruction>);
+                      }));
         slid_textures();
         lights_by_parallel_rays();
     }

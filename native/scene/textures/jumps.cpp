@@ -163,6 +163,7 @@ void add_jumps(const TextureTables& t, std::span<const TextureInstruction> progr
                 }
                 break;
             case TextureOp::RAY_KIND:
+            case TextureOp::RAY_BOUNCES:
             case TextureOp::BACKFACING:
                 for (Value& one : found) one.steps = true;
                 break;

@@ -12,7 +12,7 @@
     X(CEIL) X(SQRT) X(INVERSE_SQRT) X(POWER) X(LOG) X(EXPONENT) X(MODULO) X(SINE) X(COSINE) X(TANGENT)      \
     X(ARCSINE) X(ARCCOSINE) X(ARCTAN2) X(SINH) X(COSH) X(TANH) X(FRESNEL) X(RGB_TO_HSV) X(HSV_TO_RGB)       \
     X(RGB_TO_HSL) X(HSL_TO_RGB) X(CHECKER) X(BRICK) X(WHITE_NOISE) X(NOISE) X(VORONOI) X(SURFACE_TANGENT)   \
-    X(BARYCENTRICS) X(ATTRIBUTE_AT) X(BUMP) X(NORMAL_MAP) X(SQUARE_SCALE)
+    X(BARYCENTRICS) X(ATTRIBUTE_AT) X(BUMP) X(NORMAL_MAP) X(SQUARE_SCALE) X(RAY_BOUNCES) X(RAY_LENGTH)
 // clang-format on
 
 namespace edgegrad {
@@ -22,5 +22,12 @@ enum class TextureOp : int32_t {
     EDGEGRAD_TEXTURE_OPS(EDGEGRAD_TEXTURE_OP)
 #undef EDGEGRAD_TEXTURE_OP
 };
+
+// Whether a step reads what a ray has passed through before (texture/point.h, RayHistory).
+template <typename Instruction>
+bool reads_ray_history(const Instruction& step) {
+    return step.op == static_cast<int32_t>(TextureOp::RAY_BOUNCES) ||
+           step.op == static_cast<int32_t>(TextureOp::RAY_LENGTH);
+}
 
 }  // namespace edgegrad

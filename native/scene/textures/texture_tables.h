@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "scene/table_rows.h"
+#include "scene/textures/opcodes.h"
 #include "scene/textures/texture_view.h"
 
 namespace edgegrad {
@@ -57,6 +58,7 @@ struct TextureTables {
         const bool displaced = std::any_of(closure_normal_program.begin(), closure_normal_program.end(),
                                            [](int32_t program) { return program >= 0; });
         v.closure_normal_program = displaced ? closure_normal_program.data() : nullptr;
+        v.reads_history = std::any_of(code.begin(), code.end(), reads_ray_history<TextureInstruction>);
         v.images = rows_of(images);
         v.pixels = rows_of(pixels);
         v.tables = rows_of(tables);

@@ -66,6 +66,7 @@ struct TextureView {
     // The program of a material's displaced normal, by its first closure; -1: none. Null if no material has
     // one.
     const int32_t* closure_normal_program;
+    bool reads_history;  // some program reads bounces or lengths of rays
     // By closure: the attributes of its normal map and anisotropy; -1: none.
     const int32_t* closure_uv;
     const int32_t* closure_tangent;

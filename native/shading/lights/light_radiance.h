@@ -12,7 +12,7 @@ EG_INLINE void look_up_emission(const SceneView& scene, LightSample& s) {
     const Mask on_surface = s.active & (s.face >= 0);
     if (!any(on_surface)) return;
     const SurfacePoint y = surface_point(scene, on_surface, s.face, s.b1, s.b2, s.w);
-    const TexturePoint point = texture_point(scene, y, -s.w, splat(kNoRay));
+    const TexturePoint point = texture_point(scene, y, -s.w, splat(kNoRay), {splat(-1), s.r});
     s.radiance = select(on_surface, emitted_radiance(scene, y, point), s.radiance);
 }
 

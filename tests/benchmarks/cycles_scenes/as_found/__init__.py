@@ -20,6 +20,8 @@ from . import (  # noqa: F401  (importing a family registers its cases)
     settings,
     shaders,
     shots,
+    traps,
     tutorials,
     undeformed,
+    untidy_bodies,
 )

@@ -50,7 +50,6 @@ def odd_principled() -> None:
     "Settings of materials and objects: emission that is not sampled, front or back; terminators",
     bounces=3,
     samples=96,
-    differs=("shading at shadow terminators is not offset, which the export says",),
 )
 def material_settings() -> None:
     """Panels below the nodes."""

@@ -92,8 +92,7 @@ def glowing_cards() -> None:
     stage.add("Head", stage.monkey("Head", stage.material("Hologram", hologram)), (2.2, -0.2, 0.8), (0, 0, 0.3), 0.7)
 
 
-@case("Light Path: ray length, depths of diffuse, glossy and transparent bounces", bounces=5, samples=96, differs=(
-    "ray length and depths have one value for each kind of ray, which the export says",))  # fmt: skip
+@case("Light Path: ray length, depths of diffuse, glossy and transparent bounces", bounces=5, samples=96)
 def ray_depths() -> None:
     """Tricks that make reflections darker, fog by ray length, and x-ray views."""
     stage.studio(width=5.5)

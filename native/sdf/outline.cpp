@@ -290,7 +290,7 @@ std::vector<float> field_outline(const FieldView& field, const FieldCarrier& car
             bool clear[2];
             if (!end_on(top, front[lone] ? right : left, end[0], clear[0])) continue;
             if (!end_on(top, front[lone] ? left : right, end[1], clear[1])) continue;
-            if (!clear[0] && !clear[1]) continue;
+            if (!clear[0] && !clear[1] && !field.inside) continue;
             for (const Point& x : end) {
                 const double grid[3] = {x[0], x[1], x[2]};
                 double place[3];

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sdf/coefficient_blocks.h"
 #include "util/parallel.h"
 
 namespace edgegrad {
@@ -176,6 +177,11 @@ void TracedField::find_bricks(const int32_t (&first)[3], const int32_t (&last)[3
         to[a] = std::clamp((last[a] - 1) / kBrickCells + 1, from[a], all);
     }
     const BrickFinder finder(view);
+    // Most bricks are empty, by the signs of whole blocks
+    int32_t behind[3];
+    for (int a = 0; a < 3; ++a) behind[a] = to[a] + 1;
+    const CoefficientBlocks blocks(view, from, behind, threads);
+    static_assert(kBlockSide == kBrickCells);
     // Slabs are found at the same time, and joined in the order of the grid.
     const int64_t slabs = to[0] - from[0];
     std::vector<std::vector<FieldBrick>> found(static_cast<size_t>(slabs));
@@ -183,8 +189,9 @@ void TracedField::find_bricks(const int32_t (&first)[3], const int32_t (&last)[3
         FieldBrick brick;
         for (int32_t j = from[1]; j < to[1]; ++j)
             for (int32_t k = from[2]; k < to[2]; ++k) {
-                const int32_t cell[3] = {(from[0] + static_cast<int32_t>(slab)) * kBrickCells,
-                                         j * kBrickCells, k * kBrickCells};
+                const int32_t number[3] = {from[0] + static_cast<int32_t>(slab), j, k};
+                if (blocks.one_sign(number)) continue;
+                const int32_t cell[3] = {number[0] * kBrickCells, j * kBrickCells, k * kBrickCells};
                 if (finder.find(cell, brick)) found[static_cast<size_t>(slab)].push_back(brick);
             }
     });

@@ -47,8 +47,10 @@ def scene(field: Field, theta: float, light: str) -> Scene:
     """The field moved by theta along each coordinate in a different measure."""
     placed = TURNED.copy()
     placed[:3, 3] += theta * np.array([1.0, 0.5, 0.4])
-    return Scene(**({"camera": camera((0.4, -2.6, 2.4), size=16, fov=0.65, up=(0, 0, 1)),
-                     "fields": {"thing": replace(field, transform=placed)}, "materials": MATERIALS} | lit_by(light)))
+    given: dict[str, Any] = {
+        "camera": camera((0.4, -2.6, 2.4), size=16, fov=0.65, up=(0, 0, 1)), "materials": MATERIALS,
+        "fields": {"thing": replace(field, transform=placed)}}  # fmt: skip
+    return Scene(**(given | lit_by(light)))
 
 
 @pytest.mark.parametrize(

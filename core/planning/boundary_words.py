@@ -52,8 +52,8 @@ def primary(words: SceneWords) -> Term:
                     "them (field_edges)")
     elif bands is not None and bands.reason == "outlines serve":
         seen.append(f"the outlines of the distance fields {words.mesh_names(bands)} are sampled, whatever field_edges: "
-                    "panoramas have no other estimator, and a warped picture has none for mirrors, glass, transparent "
-                    "fields, fields that may meet, and what the camera's own motion changes")
+                    "panoramas have no other estimator, and a warped picture has none for mirrors, glass, fields that "
+                    "light may travel in, fields that may meet, and what the camera's own motion changes")
     seen += words.pairs("field crossings", "besides edges: the curves where {} pass through each other")
     borders = words.computed("texture borders")
     if borders is not None:

@@ -33,6 +33,8 @@ _ABOUT_MATERIALS = {
                         "shadows",
     "turned normals": "the borders where a normal map of smooth glass ({}) turns rays below interpolated normals, or "
                       "normals away from the viewer",
+    "narrow field lobes": "what distance fields hide of the light of narrow lobes ({}): hardly any sample finds it, so "
+                          "that the derivative may lack it; make these surfaces rougher, or mirrors (roughness 0)",
     "total reflection": "borders of total reflection of Refraction shaders ({})",
 }
 _PIERCED = {

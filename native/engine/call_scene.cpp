@@ -2,6 +2,7 @@
 
 #include "boundary/curves/edge_cache.h"
 #include "boundary/curves/texture_borders.h"
+#include "boundary/fields/field_insides.h"
 #include "boundary/meshes/coplanar_polygons.h"
 #include "scene/contact_meshes.h"
 #include "scene/mesh_instances.h"
@@ -81,6 +82,10 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const Scene
         fields_.back().number = static_cast<int32_t>(fields_.size()) - 1;
         fields_.back().first_value = first_value;
         first_value += fields_.back().value_count();
+    }
+    if (motion && kept && !fields_.empty()) {
+        const std::vector<uint8_t> inside = lit_insides(tables, *kept);
+        for (size_t k = 0; k < fields_.size(); ++k) fields_[k].inside = inside[k] != 0;
     }
     view_.fields = fields_.data();
     view_.field_bands = field_bands_.empty() ? nullptr : field_bands_.data();

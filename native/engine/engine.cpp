@@ -55,13 +55,18 @@ bool find_changes(const FieldTable& field, const std::vector<float>& next, Bvh::
             if (std::memcmp(&field.values[at], &next[at],
                             sizeof(float) * static_cast<size_t>(field.size[2])) == 0)
                 continue;
-            for (int32_t k = 0; k < field.size[2]; ++k) {
-                if (field.values[at + static_cast<size_t>(k)] == next[at + static_cast<size_t>(k)]) continue;
-                const int32_t place[3] = {i, j, k};
-                for (int a = 0; a < 3; ++a) {
-                    changed.first[a] = std::min(changed.first[a], place[a]);
-                    changed.last[a] = std::max(changed.last[a], place[a] + 1);
-                }
+            // The first and the last change of the row
+            int32_t low = 0, high = field.size[2];
+            const auto same = [&](int32_t k) {
+                return field.values[at + static_cast<size_t>(k)] == next[at + static_cast<size_t>(k)];
+            };
+            while (low < high && same(low)) ++low;
+            while (low < high && same(high - 1)) --high;
+            if (low == high) continue;  // only signs of zeros
+            const int32_t first[3] = {i, j, low}, last[3] = {i + 1, j + 1, high};
+            for (int a = 0; a < 3; ++a) {
+                changed.first[a] = std::min(changed.first[a], first[a]);
+                changed.last[a] = std::max(changed.last[a], last[a]);
             }
         }
     if (changed.last[0] > 0) return true;
@@ -129,14 +134,14 @@ void Engine::update(SceneTables next) {
     std::copy(next.vertices.begin() + hidden, next.vertices.end(), tables_.vertices.begin() + hidden);
     tables_.textures = std::move(next.textures);
     tables_.environment_map = std::move(next.environment_map);
-    const std::vector<Bvh::ChangedField> fields = place_fields(next.fields, failed);
+    const std::vector<Bvh::ChangedField> fields = place_fields(std::move(next.fields), failed);
     take_values(std::move(next));
     moved_geometry(moved, far, fields);
     settled_ = true;
 }
 
 // Takes coefficients and transforms of fields in place. Returns what has changed.
-std::vector<Bvh::ChangedField> Engine::place_fields(const std::vector<FieldTable>& next, bool all) {
+std::vector<Bvh::ChangedField> Engine::place_fields(std::vector<FieldTable> next, bool all) {
     std::vector<Bvh::ChangedField> changed;
     for (size_t k = 0; k < next.size(); ++k) {
         FieldTable& field = tables_.fields[k];
@@ -144,7 +149,7 @@ std::vector<Bvh::ChangedField> Engine::place_fields(const std::vector<FieldTable
         c.placed = all || !std::equal(std::begin(field.to_world), std::end(field.to_world), next[k].to_world);
         const bool values = find_changes(field, next[k].values, c);
         if (!values && !c.placed) continue;
-        std::copy(next[k].values.begin(), next[k].values.end(), field.values.begin());
+        field.values.swap(next[k].values);
         std::copy(std::begin(next[k].to_world), std::end(next[k].to_world), field.to_world);
         changed.push_back(c);
     }

@@ -14,9 +14,11 @@ struct FieldView {
     int32_t size[3];        // numbers of coefficients
     double to_world[3][4];  // rows, from grid coordinates
     double to_grid[3][4];
-    double cell_size;         // largest coordinate of a cell's axes in the world
-    double extent;            // and of the box's
-    int32_t number = 0;       // among the fields of the scene
+    double cell_size;    // largest coordinate of a cell's axes in the world
+    double extent;       // and of the box's
+    int32_t number = 0;  // among the fields of the scene
+    // Light may travel inside (boundary/fields/field_insides.h): outlines also bound rays there.
+    bool inside = false;
     int64_t first_value = 0;  // of all coefficients of the scene's fields, one field after the other
 
     int32_t cells(int axis) const { return size[axis] - 3; }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <utility>
 
 #include "util/parallel.h"
@@ -114,8 +115,16 @@ class March {
             if (i > 0) low_ = std::exchange(high_, NodeSlab(f_, i + 1));
             const uint8_t* row = mixed.slab(i).data();
             for (int j = 0; j < f_.cells(1); ++j, row += f_.size[2])
-                for (int k = 0; k < f_.cells(2); ++k)
-                    if (row[k] == 3) cell({i, j, k});
+                for (int k = 0; k < f_.cells(2); ++k) {
+                    // Eight cells at once where none is mixed
+                    uint64_t eight;
+                    while (k + 8 <= f_.cells(2)) {
+                        std::memcpy(&eight, row + k, sizeof eight);
+                        if ((eight & eight >> 1 & 0x0101010101010101u) != 0) break;
+                        k += 8;
+                    }
+                    if (k < f_.cells(2) && row[k] == 3) cell({i, j, k});
+                }
         }
     }
 
@@ -290,7 +299,7 @@ std::vector<float> field_outline(const FieldView& field, const FieldCarrier& car
             bool clear[2];
             if (!end_on(top, front[lone] ? right : left, end[0], clear[0])) continue;
             if (!end_on(top, front[lone] ? left : right, end[1], clear[1])) continue;
-            if (!clear[0] && !clear[1]) continue;
+            if (!clear[0] && !clear[1] && !field.inside) continue;
             for (const Point& x : end) {
                 const double grid[3] = {x[0], x[1], x[2]};
                 double place[3];

@@ -25,7 +25,7 @@ FieldPatch field_patch(const FieldCarrier& carrier, std::size_t triangle);
 
 // The outline of a field as segments (n, 2, 3) in the world. Their ends lie on the outline, are ordered as
 // its tangent, and are shared by neighbours. Left out are parts where the viewer's rays come out of the
-// surface.
+// surface, if no light travels inside.
 std::vector<float> field_outline(const FieldView& field, const FieldCarrier& carrier,
                                  const FieldViewer& viewer, int threads);
 

@@ -241,8 +241,9 @@ bool outline_point(const FieldView& f, const FieldViewer& viewer, const float (&
         if (square < kResolved * kResolved) break;
     }
     const OutlineEquations e(f, viewer, out.grid);
-    if (!within(f, out.grid) || !(e.curvature() > 0.0)) return false;
-    if (!touches_outside(f, out.grid, e.v, out.contact)) return false;
+    const double side = e.curvature() > 0.0 ? 1.0 : -1.0;
+    if (!within(f, out.grid) || (side < 0.0 && !f.inside)) return false;
+    if (!touches_outside(f, out.grid, e.v, out.contact, side)) return false;
     Triple tangent, world, normal, place;
     cross(e.at.gradient, e.gradient, tangent);
     const double det = dot(tangent, way), scale = dot(way, way) / det;
@@ -254,7 +255,7 @@ bool outline_point(const FieldView& f, const FieldViewer& viewer, const float (&
     if (!(slope > 0.0)) return false;
     for (int c = 0; c < 3; ++c) {
         out.position[c] = static_cast<float>(place[c]);
-        out.normal[c] = static_cast<float>(normal[c] / slope);
+        out.normal[c] = static_cast<float>(side * normal[c] / slope);
         out.tangent[c] = static_cast<float>(world[c]);
     }
     out.slope = static_cast<float>(slope);

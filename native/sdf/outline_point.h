@@ -45,9 +45,11 @@ bool touches_outside(const FieldView& f, const double (&grid)[3], const double (
 
 struct OutlinePoint {
     double grid[3];
-    float position[3], normal[3];  // in the world; the unit normal points out of the surface
-    float tangent[3];              // how the position changes with u
-    float slope;                   // length of the gradient in the world
+    // In the world; the unit normal points to the side on which the viewer's ray stays: out of the surface,
+    // or into it.
+    float position[3], normal[3];
+    float tangent[3];  // how the position changes with u
+    float slope;       // length of the gradient in the world
     // Whether the outline runs back here, against the order of the segment's ends. The point then counts
     // negatively, so that the segments of a curve cover it exactly once.
     bool reversed;
@@ -57,7 +59,8 @@ struct OutlinePoint {
 
 // The point of the outline in the plane across the segment from `a` to `b` at the fraction u. The ends are
 // points of the outline, ordered as its tangent. Neighbouring segments share their ends: their points cover
-// the outline without gaps. Returns false where there is none, or where rays come out of the surface.
+// the outline without gaps. Returns false where there is none, or where rays come out of the surface and no
+// light travels inside (FieldView::inside).
 bool outline_point(const FieldView& f, const FieldViewer& viewer, const float (&a)[3], const float (&b)[3],
                    float u, OutlinePoint& out);
 

@@ -84,7 +84,8 @@ bool tangent_ray(const FieldView& f, const PatchPoint& at, const float (&along)[
     const double bent = h[0] * v[0] * v[0] + h[1] * v[1] * v[1] + h[2] * v[2] * v[2] +
                         2.0 * (h[3] * v[1] * v[2] + h[4] * v[0] * v[2] + h[5] * v[0] * v[1]);
     curvature = static_cast<float>(bent / at.slope);
-    return bent > 0.0 && touches_outside(f, at.grid, v, contact);
+    if (!(bent > 0.0) && !f.inside) return false;
+    return touches_outside(f, at.grid, v, contact, bent > 0.0 ? 1.0 : -1.0);
 }
 
 TangentCurvatures tangent_curvatures(const FieldView& f, const PatchPoint& at, const float (&a)[3],

@@ -28,8 +28,8 @@ struct PatchPoint {
 bool patch_point(const FieldView& f, const FieldPatch& patch, float u, float v, PatchPoint& out);
 
 // The normal curvature of the surface along a tangent (unit, in the world), positive where rays along it stay
-// outside, and the length over which they touch (touches_outside). Returns false where they do not stay
-// outside.
+// outside and negative where they stay inside, and the length over which they touch (touches_outside).
+// Returns false where they do not stay on one side, or stay inside where no light travels.
 bool tangent_ray(const FieldView& f, const PatchPoint& at, const float (&along)[3], float& curvature,
                  float& contact);
 

@@ -64,6 +64,7 @@ enum class Part : int32_t {
     kClearAbsorption,    // absorption in meshes whose surface is transparent
     kRimLines,           // rims on rough glass, for lights without size
     kFieldBorders,       // lines where distance fields end at their boxes
+    kNarrowFieldLobes,   // what distance fields hide of narrow lobes
     kFieldLines,         // lights that pass through distance fields
     kMirroredOutlines,   // outlines of lights, in mirrors and behind glass
     kTurnedNormals,      // smooth glass whose normal map turns rays below interpolated normals
@@ -133,6 +134,7 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kClearAbsorption, "clear absorption", kInteriorTerm},
     {Part::kRimLines, "rim lines", kInteriorTerm},
     {Part::kFieldBorders, "field borders", kPrimaryTerm},
+    {Part::kNarrowFieldLobes, "narrow field lobes", kShadowTerm},
     {Part::kFieldLines, "field lines", kPrimaryTerm},
     {Part::kMirroredOutlines, "mirrored outlines", kPrimaryTerm},
     {Part::kTurnedNormals, "turned normals", kPrimaryTerm},

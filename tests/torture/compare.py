@@ -63,10 +63,20 @@ class Outcome:
         return max(map(abs, self.z), default=0.0) > ERROR
 
 
-def compare(c: Comparison, seed: int, scale: int = 1) -> Outcome:
-    """Compare the derivative with differences; `seed`: of the random numbers, `scale`: how many times the seeds."""
+def compare(c: Comparison, seed: int, scale: int = 1, absent: tuple[str, ...] = ABSENT) -> Outcome:
+    """Compare the derivative with differences.
+
+    Parameters
+    ----------
+    seed
+        Of the random numbers.
+    scale
+        How many times the seeds.
+    absent
+        Beginnings of the plan's sentences on parts that the scene does not have.
+    """
     said = plan(c.scene, [c.path], max_depth=c.max_depth).missing
-    missing = tuple(part for part in said if not part.startswith(ABSENT))
+    missing = tuple(part for part in said if not part.startswith(absent))
     if missing:
         return Outcome(missing=missing)
     with warnings.catch_warnings():

@@ -116,7 +116,7 @@ def comparison(seed: int) -> Comparison:
     if parameter.startswith("field"):
         _put_field(draw, scene, shader)
     path = _path(draw, scene, shader, parameter)
-    curve, step = _curve(draw, scene, path)
+    curve, step = curve_of(draw, scene, path)
     return Comparison(scene, path, curve, step, draw.one((2, 2, 3, 4)), shader, _words(path, parameter))
 
 
@@ -249,7 +249,7 @@ def _path(draw: Draw, scene: Scene, shader: str, parameter: str) -> str:
     return draw.one(choices[parameter])
 
 
-def _curve(draw: Draw, scene: Scene, path: str) -> tuple[Curve, float]:
+def curve_of(draw: Draw, scene: Scene, path: str) -> tuple[Curve, float]:
     """A curve of a parameter through its value, and how far to go along it."""
     value, field = parameters.get(scene, path), path.rpartition(".")[2]
     if field in ("to_world", "transform", "rotation"):

@@ -9,14 +9,23 @@ from typing import Any
 
 from tests.torture.checks import examine
 from tests.torture.compare import compare
+from tests.torture.drawing import field_comparisons
 from tests.torture.scenes import case
-from tests.torture.tame import comparison
+from tests.torture.tame import ABSENT, Comparison, comparison
 
 
 def result(task: str) -> dict[str, Any]:
-    """The findings of a task: a seed, of a scene to examine; with a "d" before it, of a comparison with differences."""
+    """The findings of a task: a seed, of a scene to examine; after "d" or "f" of a comparison with differences.
+
+    "f" stands for scenes of fields among mirrors, glass, meshes and other fields.
+    """
     start, cpu = time.perf_counter(), time.process_time()
-    found = _compared(int(task[1:])) if task.startswith("d") else _examined(int(task))
+    if task.startswith("d"):
+        found = _compared(comparison(int(task[1:])), int(task[1:]))
+    elif task.startswith("f"):
+        found = _compared(field_comparisons.comparison(int(task[1:])), int(task[1:]), field_comparisons.ABSENT)
+    else:
+        found = _examined(int(task))
     seconds, cpu = time.perf_counter() - start, time.process_time() - cpu
     return {"task": task, "seconds": round(seconds, 4), "cpu": round(cpu, 4), **found}
 
@@ -27,9 +36,8 @@ def _examined(seed: int) -> dict[str, Any]:
     return {"kinds": made.kinds, "wrong": found.wrong, "told": found.told, "numbers": found.numbers}
 
 
-def _compared(seed: int) -> dict[str, Any]:
-    made = comparison(seed)
-    found = compare(made, seed)
+def _compared(made: Comparison, seed: int, absent: tuple[str, ...] = ABSENT) -> dict[str, Any]:
+    found = compare(made, seed, absent=absent)
     words = (f"'{made.path}': derivative {found.derivative:.4g}, difference {found.difference:.4g} +- {found.error:.2g}"
              f", z of blocks {', '.join(f'{z:.1f}' for z in found.z)}")  # fmt: skip
     return {

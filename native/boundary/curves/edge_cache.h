@@ -88,7 +88,8 @@ struct EdgeCache {
     Kept<bool, bool> cross;  // whether any surface intersects another surface or a light
     Kept<bool, MeshBoxes> boxes;
     Kept<bool, std::vector<FieldCarrier>> carriers;  // by field (sdf/outline.h)
-    // Outlines and patches of the fields of some meshes (boundary/fields/field_curves.h): as the camera sees
+    Kept<bool, std::vector<uint8_t>> open_fields;    // the same (boundary/fields/field_insides.h)
+    // Outlines and patches of some fields (boundary/fields/field_curves.cpp, field_key): as the camera sees
     // them, with the seed of the points of a lens; and as lights do, or (null) lines in all directions.
     using OfLights = std::pair<std::vector<int32_t>, std::shared_ptr<const LightList>>;
     Kept<std::tuple<CameraKey, std::vector<int32_t>, uint32_t>, Intersections> seen_outlines;
@@ -115,7 +116,7 @@ struct EdgeCache {
         lit_outlines.clear(), lit_patches.clear(), seen_crossings.clear(), lit_crossings.clear();
         tree.clear(), regions.clear(), polygons.clear(), cross.clear();
         contact_materials.clear(), contact_meshes.clear(), transparent_boxes.clear();
-        jumps.clear(), jumping_meshes.clear();
+        jumps.clear(), jumping_meshes.clear(), open_fields.clear();
     }
 };
 

@@ -25,14 +25,24 @@ struct CarriedField {
 };
 
 template <typename Visit>
-void for_each_field(const EdgeList& edges, const std::vector<int32_t>& meshes, const Visit& visit) {
+void for_each_field(const SceneView& scene, const EdgeList& edges, const std::vector<int32_t>& meshes,
+                    const Visit& visit) {
     const SceneTables& t = edges.tables;
     const auto carriers = field_carriers(t, edges.kept, edges.threads);
     for (const int32_t mesh : meshes) {
         const auto k = static_cast<size_t>(mesh - t.first_field());
-        visit(CarriedField{t.fields[k].view(), (*carriers)[k],
+        visit(CarriedField{scene.fields[k], (*carriers)[k],
                            static_cast<uint32_t>(t.mesh_first_face[static_cast<size_t>(mesh)])});
     }
+}
+
+// What distinguishes outlines and patches of fields: their meshes, and whether light travels inside.
+std::vector<int32_t> field_key(const SceneView& scene, const EdgeList& edges,
+                               const std::vector<int32_t>& meshes) {
+    std::vector<int32_t> out;
+    for (const int32_t mesh : meshes)
+        out.push_back(2 * mesh + (scene.fields[mesh - edges.tables.first_field()].inside ? 1 : 0));
+    return out;
 }
 
 // Appends the outline of a field, with the second surface of its lines.
@@ -82,13 +92,15 @@ struct PatchMiddle {
     Vector point, normal;
     double area, radius;
     double bend[6];  // H / |g|
-    double largest;  // the largest normal curvature
+    double largest;  // the largest normal curvature that counts
+    bool inside;     // light travels inside, so that negative ones count, too
     double spread;   // bound of the angles between the patch's normals and that of the middle
 
     double curvature(Vector w) const {
         return bend[0] * w.x * w.x + bend[1] * w.y * w.y + bend[2] * w.z * w.z +
                2.0 * (bend[3] * w.y * w.z + bend[4] * w.x * w.z + bend[5] * w.x * w.y);
     }
+    double counted_curvature(Vector w) const { return inside ? std::abs(curvature(w)) : curvature(w); }
 };
 
 class PatchShape {
@@ -120,6 +132,7 @@ class PatchShape {
             const Vector turned = other * (1.0 / std::max(length(other), 1e-30)) - m_.normal;
             m_.spread = std::max(m_.spread, 1.5 * length(turned));
         }
+        m_.inside = f_.inside;
         m_.largest = largest_curvature();
     }
     const PatchMiddle& middle() const { return m_; }
@@ -151,14 +164,15 @@ class PatchShape {
         const auto& b = m_.bend;
         return b[0] * b[0] + b[1] * b[1] + b[2] * b[2] + 2.0 * (b[3] * b[3] + b[4] * b[4] + b[5] * b[5]);
     }
-    // The larger eigenvalue of the bend within the tangent plane.
+    // The larger eigenvalue of the bend within the tangent plane, or the larger size of both.
     double largest_curvature() const {
         const Vector n = m_.normal, off = std::abs(n.x) < 0.6 ? Vector{1, 0, 0} : Vector{0, 1, 0};
         Vector a = cross(n, off);
         a = a * (1.0 / length(a));
         const Vector b = cross(n, a), both = a + b;
         const double aa = m_.curvature(a), bb = m_.curvature(b), ab = 0.5 * (m_.curvature(both) - aa - bb);
-        return 0.5 * (aa + bb) + std::sqrt(0.25 * (aa - bb) * (aa - bb) + ab * ab);
+        const double mean = 0.5 * (aa + bb);
+        return (m_.inside ? std::abs(mean) : mean) + std::sqrt(0.25 * (aa - bb) * (aa - bb) + ab * ab);
     }
 
     const FieldView& f_;
@@ -184,7 +198,7 @@ double lit(const PatchMiddle& m, const std::vector<LightBound>& lights) {
         if (std::abs(height) > reach + m.spread + 1e-4) continue;
         const Vector flat = way * (1.0 / d) - m.normal * height;
         const double across = length(flat);
-        const double bent = across > reach ? m.curvature(flat * (1.0 / across)) : m.largest;
+        const double bent = across > reach ? m.counted_curvature(flat * (1.0 / across)) : m.largest;
         sum += light.irradiance(d * d + light.radius * light.radius) * counted(bent, m) /
                std::max(reach + m.spread, 1e-6);
     }
@@ -216,7 +230,7 @@ Intersections find_seen_outlines(const SceneView& scene, const EdgeList& edges,
     std::vector<LensPlace> lens = {{0.0f, 0.0f}};
     if (blurs) lens = lens_places(camera, seed);
     Intersections out;
-    for_each_field(edges, meshes, [&](const CarriedField& field) {
+    for_each_field(scene, edges, meshes, [&](const CarriedField& field) {
         for (const LensPlace& from : lens) {
             may_cancel();
             // A segment counts the field as both of its surfaces
@@ -238,7 +252,7 @@ Intersections find_lit_outlines(const SceneView& scene, const EdgeList& edges,
         if (is_sized(lights.kind[light])) continue;
         const int32_t row = lights.index[light];
         const auto before = static_cast<size_t>(out.size());
-        for_each_field(edges, meshes, [&](const CarriedField& field) {
+        for_each_field(scene, edges, meshes, [&](const CarriedField& field) {
             add_outline(field, light_viewer(field.view, lights, row), LineSurface::light(row), edges.threads,
                         out);
         });
@@ -260,7 +274,7 @@ Intersections find_patches(const SceneView& scene, const EdgeList& edges, const 
     const bool by_lights = by == TouchedBy::kSizedLights;
     const std::vector<LightBound> lights = by_lights ? sized_lights(scene.lights) : std::vector<LightBound>{};
     if (by_lights && lights.empty()) return out;
-    for_each_field(edges, meshes, [&](const CarriedField& field) {
+    for_each_field(scene, edges, meshes, [&](const CarriedField& field) {
         const auto triangles = static_cast<int64_t>(field.carrier.triangle.size() / 3);
         struct Part {
             std::vector<FieldPatch> patches;
@@ -311,21 +325,22 @@ std::shared_ptr<const std::vector<FieldCarrier>> field_carriers(const SceneTable
 std::shared_ptr<const Intersections> seen_outlines(const SceneView& scene, const EdgeList& edges,
                                                    const std::vector<int32_t>& meshes, uint32_t seed) {
     if (!blurs_outlines(scene.camera)) seed = 0;
-    return edges.kept.seen_outlines.get({{scene.camera}, meshes, seed},
+    return edges.kept.seen_outlines.get({{scene.camera}, field_key(scene, edges, meshes), seed},
                                         [&] { return find_seen_outlines(scene, edges, meshes, seed); });
 }
 
 std::shared_ptr<const FieldLines> lit_outlines(const SceneView& scene, const EdgeList& edges,
                                                const std::vector<int32_t>& meshes) {
-    return edges.kept.lit_outlines.get(
-        {meshes, edges.lights}, [&] { return as_lines(edges, find_lit_outlines(scene, edges, meshes)); });
+    return edges.kept.lit_outlines.get({field_key(scene, edges, meshes), edges.lights}, [&] {
+        return as_lines(edges, find_lit_outlines(scene, edges, meshes));
+    });
 }
 
 std::shared_ptr<const FieldLines> field_patches(const SceneView& scene, const EdgeList& edges,
                                                 const std::vector<int32_t>& meshes, TouchedBy by) {
     const bool by_lights = by == TouchedBy::kSizedLights;
     auto& kept = by_lights ? edges.kept.lit_patches : edges.kept.patches;
-    return kept.get({meshes, by_lights ? edges.lights : nullptr},
+    return kept.get({field_key(scene, edges, meshes), by_lights ? edges.lights : nullptr},
                     [&] { return as_lines(edges, find_patches(scene, edges, meshes, by)); });
 }
 

@@ -33,8 +33,9 @@ EG_OUTLINE void place_on_patches(const SceneView& scene, Mask& active, Int line,
     }
 }
 
-// The normal curvature of the surface along unit tangents, and the length over which rays along them touch
-// the surface. Samples whose rays do not stay outside become inactive.
+// The normal curvature of the surface along unit tangents, negative where their rays stay inside, and the
+// length over which they touch the surface. Samples whose rays do not stay on one side, or stay inside where
+// no light travels, become inactive.
 EG_OUTLINE void find_tangent_rays(const SceneView& scene, Mask& active, Int line, const PatchSample& at,
                                   Vec3 along, Float& curvature, Float& contact) {
     curvature = contact = splat(0.0f);
@@ -49,15 +50,17 @@ EG_OUTLINE void find_tangent_rays(const SceneView& scene, Mask& active, Int line
 }
 
 // The normal curvature along the tangent at the angle psi between the unit tangents a and b, which are
-// orthogonal: middle + along cos(2 psi) + across sin(2 psi).
+// orthogonal: middle + along cos(2 psi) + across sin(2 psi). And the samples on fields that light travels in.
 EG_OUTLINE void find_curvatures(const SceneView& scene, Mask active, Int line, const PatchSample& at, Vec3 a,
-                                Vec3 b, Float& middle, Float& along, Float& across) {
+                                Vec3 b, Float& middle, Float& along, Float& across, Mask& inside) {
     middle = along = across = splat(0.0f);
+    inside = splat(0);
     for (int i = 0; i < W; ++i) {
         if (!active[i]) continue;
         const FieldView& field = field_of_face(scene, scene.surface_of_line(line[i], 0).face());
         const TangentCurvatures c =
             tangent_curvatures(field, at.point[i], {a.x[i], a.y[i], a.z[i]}, {b.x[i], b.y[i], b.z[i]});
+        inside[i] = field.inside ? -1 : 0;
         middle[i] = 0.5f * (c.aa + c.bb), along[i] = 0.5f * (c.aa - c.bb), across[i] = c.ab;
     }
 }

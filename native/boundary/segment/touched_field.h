@@ -3,7 +3,9 @@
 //
 // The lines that touch a smooth surface have the measure dA dw = kappa_n dA dpsi, where the surface has the
 // area A, psi is the angle of the line in the tangent plane, and kappa_n = w . H w / |g| the normal curvature
-// along it (H = grad g; derivations, R). Only lines with kappa_n > 0 stay outside beside the point.
+// along it (H = grad g; derivations, R). Only lines with kappa_n > 0 stay outside beside the point. Those
+// with kappa_n < 0 stay inside, which counts where light travels there: the inside is then the side of the
+// normal, and the curvature -kappa_n.
 #pragma once
 
 #include "boundary/samples/field_patches.h"
@@ -58,15 +60,29 @@ EG_INLINE SegmentSample begin_on_field(const SceneView& scene, const BoundaryTas
     return p;
 }
 
-// Sets the direction towards y of the lines, and what follows from it: the sweep and where rays start.
-// Returns the normal curvature along it.
+// Sets the direction towards y of the lines, and what follows from it: the sweep, where rays start, and the
+// normal, which points to the side of the lines. Returns the normal curvature along it for that normal.
 EG_INLINE Float touch(const SceneView& scene, Vec3 towards, TouchingLine& line, BoundarySegment& s) {
     s.towards = towards;
     Float curvature, contact;
     find_tangent_rays(scene, s.active, s.edge, line.at, towards, curvature, contact);
+    line.at.normal = select(curvature < 0.0f, -line.at.normal, line.at.normal);
     s.sweep = -line.at.normal;
     line.exit = exit_of_field(s, line.at.normal, contact);
-    return curvature;
+    return abs(curvature);
+}
+
+// The angle of [0, pi] up to which middle + swing cos(angle) is positive, and its integral up to there.
+EG_INLINE Float last_positive(Float middle, Float swing) {
+    const Float ratio = min(max(-middle / max(swing, 1e-30f), splat(-1.0f)), splat(1.0f));
+    return select(middle >= swing, splat(3.14159265f), acos(ratio));
+}
+EG_INLINE Float positive_curvature(Float middle, Float swing) {
+    constexpr float kTurns = 0.5f / 3.14159265f;
+    const Float most = last_positive(middle, swing);
+    Float sine, cosine;
+    sincos_turn(most * kTurns, sine, cosine);
+    return max(middle * most + swing * sine, 0.0f);
 }
 
 // The angle of [0, most] up to which the integral of middle + swing cos(angle) is `part` of that up to
@@ -91,7 +107,8 @@ EG_INLINE Float angle_of_curvature(Float middle, Float swing, Float most, Float 
 }
 
 // Sets the direction of a tangent with a density proportional to its curvature, where that is positive:
-// elsewhere the line is inside of the surface. `turn` is uniform. Completes the measure of the line.
+// elsewhere the line is inside of the surface. Where light travels inside, the density is proportional to the
+// curvature's size. `turn` is uniform. Completes the measure of the line.
 EG_INLINE void touch_by_curvature(const SceneView& scene, Float turn, TouchingLine& line,
                                   BoundarySegment& s) {
     constexpr float kTurns = 0.5f / 3.14159265f;
@@ -99,10 +116,24 @@ EG_INLINE void touch_by_curvature(const SceneView& scene, Float turn, TouchingLi
     Vec3 a, b;
     basis(line.at.normal, a, b);
     Float middle, along, across;
-    find_curvatures(scene, s.active, s.edge, line.at, a, b, middle, along, across);
-    const Float swing = sqrt(along * along + across * across), first = 0.5f * atan2(across, along);
+    Mask inside;
+    find_curvatures(scene, s.active, s.edge, line.at, a, b, middle, along, across, inside);
+    const Float swing = sqrt(along * along + across * across);
+    // Choose the side of the surface
+    Float chosen = splat(1.0f);
+    if (any(inside)) {
+        const Float outer = positive_curvature(middle, swing), inner = positive_curvature(-middle, swing);
+        const Float share = outer / max(outer + inner, 1e-30f);
+        const Mask in = inside & (turn >= share);
+        chosen = select(inside, select(in, 1.0f - share, share), chosen);
+        turn = select(inside, (turn - select(in, share, 0.0f)) / max(chosen, 1e-30f), turn);
+        const auto turned = [&](Float& value) { value = select(in, -value, value); };
+        turned(middle), turned(along), turned(across);
+        s.active &= chosen > 0.0f;
+    }
+    const Float first = 0.5f * atan2(across, along);
     s.active &= middle + swing > 0.0f;
-    const Float most = select(middle >= swing, splat(3.14159265f), acos(-middle / max(swing, 1e-30f)));
+    const Float most = last_positive(middle, swing);
     // Four parts of equal weight: two opposite directions, and two sides of the largest curvature
     const Float quarter = min(turn, splat(0.99999994f)) * 4.0f;
     const Mask back = quarter >= 2.0f;
@@ -115,7 +146,7 @@ EG_INLINE void touch_by_curvature(const SceneView& scene, Float turn, TouchingLi
     Float sine, cosine;
     sincos_turn(min(psi, splat(0.99999994f)), sine, cosine);
     touch(scene, a * cosine + b * sine, line, s);
-    line.measure = line.measure * (2.0f * whole);
+    line.measure = line.measure * (2.0f * whole / max(chosen, 1e-30f));
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -358,14 +358,6 @@ std::vector<int32_t> partly_met_meshes(const SceneTables& tables, int32_t rays) 
     return out;
 }
 
-bool is_clear_field(const SceneTables& tables, int32_t mesh) {
-    const int32_t face = tables.mesh_first_face[static_cast<size_t>(mesh)];
-    const auto material = static_cast<size_t>(tables.face_material[static_cast<size_t>(face)]);
-    const auto first = tables.closure_flags.begin() + tables.material_first_closure[material],
-               last = tables.closure_flags.begin() + tables.material_first_closure[material + 1];
-    return std::any_of(first, last, [](int32_t flags) { return (flags & kHasTransparency) != 0; });
-}
-
 bool moves_rays(const CameraView& camera, const Requested& requested) {
     const auto any = [&](size_t first, size_t last) { return requested.any("camera", first, last); };
     const bool panorama = camera.kind == kEquirectangular;

@@ -155,9 +155,6 @@ std::vector<int32_t> used_materials(const SceneTables& tables, const Is& is) {
 // The visible meshes that some, but not all, of the kinds of rays in a mask can hit.
 std::vector<int32_t> partly_met_meshes(const SceneTables& tables, int32_t rays);
 
-// Whether a mesh that stands for a distance field has a transparent material.
-bool is_clear_field(const SceneTables& tables, int32_t mesh);
-
 // Whether the requested parameters turn or shift the camera's rays. The focus of a pinhole and the rotation
 // of a round aperture do not.
 bool moves_rays(const CameraView& camera, const Requested& requested);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "boundary/fields/field_insides.h"
 #include "engine/decisions/decisions.h"
 #include "engine/decisions/followed_lobes_rule.h"
 #include "scene/sharp_lobes.h"
@@ -103,7 +104,7 @@ FieldEdges used_field_edges(const SceneTables& t, const RenderOptions& options, 
     // The warp concerns what moves with fields
     if (!requested.moves_fields()) return FieldEdges::kOutlines;
     for (size_t k = 0; k < t.fields.size(); ++k)
-        if (is_clear_field(t, t.first_field() + static_cast<int32_t>(k))) return FieldEdges::kOutlines;
+        if (light_may_be_inside(t, k)) return FieldEdges::kOutlines;
     const bool mirrors = options.max_depth > 1 && !used_materials(t, [&](size_t closure) {
                                                        return may_be_specular(t, closure, kWidestFollowed);
                                                    }).empty();

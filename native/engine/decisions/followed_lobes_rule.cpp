@@ -7,6 +7,7 @@
 #include "scene/lights/light_list.h"
 #include "scene/lights/light_params.h"
 #include "scene/sharp_lobes.h"
+#include "scene/textures/jumps.h"
 
 namespace edgegrad {
 namespace {
@@ -24,10 +25,29 @@ bool moves(const RequestedMotion& motion) {
     return motion.camera || motion.rotation || motion.any_mesh_moves() || motion.any_field_moves();
 }
 
-// Whether any closure is textured, so that radiance may jump within a surface.
-bool any_textured(const SceneTables& tables) {
+// Whether radiance may jump within a surface: a mesh has a textured material, or textures jump on a field.
+// Fields have no seams.
+bool may_jump_within_surfaces(const SceneTables& tables) {
     const auto& programs = tables.textures.closure_program;
-    return std::any_of(programs.begin(), programs.end(), [](int32_t program) { return program >= 0; });
+    if (std::all_of(programs.begin(), programs.end(), [](int32_t program) { return program < 0; }))
+        return false;
+    const auto textured = [&](int32_t material, const auto& counts) {
+        const auto m = static_cast<size_t>(material);
+        for (auto k = static_cast<size_t>(tables.material_first_closure[m]);
+             k < static_cast<size_t>(tables.material_first_closure[m + 1]); ++k)
+            if (programs[k] >= 0 && counts(k)) return true;
+        return false;
+    };
+    const int32_t first =
+        tables.fields.empty() ? static_cast<int32_t>(tables.face_material.size()) : tables.first_field_face();
+    const auto end = static_cast<int32_t>(tables.face_material.size());
+    for (int32_t face = 0; face < end; ++face) {
+        const bool on_field = face >= first && face < first + static_cast<int32_t>(tables.fields.size());
+        if (textured(tables.face_material[static_cast<size_t>(face)],
+                     [&](size_t closure) { return !on_field || texture_jumps(tables, closure).any(); }))
+            return true;
+    }
+    return false;
 }
 
 // Whether light of the table may jump within faces: at borders of spots without blend, and, for lights
@@ -47,7 +67,9 @@ bool lights_cross(const EdgeList& edges) {
            find_disk_intersections(edges.tables, edges.threads).size() > 0;
 }
 
-float widest_followed(const LightView& lights) {
+// Fields have no other estimator for the light that they hide from narrow lobes.
+float widest_followed(const SceneTables& tables, const LightView& lights) {
+    if (!tables.fields.empty()) return kFollowedAlpha;
     if (lights.sized_count + lights.sized_distant > 0) return kFollowedByLights;
     return lights.face_light ? kFollowedByEmitters : kFollowedAlpha;
 }
@@ -57,8 +79,8 @@ float widest_followed(const LightView& lights) {
 float followed_alpha(const EdgeList& edges, const RequestedMotion& motion) {
     const SceneTables& tables = edges.tables;
     const LightView& lights = edges.lights->view();
-    const float widest = widest_followed(lights);
-    if (!moves(motion) || !may_be_specular(tables, widest) || any_textured(tables) ||
+    const float widest = widest_followed(tables, lights);
+    if (!moves(motion) || !may_be_specular(tables, widest) || may_jump_within_surfaces(tables) ||
         lights_jump(tables, lights))
         return 0.0f;
     return *edges.kept.cross.get(true, [&] { return lights_cross(edges); }) ? 0.0f : widest;

@@ -113,6 +113,7 @@ class Search {
         if (motion_.camera || motion_.any_mesh_moves() || motion_.any_field_moves())
             meshes(Part::kFieldBorders, std::move(ended));
         lights_in_fields();
+        narrow_lobes();
     }
 
     void mirrored() {
@@ -278,6 +279,16 @@ class Search {
         if (found.empty()) return;
         lights(Part::kFaceFlips, std::move(found));
         decided_[Part::kFaceFlips].meshes = smooth;
+    }
+
+    // What fields hide of the light of narrow lobes that are not followed, which few samples find.
+    void narrow_lobes() {
+        constexpr float kFound = 0.05f;  // alpha; in wider lobes more of them do
+        if (tables_.fields.empty() || !any_moves_ || f_.options.max_depth < 2) return;
+        materials(Part::kNarrowFieldLobes, used_materials(tables_, [&](size_t k) {
+                      return has_sharp_lobe(tables_, k, kFound) &&
+                             !may_be_specular(tables_, k, f_.scene.followed_alpha);
+                  }));
     }
 
     // Lights that fields pass through, where the curve moves over the light or in the picture.

@@ -31,7 +31,7 @@ class Status:
     cost
         Seconds that one sample per pixel of one picture takes in an iteration, from the last fit; 0: not known.
     edits
-        Number of edits of the rows of targets and parameters, of which Blender's handlers do not tell.
+        Number of edits of targets, parameters and the numbers of a fit, of which Blender's handlers do not tell.
     """
 
     warnings: Sequence[str] = ()

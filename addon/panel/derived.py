@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 import bpy
 from bpy.app.handlers import persistent
 
-from .. import preflight
+from .. import preflight, quality
 from .. import rows as parameter_rows
 from ..status import STATUS, redraw
 from ..targets import rows as target_rows
@@ -115,6 +115,16 @@ def obstacle(context: Any) -> preflight.Obstacle | None:
     return _derived(("obstacle", settings.as_pointer()), lambda: preflight.obstacle(context))
 
 
+def fit_label(settings: Any) -> str:
+    """Return the text of the button Fit of a scene that `obstacle` has seen, with the time of a fit if it is known."""
+
+    def make() -> str:
+        known = quality.time_to_go(settings, STATUS.cost)
+        return f"Fit   ({known})" if known else "Fit"
+
+    return _derived(("fit", settings.as_pointer(), STATUS.cost), make)
+
+
 @dataclass(frozen=True)
 class Line:
     """A line of the list of parameters.
@@ -138,7 +148,12 @@ class Line:
 
 def parameter(row: Any) -> Line:
     """Return the line of a parameter, whose list `see_rows` has seen."""
-    return _derived(row.as_pointer(), lambda: _line(row))
+    _Seen.drawn = True
+    key = row.as_pointer()
+    found: Line | None = _kept.get(key)
+    if found is None:
+        found = _kept[key] = _line(row)
+    return found
 
 
 def _line(row: Any) -> Line:
@@ -158,19 +173,18 @@ class Picture:
         Name of the camera; empty: it has none.
     thumbnail
         Number of its icon; 0: there is none.
-    size, render_size
-        Width and height of it and of the renders; None: a movie, or a file that can't be read.
-    fits
-        Whether it has the aspect of the renders.
+    size
+        Width and height in words; empty: it is a movie, or can't be read.
+    difference
+        How its size differs from that of renders; empty: it does not.
     """
 
     icon: str
     words: str
     camera: str
     thumbnail: int
-    size: tuple[int, int] | None
-    render_size: tuple[int, int]
-    fits: bool
+    size: str
+    difference: str
 
 
 def picture(row: Any, scene: Any) -> Picture:
@@ -180,5 +194,13 @@ def picture(row: Any, scene: Any) -> Picture:
 
 def _picture(row: Any, scene: Any) -> Picture:
     camera = "" if row.camera is None else row.camera.name
-    return Picture(*target_rows.state(row, scene), camera, icons.thumbnail(row.image), target_rows.size_of(row),
-                   target_rows.render_size(scene), target_rows.has_aspect(row, scene))  # fmt: skip
+    icon, words = target_rows.state(row, scene)
+    size, rendered, shown, difference = target_rows.size_of(row), target_rows.render_size(scene), "", ""
+    if size is not None:
+        shown = f"{size[0]} × {size[1]}"
+        if size == rendered:
+            shown += ", as renders"
+        else:
+            aspect = "" if target_rows.has_aspect(row, scene) else "Of another aspect: "
+            difference = f"{aspect}{'r' if aspect else 'R'}enders are {rendered[0]} × {rendered[1]}"
+    return Picture(icon, words, camera, icons.thumbnail(row.image), shown, difference)

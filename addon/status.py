@@ -63,6 +63,10 @@ class Status:
         self.said, self.failed = sentence[:1].upper() + sentence[1:], failed
         redraw()
 
+    def forget_end(self) -> None:
+        """Forget how the last job ended and what it cost."""
+        self.said, self.failed, self.cost = "", False, 0.0
+
     @property
     def lines(self) -> list[tuple[str, str]]:
         """List (icon, sentence) for the current scene."""

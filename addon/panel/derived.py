@@ -62,6 +62,12 @@ def forget(*_: Any) -> None:
     _kept.clear()
 
 
+@persistent
+def _leave_file(*_: Any) -> None:
+    """Forget the last job of a file that is left. A job that still runs is ended after this, and says so."""
+    STATUS.forget_end()
+
+
 def see_rows(settings: Any) -> None:
     """Forget what is kept if rows were added, removed or edited, of which Blender's handlers do not tell."""
     rows, scene = (len(settings.targets), len(settings.parameters)), settings.as_pointer()
@@ -95,6 +101,7 @@ def register() -> None:
     """Notice edits and changes of pictures."""
     for handlers in _HANDLERS:
         handlers.append(forget)
+    bpy.app.handlers.load_pre.append(_leave_file)
     bpy.app.timers.register(see_pictures, first_interval=SECONDS, persistent=True)
 
 
@@ -102,6 +109,7 @@ def unregister() -> None:
     """Undo `register`."""
     for handlers in _HANDLERS:
         handlers.remove(forget)
+    bpy.app.handlers.load_pre.remove(_leave_file)
     if bpy.app.timers.is_registered(see_pictures):
         bpy.app.timers.unregister(see_pictures)
     _Seen.rows, _Seen.pictures, _Seen.drawn = {}, None, False

@@ -278,6 +278,17 @@ def test_the_time_of_a_fit_follows_its_numbers(scene: Any, picture: str, monkeyp
     assert label() == "Fit   (about 4 s)"
 
 
+def test_the_end_of_a_fit_is_not_shown_in_another_file(tmp_path: Path) -> None:
+    file = str(tmp_path / "one.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=file)
+    derived.STATUS.ended("loss 1 → 0.5 in 2 s")
+    derived.STATUS.cost = 0.01
+    bpy.ops.wm.save_as_mainfile(filepath=file)
+    assert derived.STATUS.said == "Loss 1 → 0.5 in 2 s"
+    bpy.ops.wm.open_mainfile(filepath=file)
+    assert derived.STATUS.said == "" and derived.fit_label(bpy.context.scene.edgegrad) == "Fit"
+
+
 def test_removed_rows_leave_their_place_to_others(scene: Any) -> None:
     """Blender moves the rows behind a removed one to its place in memory."""
     for material in (bpy.data.materials.new("Glow"), bpy.data.materials["Clay"]):

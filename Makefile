@@ -3,7 +3,7 @@
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 SHELL := /bin/bash
-.PHONY: help demo recover test test-slow test-gui test-window extension lint docs benchmark benchmark-derivatives benchmark-triangles throughput compare-cycles stability torture sanitize sanitize-threads check-machine which-python clean
+.PHONY: help demo recover test test-slow test-gui test-window extension compile-check lint docs benchmark benchmark-derivatives benchmark-triangles throughput compare-cycles stability torture sanitize sanitize-threads check-machine which-python clean
 
 # A pyenv shim exists for every version and fails for those that are not active: run it to know.
 # 3.11 comes first, because its Blender module is the oldest that is supported.
@@ -30,6 +30,7 @@ help:
 	@echo "make test        run the tests"
 	@echo "make test-slow   run the slow tests"
 	@echo "make extension   build the Blender extension for this platform in dist/ (needs Python 3.11 and 3.12 or newer)"
+	@echo "make compile-check  compile the native sources for Linux on ARM, Windows and macOS, without linking (minutes)"
 	@echo "make test-gui    run the tests in a real Blender: BLENDER=blender EXTENSION=dist/edgegrad-0.1.0-linux_x64.zip"
 	@echo "make test-window run the tests in a Blender with a window: EXTENSION=… WINDOW_DIR=folder for a chroot"
 	@echo "make lint        ruff, clang-format, mypy"
@@ -132,6 +133,10 @@ PACKAGING := .venv-extension
 
 extension: $(PACKAGING)/installed
 	$(PACKAGING)/bin/python -m extension.build $(if $(BLENDER),--blender $(BLENDER))
+
+compile-check: $(PACKAGING)/installed
+	$(PACKAGING)/bin/python -m pip install --quiet --disable-pip-version-check --group build
+	PATH="$(CURDIR)/$(PACKAGING)/bin:$$PATH" $(PACKAGING)/bin/python -m extension.compile_check
 
 $(PACKAGING)/installed: pyproject.toml | check-machine
 	test -x $(PACKAGING)/bin/python || $(PYTHON) -m venv --upgrade-deps $(PACKAGING)

@@ -43,8 +43,8 @@ def obstacle(context: Any) -> Obstacle | None:
     if not rows_on:
         if settings.parameters:
             return Obstacle("Every parameter is switched off")
-        return Obstacle("Nothing may change yet", "edgegrad.parameters_add", "Fit Selected Vertices",
-                        {"of": "VERTICES"})  # fmt: skip
+        return Obstacle("Nothing may change yet: choose a task above, or", "edgegrad.parameters_add",
+                        "Fit Selected Vertices", {"of": "VERTICES"})  # fmt: skip
     for k, row in rows_on:
         if row.owner is None:
             return Obstacle(f"Parameter '{title(row)[2]}': its datablock was removed", "edgegrad.row_remove",

@@ -145,8 +145,8 @@ class Settings(bpy.types.PropertyGroup):
     active_parameter: bpy.props.IntProperty()  # type: ignore[valid-type]
     loss: bpy.props.EnumProperty(  # type: ignore[valid-type]
         name="Loss", items=LOSS_ITEMS, description="How pictures are compared with their targets")
-    iterations: bpy.props.IntProperty(name="Iterations", default=200, min=1, soft_max=1000)  # type: ignore[valid-type]
-    samples: bpy.props.IntProperty(  # type: ignore[valid-type]
+    iterations: bpy.props.IntProperty(update=_edited, name="Iterations", default=200, min=1, soft_max=1000)  # type: ignore[valid-type]
+    samples: bpy.props.IntProperty(update=_edited,  # type: ignore[valid-type]
         name="Samples", default=16, min=1, soft_max=256,
         description="Samples per pixel of each iteration. More samples reduce the noise and take longer")
     use_frames: bpy.props.BoolProperty(  # type: ignore[valid-type]
@@ -187,7 +187,7 @@ class Settings(bpy.types.PropertyGroup):
     quality: bpy.props.EnumProperty(  # type: ignore[valid-type]
         name="Quality", items=QUALITY_ITEMS, get=quality.get, set=quality.put,
         description="Sets iterations, samples and pictures per iteration")
-    views_per_iteration: bpy.props.IntProperty(  # type: ignore[valid-type]
+    views_per_iteration: bpy.props.IntProperty(update=_edited,  # type: ignore[valid-type]
         name="Pictures per Iteration", default=0, min=0,
         description="Targets that each iteration renders, in turns; 0: all of them")
     vertex_step: bpy.props.FloatProperty(  # type: ignore[valid-type]

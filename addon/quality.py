@@ -35,14 +35,14 @@ QUALITIES = {
     CUSTOM: Quality("Custom", "The numbers in Advanced", 0, 0, 0),
 }
 
+# Blender asks for the number several times while it draws the panel.
+_NUMBERS = {(one.iterations, one.samples, one.views): k for k, one in enumerate(QUALITIES.values())}
+_CUSTOM_NUMBER = list(QUALITIES).index(CUSTOM)
+
 
 def get(settings: Any) -> int:
     """Return the number of the quality whose values the settings have."""
-    present = settings.iterations, settings.samples, settings.views_per_iteration
-    for k, one in enumerate(QUALITIES.values()):
-        if (one.iterations, one.samples, one.views) == present:
-            return k
-    return list(QUALITIES).index(CUSTOM)
+    return _NUMBERS.get((settings.iterations, settings.samples, settings.views_per_iteration), _CUSTOM_NUMBER)
 
 
 def put(settings: Any, number: int) -> None:

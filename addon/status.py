@@ -31,7 +31,7 @@ class Status:
     cost
         Seconds that one sample per pixel of one picture takes in an iteration, from the last fit; 0: not known.
     edits
-        Number of edits of the rows of targets and parameters, of which Blender's handlers do not tell.
+        Number of edits of targets, parameters and the numbers of a fit, of which Blender's handlers do not tell.
     """
 
     warnings: Sequence[str] = ()
@@ -62,6 +62,10 @@ class Status:
         """Say how a job ended."""
         self.said, self.failed = sentence[:1].upper() + sentence[1:], failed
         redraw()
+
+    def forget_end(self) -> None:
+        """Forget how the last job ended and what it cost."""
+        self.said, self.failed, self.cost = "", False, 0.0
 
     @property
     def lines(self) -> list[tuple[str, str]]:

@@ -94,7 +94,7 @@ def _build(interpreter: str, target: Platform, folder: Path) -> None:
     environment = dict(os.environ)
     command = [*_pip(interpreter), "wheel", "--no-deps", "--wheel-dir", str(unchecked), str(PROJECT)]
     if target.target is not None:
-        environment |= _portable_compiler(target.target)
+        environment |= portable_compiler(target.target, PROJECT / "build" / "extension")
     if subprocess.run(command, env=environment, check=False).returncode:
         raise RuntimeError(f"could not build Edgegrad's wheel with {interpreter}")
     (wheel,) = unchecked.glob("*.whl")
@@ -105,22 +105,22 @@ def _build(interpreter: str, target: Platform, folder: Path) -> None:
     shutil.rmtree(unchecked)
 
 
-def _portable_compiler(target: str) -> dict[str, str]:
+def portable_compiler(target: str, folder: Path) -> dict[str, str]:
     """Return the environment in which CMake uses Zig's C++ compiler for the target, such as x86_64-linux-gnu.2.28.
 
-    Zig brings a C++ library, and stubs of the target's C library; the machine's own are not used.
+    Zig brings a C++ library, and stubs of the target's C library; the machine's own are not used. The compiler is
+    written into the folder.
     """
     package = importlib.util.find_spec("ziglang")
     if package is None or package.origin is None:
         raise RuntimeError("the portable compiler is missing: pip install --group extension")
-    folder = PROJECT / "build" / "extension"
     folder.mkdir(parents=True, exist_ok=True)
     compiler = folder / "c++"
     # Zig writes names of processors with underscores.
     compiler.write_text(f'#!/bin/bash\nexec "{Path(package.origin).parent / "zig"}" c++ -target {target} '
                         '"${@/#-march=x86-64-/-march=x86_64_}"\n')  # fmt: skip
     compiler.chmod(0o755)
-    cache = str(folder / "zig")
+    cache = str(PROJECT / "build" / "extension" / "zig")
     # ccache, where it is there, compiles the kernels once for all Pythons. The script says nothing of Zig's version.
     return {"CXX": str(compiler), "ZIG_GLOBAL_CACHE_DIR": cache, "ZIG_LOCAL_CACHE_DIR": cache,
             "CCACHE_COMPILERCHECK": f"string:zig {metadata.version('ziglang')} {target}"}  # fmt: skip

@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 import bpy
 from bpy.app.handlers import persistent
 
-from .. import preflight
+from .. import preflight, quality
 from .. import rows as parameter_rows
 from ..status import STATUS, redraw
 from ..targets import rows as target_rows
@@ -62,6 +62,12 @@ def forget(*_: Any) -> None:
     _kept.clear()
 
 
+@persistent
+def _leave_file(*_: Any) -> None:
+    """Forget the last job of a file that is left. A job that still runs is ended after this, and says so."""
+    STATUS.forget_end()
+
+
 def see_rows(settings: Any) -> None:
     """Forget what is kept if rows were added, removed or edited, of which Blender's handlers do not tell."""
     rows, scene = (len(settings.targets), len(settings.parameters)), settings.as_pointer()
@@ -95,6 +101,7 @@ def register() -> None:
     """Notice edits and changes of pictures."""
     for handlers in _HANDLERS:
         handlers.append(forget)
+    bpy.app.handlers.load_pre.append(_leave_file)
     bpy.app.timers.register(see_pictures, first_interval=SECONDS, persistent=True)
 
 
@@ -102,6 +109,7 @@ def unregister() -> None:
     """Undo `register`."""
     for handlers in _HANDLERS:
         handlers.remove(forget)
+    bpy.app.handlers.load_pre.remove(_leave_file)
     if bpy.app.timers.is_registered(see_pictures):
         bpy.app.timers.unregister(see_pictures)
     _Seen.rows, _Seen.pictures, _Seen.drawn = {}, None, False
@@ -113,6 +121,16 @@ def obstacle(context: Any) -> preflight.Obstacle | None:
     settings = context.scene.edgegrad
     see_rows(settings)
     return _derived(("obstacle", settings.as_pointer()), lambda: preflight.obstacle(context))
+
+
+def fit_label(settings: Any) -> str:
+    """Return the text of the button Fit of a scene that `obstacle` has seen, with the time of a fit if it is known."""
+
+    def make() -> str:
+        known = quality.time_to_go(settings, STATUS.cost)
+        return f"Fit   ({known})" if known else "Fit"
+
+    return _derived(("fit", settings.as_pointer(), STATUS.cost), make)
 
 
 @dataclass(frozen=True)
@@ -138,7 +156,12 @@ class Line:
 
 def parameter(row: Any) -> Line:
     """Return the line of a parameter, whose list `see_rows` has seen."""
-    return _derived(row.as_pointer(), lambda: _line(row))
+    _Seen.drawn = True
+    key = row.as_pointer()
+    found: Line | None = _kept.get(key)
+    if found is None:
+        found = _kept[key] = _line(row)
+    return found
 
 
 def _line(row: Any) -> Line:
@@ -158,19 +181,18 @@ class Picture:
         Name of the camera; empty: it has none.
     thumbnail
         Number of its icon; 0: there is none.
-    size, render_size
-        Width and height of it and of the renders; None: a movie, or a file that can't be read.
-    fits
-        Whether it has the aspect of the renders.
+    size
+        Width and height in words; empty: it is a movie, or can't be read.
+    difference
+        How its size differs from that of renders; empty: it does not.
     """
 
     icon: str
     words: str
     camera: str
     thumbnail: int
-    size: tuple[int, int] | None
-    render_size: tuple[int, int]
-    fits: bool
+    size: str
+    difference: str
 
 
 def picture(row: Any, scene: Any) -> Picture:
@@ -180,5 +202,13 @@ def picture(row: Any, scene: Any) -> Picture:
 
 def _picture(row: Any, scene: Any) -> Picture:
     camera = "" if row.camera is None else row.camera.name
-    return Picture(*target_rows.state(row, scene), camera, icons.thumbnail(row.image), target_rows.size_of(row),
-                   target_rows.render_size(scene), target_rows.has_aspect(row, scene))  # fmt: skip
+    icon, words = target_rows.state(row, scene)
+    size, rendered, shown, difference = target_rows.size_of(row), target_rows.render_size(scene), "", ""
+    if size is not None:
+        shown = f"{size[0]} × {size[1]}"
+        if size == rendered:
+            shown += ", as renders"
+        else:
+            aspect = "" if target_rows.has_aspect(row, scene) else "Of another aspect: "
+            difference = f"{aspect}{'r' if aspect else 'R'}enders are {rendered[0]} × {rendered[1]}"
+    return Picture(icon, words, camera, icons.thumbnail(row.image), shown, difference)

@@ -6,13 +6,12 @@ from typing import Any
 
 import bpy
 
-from .. import quality
 from ..running.current import text_of
 from ..running.fit_job import FitJob, fit_text, trend
 from ..status import STATUS
 from ..write_back.kept import TEXT
 from . import derived, icons
-from .tab import Tab
+from .tab import Tab, editable
 from .words import wrapped
 
 CURVE_SCALE = 7.0  # side of the loss curve, in heights of a button
@@ -32,8 +31,7 @@ class FitPanel(Tab, bpy.types.Panel):
             _progress(context, layout, job)
             return
         settings = context.scene.edgegrad
-        column = layout.column()
-        column.enabled = job is None
+        column = editable(layout if job is None else layout.column())
         column.prop(settings, "quality")
         column.prop(settings, "iterations")
         column.prop(settings, "use_frames")
@@ -41,9 +39,8 @@ class FitPanel(Tab, bpy.types.Panel):
             column.prop(settings, "first_frame")
             column.prop(settings, "last_frame")
             column.prop(settings, "frame_smoothness")
-        known = quality.time_to_go(settings, STATUS.cost)
         if job is None:
-            _start(context, layout, f"Fit   ({known})" if known else "Fit")
+            _start(context, layout, settings)
         else:
             _busy(layout, job)
         if job is None and bpy.data.texts.get(TEXT) is not None:
@@ -70,7 +67,7 @@ class FitDetailsPanel(Tab, bpy.types.Panel):
         layout.prop(settings, "uncertainty")
 
 
-def _start(context: Any, layout: Any, text: str) -> None:
+def _start(context: Any, layout: Any, settings: Any) -> None:
     """Draw the button Fit, or what is in its way with the button that cures it."""
     found = derived.obstacle(context)
     if found is not None:
@@ -81,8 +78,9 @@ def _start(context: Any, layout: Any, text: str) -> None:
                 setattr(button, name, value)
     column = layout.column()
     column.scale_y = 1.5
-    column.enabled = found is None
-    column.operator("edgegrad.fit", text=text, icon="PLAY")
+    if found is not None:
+        column.enabled = False
+    column.operator("edgegrad.fit", text=derived.fit_label(settings), icon="PLAY")
 
 
 def _busy(layout: Any, job: Any) -> None:

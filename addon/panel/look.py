@@ -59,8 +59,7 @@ class PlanPanel(Tab, bpy.types.Panel):
 
     def draw(self, context: Any) -> None:
         layout = self.layout
-        column = editable(layout)
-        column.operator("edgegrad.plan", text="What Is Computed", icon="QUESTION")
+        editable(layout.column()).operator("edgegrad.plan", text="What Is Computed", icon="QUESTION")
         for line in STATUS.of_scene(STATUS.plan):
             wrapped(context, layout, line.strip(), "DOT" if line.startswith(" ") else "TRIA_RIGHT")
 
@@ -88,7 +87,7 @@ class NotesPanel(Tab, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: Any) -> bool:
-        return bool(STATUS.lines)
+        return bool(STATUS.warnings or STATUS.notes) and bool(STATUS.lines)
 
     def draw(self, context: Any) -> None:
         for icon, sentence in STATUS.lines:

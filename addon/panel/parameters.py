@@ -14,25 +14,31 @@ from .tab import Tab, editable
 NARROW = 300  # width of a sidebar, pixels at scale 1
 
 
+class _Sidebar:
+    """The sidebar that is being drawn: whether it leaves values and the numbers of bars no room."""
+
+    narrow = False
+
+
 class ParameterList(bpy.types.UIList):
     """List of the parameters; each line shows datablock, property, value, and the effect on the loss as a bar."""
 
     bl_idname = "EDGEGRAD_UL_parameters"
-    # Whether the sidebar that is being drawn leaves the bars no room for their numbers.
-    narrow = False
 
     def draw_item(self, context: Any, layout: Any, data: Any, item: Any, icon: int, active_data: Any,
                   active_property: str) -> None:  # fmt: skip
-        line = derived.parameter(item)
-        row = layout.row(align=True)
-        row.prop(item, "enabled", text="")
-        split = row.split(factor=0.86 if self.narrow else 0.76, align=True)
+        line, narrow = derived.parameter(item), _Sidebar.narrow
         if not line.enabled:
-            split.active = False
+            layout.active = False
+        layout.prop(item, "enabled", text="")
+        if narrow and line.effect < 0.0:
+            layout.label(text=line.words, icon=line.icon)
+            return
+        split = layout.split(factor=0.86 if narrow else 0.76, align=True)
         split.label(text=line.words, icon=line.icon)
         if line.effect >= 0.0:
-            split.progress(factor=line.effect, type="BAR", text="" if self.narrow else f"{line.effect:.0%}")
-        elif not self.narrow:
+            split.progress(factor=line.effect, type="BAR", text="" if narrow else f"{line.effect:.0%}")
+        else:
             split.label(text=line.value)
 
     def draw_filter(self, context: Any, layout: Any) -> None:
@@ -69,8 +75,9 @@ class ParametersPanel(Tab, bpy.types.Panel):
     def draw_header_preset(self, context: Any) -> None:
         """Offer the set-ups in the header, once the list has rows."""
         if context.scene.edgegrad.parameters:
-            self.layout.emboss = "NONE"
-            self.layout.menu(SetUpMenu.bl_idname, text="", icon="PRESET")
+            layout = self.layout
+            layout.emboss = "NONE"
+            layout.menu("EDGEGRAD_MT_set_up", text="", icon="PRESET")
 
     def draw(self, context: Any) -> None:
         layout = editable(self.begin())
@@ -82,10 +89,10 @@ class ParametersPanel(Tab, bpy.types.Panel):
             layout.operator_menu_enum("edgegrad.parameters_add", "of", text="Add from Selection", icon="ADD")
             return
         derived.see_rows(settings)
-        ParameterList.narrow = context.region.width < NARROW * context.preferences.system.ui_scale
+        _Sidebar.narrow = context.region.width < NARROW * context.preferences.system.ui_scale
         row = layout.row()
         row.use_property_split = False
-        row.template_list(ParameterList.bl_idname, "", settings, "parameters", settings, "active_parameter", rows=4)
+        row.template_list("EDGEGRAD_UL_parameters", "", settings, "parameters", settings, "active_parameter", rows=4)
         column = row.column(align=True)
         column.operator_menu_enum("edgegrad.parameters_add", "of", text="", icon="ADD")
         column.operator("edgegrad.parameter_remove", text="", icon="REMOVE")

@@ -23,10 +23,10 @@ class Tab:
 
 
 def editable(layout: Any) -> Any:
-    """Return a column whose buttons are grey while a job runs, since it has read them already."""
-    column = layout.column()
-    column.enabled = STATUS.job is None
-    return column
+    """Make all buttons of a layout grey while a job runs, since it has read them already; return the layout."""
+    if STATUS.job is not None:
+        layout.enabled = False
+    return layout
 
 
 def others(layout: Any, owner: Any, drawn: tuple[str, ...]) -> None:

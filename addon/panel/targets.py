@@ -35,6 +35,17 @@ class TargetList(bpy.types.UIList):
         row.label(text="", icon=found.icon)
 
 
+class CamerasMenu(bpy.types.Menu):
+    """Cameras that come with their pictures"""
+
+    bl_idname = "EDGEGRAD_MT_cameras"
+    bl_label = "Import Cameras"
+
+    def draw(self, context: Any) -> None:
+        self.layout.operator("edgegrad.cameras_import", text="Import Cameras…", icon="CAMERA_DATA")
+        self.layout.operator("edgegrad.cameras_from_clip", text="Cameras from Movie Clip…", icon="TRACKER")
+
+
 class TargetsPanel(Tab, bpy.types.Panel):
     """Panel with the targets."""
 
@@ -54,29 +65,31 @@ class TargetsPanel(Tab, bpy.types.Panel):
             column.operator("edgegrad.cameras_import", icon="CAMERA_DATA")
             return
         derived.see_rows(settings)
-        row = layout.row()
-        row.template_list(TargetList.bl_idname, "", settings, "targets", settings, "active_target", rows=3)
-        column = row.column(align=True)
-        column.operator("edgegrad.target_add", text="", icon="ADD")
-        column.operator("edgegrad.target_remove", text="", icon="REMOVE")
-        column.operator("edgegrad.cameras_import", text="", icon="CAMERA_DATA")
-        column.operator("edgegrad.cameras_from_clip", text="", icon="TRACKER")
-        if settings.active_target >= len(settings.targets):
-            return
-        target = settings.targets[settings.active_target]
-        column = layout.column()
-        column.prop(target, "camera")
-        column.prop(target, "image")
-        draw_target(column, target)
+        targets = settings.targets
+        several = len(targets) > 1
+        if several:
+            row = layout.row()
+            row.template_list("EDGEGRAD_UL_targets", "", settings, "targets", settings, "active_target", rows=4)
+            _list_buttons(row.column(align=True))
+        target = targets[min(settings.active_target, len(targets) - 1)]
+        layout.prop(target, "camera")
+        layout.prop(target, "image")
+        draw_target(layout, target)
         found = derived.picture(target, context.scene)
-        size, rendered, fits = found.size, found.render_size, found.fits
-        if size is not None and size == rendered:
-            layout.label(text=f"{size[0]} × {size[1]}, as renders", icon="CHECKMARK")
-        elif size is not None:
+        row = layout.row(align=True)
+        row.label(text=found.size or found.words, icon=found.icon)
+        if not several:  # its fields say all that a line of a list would
+            _list_buttons(row)
+        if found.difference:
             column = layout.column(align=True)
-            wrapped(context, column, f"{size[0]} × {size[1]}, {'' if fits else 'of another aspect; '}renders are "
-                    f"{rendered[0]} × {rendered[1]}", "INFO" if fits else "ERROR")  # fmt: skip
+            wrapped(context, column, found.difference)
             column.operator("edgegrad.match_render", icon="OUTPUT")
+
+
+def _list_buttons(layout: Any) -> None:
+    layout.operator("edgegrad.target_add", text="", icon="ADD")
+    layout.operator("edgegrad.target_remove", text="", icon="REMOVE")
+    layout.menu("EDGEGRAD_MT_cameras", text="", icon="DOWNARROW_HLT")
 
 
 class TargetDetailsPanel(Tab, bpy.types.Panel):
@@ -113,4 +126,4 @@ class DroppedPictures(bpy.types.FileHandler):
                 and getattr(region, "active_panel_category", Tab.bl_category) == Tab.bl_category)  # fmt: skip
 
 
-CLASSES: tuple[Any, ...] = (TargetList, TargetsPanel, TargetDetailsPanel, DroppedPictures)
+CLASSES: tuple[Any, ...] = (TargetList, CamerasMenu, TargetsPanel, TargetDetailsPanel, DroppedPictures)

@@ -1,6 +1,7 @@
 #include "film/pixel_filter.h"
 
 #include <cmath>
+#include <numbers>
 
 namespace edgegrad {
 namespace {
@@ -9,7 +10,7 @@ namespace {
 // width)^2), truncated to the same interval.
 double weight(PixelFilter filter, double x, double width) {
     if (filter == kBlackmanHarrisFilter) {
-        const double v = 2.0 * M_PI * (x / width + 0.5);
+        const double v = 2.0 * std::numbers::pi * (x / width + 0.5);
         return 0.35875 - 0.48829 * std::cos(v) + 0.14128 * std::cos(2.0 * v) - 0.01168 * std::cos(3.0 * v);
     }
     if (filter == kGaussianFilter) {

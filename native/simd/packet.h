@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 #if defined(__SSE2__)
 #include <immintrin.h>
@@ -64,6 +65,12 @@ EG_INLINE T select_packet(Mask m, T a, T b) {
 }
 EG_INLINE Float select(Mask m, Float a, Float b) { return select_packet(m, a, b); }
 EG_INLINE Int select(Mask m, Int a, Int b) { return select_packet(m, a, b); }
+// On Windows the results of comparisons are vectors of long, which is a type of its own there.
+template <typename T>
+    requires(std::is_same_v<T, decltype(Float{} < Float{})> && !std::is_same_v<T, Int>)
+EG_INLINE Int select(Mask m, T a, T b) {
+    return select_packet(m, static_cast<Mask>(a), static_cast<Mask>(b));
+}
 EG_INLINE Float select(Mask m, Float a, float b) { return select_packet(m, a, splat(b)); }
 
 EG_INLINE Float min(Float a, Float b) { return select(a < b, a, b); }

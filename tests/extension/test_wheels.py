@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from extension.build import ADDON, MANIFEST, with_wheels
+from extension.compile_check import of_database
 from extension.merge import WheelName, merge
 from extension.wheels import check_served
 
@@ -94,3 +95,14 @@ def test_the_names_of_pythons_extension_modules_prefer_their_own_python() -> Non
 
     version = f"{sys.version_info.major}{sys.version_info.minor}"
     assert any(version in suffix for suffix in EXTENSION_SUFFIXES[:1])
+
+
+def test_the_check_of_other_platforms_leaves_out_optimisation_and_sources_with_pythons_headers() -> None:
+    entries = [{"file": f"/e/native/{name}.cpp", "directory": "/b",
+                "command": f"/usr/bin/ccache /b/c++ -DX=1 -O3 -fPIC -o {name}.o -c /e/native/{name}.cpp"}
+               for name in ("scene/bvh", "python/module")]  # fmt: skip
+    (linux,) = of_database(entries, "aarch64-linux-gnu.2.28")
+    assert linux.source == "/e/native/scene/bvh.cpp" and linux.folder == "/b"
+    assert linux.options == ("-DX=1", "-fPIC", "-c", "/e/native/scene/bvh.cpp")
+    (windows,) = of_database(entries, "x86_64-windows-gnu")
+    assert windows.options == ("-DX=1", "-c", "/e/native/scene/bvh.cpp")

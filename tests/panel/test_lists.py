@@ -247,11 +247,46 @@ def test_what_the_panel_shows_follows_edits(scene: Any, picture: str) -> None:
     bpy.context.view_layer.update()
     found = derived.obstacle(bpy.context)
     assert found is not None and found.operator == "edgegrad.match_render"
-    assert not derived.picture(target, scene).fits and derived.picture(target, scene).size == (20, 10)
+    assert derived.picture(target, scene).difference == "Of another aspect: renders are 99 × 10"
+    assert derived.picture(target, scene).size == "20 × 10"
     assert derived.picture(target, scene).camera == scene.camera.name
     scene.edgegrad.targets.clear()
     found = derived.obstacle(bpy.context)
     assert found is not None and found.sentence == "There is no target"
+
+
+def test_the_time_of_a_fit_follows_its_numbers(scene: Any, picture: str, monkeypatch: Any) -> None:
+    settings = scene.edgegrad
+
+    def label() -> str:
+        derived.obstacle(bpy.context)
+        return derived.fit_label(settings)
+
+    scene.edgegrad.targets.add().image = picture
+    bpy.context.view_layer.update()
+    monkeypatch.setattr(derived.STATUS, "cost", 0.0)
+    assert label() == "Fit"
+    monkeypatch.setattr(derived.STATUS, "cost", 0.01)
+    assert label() == "Fit   (about 32 s)"
+    settings.iterations = 100
+    assert label() == "Fit   (about 16 s)"
+    settings.samples = 4
+    assert label() == "Fit   (about 4 s)"
+    settings.targets.add()
+    assert label() == "Fit   (about 8 s)"
+    settings.views_per_iteration = 1
+    assert label() == "Fit   (about 4 s)"
+
+
+def test_the_end_of_a_fit_is_not_shown_in_another_file(tmp_path: Path) -> None:
+    file = str(tmp_path / "one.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=file)
+    derived.STATUS.ended("loss 1 → 0.5 in 2 s")
+    derived.STATUS.cost = 0.01
+    bpy.ops.wm.save_as_mainfile(filepath=file)
+    assert derived.STATUS.said == "Loss 1 → 0.5 in 2 s"
+    bpy.ops.wm.open_mainfile(filepath=file)
+    assert derived.STATUS.said == "" and derived.fit_label(bpy.context.scene.edgegrad) == "Fit"
 
 
 def test_removed_rows_leave_their_place_to_others(scene: Any) -> None:
@@ -281,7 +316,7 @@ def test_the_panel_notices_changes_of_pictures(scene: Any, picture: str) -> None
     Path(picture).unlink()
     assert words() == "a picture.exr is missing"
     images.write_image(picture, np.zeros((7, 9, 3), np.float32))
-    assert words() == "a picture.exr" and derived.picture(target, scene).size == (9, 7)
+    assert words() == "a picture.exr" and derived.picture(target, scene).size == "9 × 7"
 
 
 def test_what_the_panel_shows_is_derived_once(scene: Any, monkeypatch: Any) -> None:

@@ -4,16 +4,20 @@
 
 from __future__ import annotations
 
+import os
 import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
+
+from mathutils import Matrix
 
 import edgegrad
 import edgegrad_addon
@@ -28,6 +32,7 @@ from edgegrad_addon.render_engine.view_memory import ViewMemory
 from edgegrad_addon.render_engine.view_thread import Request, Shown, ViewThread
 from tests.support.scenes import blender_scenes as bs
 
+MEMORY = Path("/proc/self/statm")
 SECONDS = 60.0  # after which a thread is taken for hanging
 
 
@@ -300,6 +305,27 @@ def test_many_updates_leave_nothing(scene: Any) -> None:
     for one in threads:
         one.stop()
     assert threading.active_count() == before
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not MEMORY.exists(), reason="the memory of the process is read from /proc")
+def test_orbits_and_edits_of_materials_keep_no_memory(scene: Any, thread: ViewThread, monkeypatch: Any) -> None:
+    export = Exporter(monkeypatch)
+    color = bs.shader(bpy.data.materials["Red"]).inputs["Color"]
+    found, sizes = export(), []
+    for k in range(1300):
+        if k % 2:
+            color.default_value = (0.1 + 0.0005 * k, 0.2, 0.3, 1.0)
+            found = export()
+        turned = np.array(Matrix.Rotation(0.01 * k, 4, "Z"))
+        camera = edgegrad.Camera(turned, width=200, height=150)
+        wanted = Request(found.scene, found.settings, camera, False, 1, 0)
+        thread.post(wanted)
+        complete(thread, wanted)
+        if k >= 300 and k % 100 == 0:
+            sizes.append(int(MEMORY.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE"))
+    # A picture has 0.48 MB: if each were kept, 480 MB.
+    assert sizes[-1] - sizes[0] < 10e6, [round(size / 1e6, 1) for size in sizes]
 
 
 def test_short_pictures_do_not_make_views_coarser(scene: Any, thread: ViewThread) -> None:

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace edgegrad {
 namespace {
@@ -155,7 +156,8 @@ void PictureFrame::panorama_segments(Vector a, Vector b,
     Place from = place(0.0);
     for (int k = 0; k < count; ++k) {
         const Place to = place(angle * (k + 1) / count);
-        const double dx = std::remainder(to.longitude - from.longitude, 2.0 * M_PI) * per_longitude;
+        const double dx =
+            std::remainder(to.longitude - from.longitude, 2.0 * std::numbers::pi) * per_longitude;
         const double dy = to.sy - from.sy;
         const double slack = margin_ + 1.0 + 0.5 * std::abs(kLongest * per_latitude);
         if (std::max(from.sy, to.sy) > -slack && std::min(from.sy, to.sy) < c.height + slack)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 
 namespace edgegrad {
 namespace {
@@ -59,13 +60,14 @@ EnvironmentMap::EnvironmentMap(const float* pixels, int32_t width, int32_t heigh
     for (size_t k = 0; k < w * h; ++k) light[k] = luminance(pixels + 3 * k);
     sines_.resize(rows + 1);
     for (size_t r = 0; r <= rows; ++r)
-        sines_[r] = static_cast<float>(std::cos(M_PI * static_cast<double>(r) / static_cast<double>(rows)));
+        sines_[r] = static_cast<float>(
+            std::cos(std::numbers::pi * static_cast<double>(r) / static_cast<double>(rows)));
     double mean = 0.0;
     for (size_t y = 0; y < h; ++y) {
         double row = 0.0;
         for (size_t x = 0; x < w; ++x) row += light[y * w + x];
-        const double up = M_PI * static_cast<double>(y) / static_cast<double>(h);
-        const double down = M_PI * static_cast<double>(y + 1) / static_cast<double>(h);
+        const double up = std::numbers::pi * static_cast<double>(y) / static_cast<double>(h);
+        const double down = std::numbers::pi * static_cast<double>(y + 1) / static_cast<double>(h);
         mean += row / static_cast<double>(w) * 0.5 * (std::cos(up) - std::cos(down));
     }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "scene/lights/light_tree.h"
 #include "scene/table_rows.h"
@@ -98,7 +99,8 @@ LightNode row_node(const SceneTables::LightRows& lights, size_t k, float radianc
             const float one_minus_cos = row[kLightOneMinusCos];
             n.cos_o = 1.0f - one_minus_cos;
             n.sin_o = std::sqrt(std::max(one_minus_cos * (2.0f - one_minus_cos), 0.0f));
-            if (lights.kind[k] == kConeLight) n.power *= static_cast<float>(M_PI) * n.sin_o * n.sin_o;
+            if (lights.kind[k] == kConeLight)
+                n.power *= static_cast<float>(std::numbers::pi) * n.sin_o * n.sin_o;
             return n;
         }
         // Bound area lights by their normal and spread
@@ -117,7 +119,7 @@ LightNode row_node(const SceneTables::LightRows& lights, size_t k, float radianc
         case kSphereLight:
         case kDiskLight:
             n.radius = row[kLightRadius];
-            n.power *= static_cast<float>(M_PI) * n.radius * n.radius;
+            n.power *= static_cast<float>(std::numbers::pi) * n.radius * n.radius;
             break;
         default:
             break;

@@ -31,12 +31,13 @@ def main() -> Script:
     stage.save()
     yield from opened()
     settings = bpy.context.scene.edgegrad
-    settings.iterations, settings.samples, settings.field_resolution = 8, 4, 24
+    settings.iterations, settings.samples, settings.field_resolution = 12, 4, 24
     bpy.ops.ed.undo_push(message="Start")
     yield from open_tab("Edgegrad")
     before = hidden()
     yield from fitting()
     yield from redraw(1.0)
+    yield from redraw(1.0)  # panels that have grown move the others in steps
     shot("field-running")
     yield from ended()
     yield from redraw(1.0)

@@ -149,13 +149,16 @@ def edits() -> dict[str, Callable[[int], None]]:
 
 
 def many_updates() -> Generator[float, None, int]:
-    """Growth of the memory over many edits and redraws, after some that fill caches."""
-    sculpt = bpy.data.objects["Sculpt"]
+    """Growth of the memory over many edits of a place and a material, and orbits, after some that fill caches."""
+    sculpt, edit = bpy.data.objects["Sculpt"], edits()
     sizes = []
     for k in range(UPDATES + 100):
-        sculpt.location.z = 1.6 + 0.2 * np.sin(0.1 * k)
-        if k % 10 == 0:
-            space().region_3d.view_distance *= 1.0 + 0.01 * (-1) ** (k // 10)
+        if k % 3 == 0:
+            sculpt.location.z = 1.6 + 0.2 * np.sin(0.1 * k)
+        elif k % 3 == 1:
+            edit["material"](k // 3 % 10)
+        else:
+            edit["view"](k)
         yield 0.01
         del drawn[:-1]
         if k >= 100 and (k - 100) % 100 == 0:

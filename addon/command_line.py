@@ -170,6 +170,7 @@ def _parameters(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--base-color", action="append", default=[], metavar="MATERIAL")
     parser.add_argument("--emission", action="append", default=[], metavar="MATERIAL")
     parser.add_argument("--power", action="append", default=[], metavar="LIGHT", help="power or strength of a light")
+    parser.add_argument("--image", action="append", default=[], metavar="IMAGE", help="all pixels of an image")
 
 
 def _animated(parser: argparse.ArgumentParser) -> None:
@@ -197,7 +198,7 @@ def _frames(text: str) -> FrameRange:
 
 def _names(arguments: argparse.Namespace) -> Names:
     return Names(tuple(arguments.vertices), tuple(arguments.base_color), tuple(arguments.emission),
-                 tuple(arguments.power))  # fmt: skip
+                 tuple(arguments.power), tuple(arguments.image))  # fmt: skip
 
 
 def _wanted(arguments: argparse.Namespace) -> tuple[Wanted, ...]:
@@ -208,7 +209,7 @@ def _wanted(arguments: argparse.Namespace) -> tuple[Wanted, ...]:
         found, notes = wanted_of(text)
         out += [one for one in found if one.path not in {other.path for other in out}]
         _print_notes([f"left out: {note}" for note in notes])
-    others = ("field", "vertices", "base_color", "emission", "power")
+    others = ("field", "vertices", "base_color", "emission", "power", "image")
     given = out or any(getattr(arguments, name, ()) for name in others)
     return tuple(out if given else stored_wanted(bpy.context.scene))
 

@@ -12,10 +12,12 @@ import edgegrad
 from edgegrad.scene import parameters as values
 
 from .export import Export
+from .export.nodes.images import name_of_codes
 from .export.surroundings.directed_lamps import LIGHT
 from .problem import Problem
-from .write_back.destinations import Destination, LightPower, MaterialValue, VerticesOf
+from .write_back.destinations import Destination, LightPower, MaterialValue, PixelsOf, VerticesOf
 from .write_back.held import Held
+from .write_back.image_pixels import exported_image, find_image
 from .write_back.values import check_light, check_material, find_material
 from .write_back.vertices import MovedByModifiers, check_vertices
 
@@ -32,12 +34,15 @@ class Names:
         Names of materials.
     power
         Names of light objects; the parameter is the power, or the strength of a sun.
+    image
+        Names of images; the parameter is all their pixels.
     """
 
     vertices: tuple[str, ...] = ()
     base_color: tuple[str, ...] = ()
     emission: tuple[str, ...] = ()
     power: tuple[str, ...] = ()
+    image: tuple[str, ...] = ()
 
     def check_objects(self, scene: Any, in_place: bool) -> None:
         """Raise `Problem` for objects whose vertices, in renders of the scene, cannot be fitted."""
@@ -93,6 +98,7 @@ class Names:
                 raise Problem(f"light '{name}': {_among('no light of this name is rendered', export.lights)}")
             check_light(bpy.data.objects.get(name), name)
             out.append(f"lights.{name}.{'strength' if isinstance(light, edgegrad.SunLight) else 'power'}")
+        out += [f"images.{exported_image(name, export.scene.images)}.pixels" for name in self.image]
         if not out and not may_be_empty:
             raise Problem("no parameter is chosen; choose at least one, such as the vertices of an object")
         return list(dict.fromkeys(out))
@@ -125,6 +131,12 @@ def destination(export: Export, path: str, in_place: bool) -> Destination:
     if collection == "materials":
         reading = export.materials[name]
         return MaterialValue(Held.of("materials", find_material(name)), reading, fieldname, unit(export, path))
+    if collection == "images":
+        image = find_image(name)
+        codes = image is None
+        if codes:
+            image = next(one for one in bpy.data.images if name_of_codes(one.name_full) == name)
+        return PixelsOf(Held.of("images", image), codes)
     return LightPower(Held.of("objects", bpy.data.objects[name]), unit(export, path))
 
 

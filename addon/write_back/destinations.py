@@ -17,6 +17,7 @@ from ..animated.refusals import check as check_property
 from ..export.materials.material import MaterialReading, SocketPath
 from ..problem import Problem
 from .held import Held
+from .image_pixels import check_image, find_image, write_pixels
 from .keys import write_keys
 from .new_object import check_object, make_free_object, make_object
 from .values import check_light, check_sockets, find_material, write_material, write_power
@@ -131,6 +132,26 @@ class LightPower:
 
 
 @dataclass(frozen=True)
+class PixelsOf:
+    """The pixels of an image; `codes`: they are fitted as code values."""
+
+    image: Held
+    codes: bool
+
+    def check(self) -> None:
+        image = self.image.get()
+        check_image(image, image.name_full)
+
+    def write(self, before: Any, after: Any) -> None:
+        write_pixels(self.image.get(), np.asarray(after, np.float64), self.codes)
+
+    def entry(self, before: Any, after: Any) -> Entry:
+        found = self.image.find()
+        return {"image": self.image.name if found is None else found.name_full, "codes": self.codes,
+                "pixels": np.round(np.asarray(after, np.float64), 7).tolist()}  # fmt: skip
+
+
+@dataclass(frozen=True)
 class PropertyValue:
     """The numbers of an animatable property."""
 
@@ -157,7 +178,8 @@ class StoredEntry:
     @property
     def name(self) -> str:
         """What it is the value of, in words."""
-        for kind, word in (("vertices", "object"), ("surface", "object"), ("material", "material"), ("light", "light")):
+        for kind, word in (("vertices", "object"), ("surface", "object"), ("material", "material"), ("light", "light"),
+                           ("image", "image")):  # fmt: skip
             if kind in self.entry:
                 return f"{word} '{self.entry[kind]}'"
         return f"property '{self.entry['properties'][0]}'"
@@ -199,6 +221,10 @@ class StoredEntry:
             ob = bpy.data.objects.get(entry["light"])
             check_light(ob, entry["light"])
             write_power(ob, entry["value"])
+        elif "image" in entry:
+            image = find_image(entry["image"])
+            check_image(image, entry["image"])
+            write_pixels(image, np.array(entry["pixels"], np.float64), entry["codes"])
         else:
             places = [place for name in entry["properties"] for place in find(name)]
             keyed = "frames" in entry

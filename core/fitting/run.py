@@ -27,7 +27,7 @@ from .driven import Driven, Numbers, Placement, Steps, Variable
 from .fields.topological_steps import TopologicalStep, topology_is_due
 from .fields.variables import Coefficients
 from .film.keyed import KeyedFrames, KeyedNumbers
-from .fit_step import Callback, FitStep, ending
+from .fit_step import Callback, FitStep, chance, ending
 from .gains import Gains
 from .losses import Loss
 from .outcome.zero_gradients import warn_of_untouched
@@ -333,7 +333,7 @@ class Run:
         # average the noise of many gradients.
         if not complete and self.keyed is not None:  # a part of the frames is better than none
             self.best, self.best_values, self.best_gains = len(self.losses) - 1, self.values(), self.gains.values
-        if complete and self.smoothed() <= self.least + self._noise():
+        if complete and self.smoothed() <= self.least + chance(len(self.losses)) * self._noise():
             self.least, self.best = min(self.least, self.smoothed()), len(self.losses) - 1
             self.best_values, self.best_gains = self.values(), self.gains.values
 

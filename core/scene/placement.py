@@ -160,8 +160,9 @@ def is_tangent(name: str, values: NDArray[np.float32]) -> bool:
 def placed_tangents(place: F64, values: NDArray[np.float32]) -> NDArray[np.float32]:
     """(k m, 3, 4) tangents and signs (m, 3, 4) of all copies: turned as normals are, their lengths kept."""
     tangent = values[..., :3].astype(np.float64)
-    turned = np.einsum("kij,mcj->kmci", cofactors(place), tangent)
-    length = np.linalg.norm(turned, axis=-1, keepdims=True)
-    turned *= np.linalg.norm(tangent, axis=-1, keepdims=True) / np.where(length > 0.0, length, 1.0)
-    sign = np.where(mirrored(place), -1.0, 1.0)[:, None, None, None] * values[..., 3:]
-    return np.concatenate([turned, sign], axis=-1).reshape(-1, 3, 4).astype(np.float32)
+    turned = (tangent.reshape(-1, 3) @ cofactors(place).transpose(0, 2, 1)).reshape(len(place), *tangent.shape)
+    squared, wanted = (np.einsum("...k,...k->...", v, v) for v in (turned, tangent))
+    out = np.empty((*turned.shape[:3], 4), np.float32)
+    out[..., :3] = turned * np.sqrt(wanted / np.where(squared > 0.0, squared, 1.0))[..., None]
+    out[..., 3] = np.where(mirrored(place), -1.0, 1.0)[:, None, None] * values[..., 3]
+    return out.reshape(-1, 3, 4)

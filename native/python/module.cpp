@@ -18,6 +18,7 @@
 #include "python/crossings.h"
 #include "python/held_objects.h"
 #include "python/learned_sampling.h"
+#include "python/mesh_arrays.h"
 #include "python/numpy_arrays.h"
 #include "python/probes/bsdfs.h"
 #include "python/probes/field_outlines.h"
@@ -301,6 +302,10 @@ NB_MODULE(_native, m) {
     edgegrad::bind_held_objects(m);
     edgegrad::bind_zeros(m);
     edgegrad::bind_learned_sampling(m);
+    m.def("angle_weighted_normals", &edgegrad::angle_weighted_normals, "vertices"_a, "faces"_a, "smoothing"_a,
+          "count"_a, "Shading normals of a mesh that has none of its own (native/python/mesh_arrays.h).");
+    m.def("number_equal_keys", &edgegrad::number_equal_keys, "keys"_a,
+          "Equal numbers for equal keys (native/python/mesh_arrays.h).");
     m.def("crossing_face_pairs", &edgegrad::crossing_face_pairs, "vertices"_a, "faces"_a, "threads"_a,
           "Pairs of faces of one mesh that pass through each other (native/python/crossings.h).");
     m.def("field_warps", &edgegrad::field_warps, "values"_a, "to_world"_a, "rays"_a, "depth"_a, "across"_a,

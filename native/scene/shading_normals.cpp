@@ -26,14 +26,30 @@ struct SmoothFace {
     Vector side(int corner, int to) const { return p[(corner + to) % 3] - p[corner]; }
 };
 
-template <typename F>
-void for_each_smooth_face(const SceneTables& t, size_t mesh, const F& visit) {
-    for (int32_t f = t.mesh_first_face[mesh]; f < t.mesh_first_face[mesh + 1]; ++f) {
+// Faces of one mesh: three vertices each, and three groups of corners with a common normal (-1: flat).
+template <typename T>
+struct MeshFaces {
+    const T* vertices;
+    const int32_t* faces;
+    const int32_t* groups;
+    size_t count;
+};
+
+MeshFaces<float> faces_of(const SceneTables& t, size_t mesh) {
+    const size_t first = 3 * static_cast<size_t>(t.mesh_first_face[mesh]);
+    return MeshFaces<float>{t.vertices.data(), t.faces.data() + first, t.corner_normal.data() + first,
+                            static_cast<size_t>(t.mesh_first_face[mesh + 1] - t.mesh_first_face[mesh])};
+}
+
+template <typename T, typename F>
+void for_each_smooth_face(const MeshFaces<T>& mesh, const F& visit) {
+    for (size_t f = 0; f < mesh.count; ++f) {
         SmoothFace face;
-        face.group = &t.corner_normal[3 * static_cast<size_t>(f)];
-        face.vertex = &t.faces[3 * static_cast<size_t>(f)];
+        face.group = &mesh.groups[3 * f];
+        face.vertex = &mesh.faces[3 * f];
         if (face.group[0] < 0 && face.group[1] < 0 && face.group[2] < 0) continue;
-        for (int k = 0; k < 3; ++k) face.p[k] = vector(&t.vertices[3 * static_cast<size_t>(face.vertex[k])]);
+        for (int k = 0; k < 3; ++k)
+            face.p[k] = vector(&mesh.vertices[3 * static_cast<size_t>(face.vertex[k])]);
         face.m = cross(face.side(0, 1), face.side(0, 2));
         face.length = std::sqrt(dot(face.m, face.m));
         if (!(face.length > 0.0)) continue;
@@ -45,11 +61,11 @@ void for_each_smooth_face(const SceneTables& t, size_t mesh, const F& visit) {
     }
 }
 
-// For each normal of the mesh, the sum of its faces' unit normals times their angles.
-std::vector<double> weighted_sums(const SceneTables& t, size_t mesh) {
-    const int32_t first = t.mesh_first_normal[mesh], last = t.mesh_first_normal[mesh + 1];
-    std::vector<double> sum(3 * static_cast<size_t>(last - first), 0.0);
-    for_each_smooth_face(t, mesh, [&](const SmoothFace& face) {
+// For each group of corners, the sum of its faces' unit normals times their angles. `first`: its first group.
+template <typename T>
+std::vector<double> weighted_sums(const MeshFaces<T>& mesh, int32_t first, size_t groups) {
+    std::vector<double> sum(3 * groups, 0.0);
+    for_each_smooth_face(mesh, [&](const SmoothFace& face) {
         for (int k = 0; k < 3; ++k)
             if (face.group[k] >= 0)
                 add(&sum[3 * static_cast<size_t>(face.group[k] - first)],
@@ -58,13 +74,23 @@ std::vector<double> weighted_sums(const SceneTables& t, size_t mesh) {
     return sum;
 }
 
+std::vector<double> weighted_sums(const SceneTables& t, size_t mesh) {
+    const int32_t first = t.mesh_first_normal[mesh], last = t.mesh_first_normal[mesh + 1];
+    return weighted_sums(faces_of(t, mesh), first, static_cast<size_t>(last - first));
+}
+
+// The factor that makes a sum a unit vector. If the normals cancel, it is zero, and shading uses the face's
+// own normal.
+double unit_scale(const double* sum) {
+    const double length = std::sqrt(dot(vector(sum), vector(sum)));
+    return length > 0.0 ? 1.0 / length : 0.0;
+}
+
 void mesh_normals(SceneTables& t, size_t mesh) {
     const std::vector<double> sum = weighted_sums(t, mesh);
     float* normals = t.normals.data() + 3 * static_cast<ptrdiff_t>(t.mesh_first_normal[mesh]);
     for (size_t n = 0; n < sum.size(); n += 3) {
-        const double length = std::sqrt(dot(vector(&sum[n]), vector(&sum[n])));
-        // If the normals cancel, the shading normal is zero, and shading uses the face's own normal.
-        const double scale = length > 0.0 ? 1.0 / length : 0.0;
+        const double scale = unit_scale(&sum[n]);
         for (size_t c = 0; c < 3; ++c) normals[n + c] = static_cast<float>(scale * sum[n + c]);
     }
 }
@@ -89,6 +115,17 @@ void for_each_computed_mesh(const SceneTables& t, int threads, const F& visit) {
 
 }  // namespace
 
+std::vector<double> angle_weighted_normals(const double* vertices, const int32_t* faces,
+                                           const int32_t* groups, size_t face_count, size_t group_count) {
+    std::vector<double> sum =
+        weighted_sums(MeshFaces<double>{vertices, faces, groups, face_count}, 0, group_count);
+    for (size_t n = 0; n < sum.size(); n += 3) {
+        const double scale = unit_scale(&sum[n]);
+        for (size_t c = 0; c < 3; ++c) sum[n + c] *= scale;
+    }
+    return sum;
+}
+
 void update_shading_normals(SceneTables& t, int threads) {
     if (t.mesh_first_normal.empty() || t.mesh_first_normal.back() == 0) return;
     t.normals.resize(3 * static_cast<size_t>(t.mesh_first_normal.back()));
@@ -107,7 +144,7 @@ void push_shading_normals(const SceneTables& t, int threads, const double* verti
         const int32_t first = t.mesh_first_normal[mesh];
         const std::vector<double> sum = weighted_sums(t, mesh);
         std::vector<double> change(sum.size(), 0.0);
-        for_each_smooth_face(t, mesh, [&](const SmoothFace& f) {
+        for_each_smooth_face(faces_of(t, mesh), [&](const SmoothFace& f) {
             Vector v[3];
             for (int k = 0; k < 3; ++k) v[k] = vector(vertices + 3 * static_cast<ptrdiff_t>(f.vertex[k]));
             const Vector dm = cross(v[1] - v[0], f.side(0, 2)) + cross(f.side(0, 1), v[2] - v[0]);
@@ -137,7 +174,7 @@ void pull_shading_normals(const SceneTables& t, int threads, const double* norma
                 through_normalisation(&sum[n], vector(normals + 3 * static_cast<ptrdiff_t>(first) + n));
             sum[n] = g.x, sum[n + 1] = g.y, sum[n + 2] = g.z;
         }
-        for_each_smooth_face(t, mesh, [&](const SmoothFace& f) {
+        for_each_smooth_face(faces_of(t, mesh), [&](const SmoothFace& f) {
             Vector m{}, p[3]{};
             double l = 0.0;
             for (int k = 0; k < 3; ++k) {

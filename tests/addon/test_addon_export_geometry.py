@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 
 import edgegrad
+from edgegrad import _native
 
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
 from edgegrad_addon.export.geometry import attributes
 from edgegrad_addon.export.geometry.mesh import read_mesh
-from edgegrad_addon.export.geometry.normals import angle_weighted, corner_normals
+from edgegrad_addon.export.geometry.normals import corner_normals
 from edgegrad_addon.look.derivative import derivative_of_names
 from edgegrad_addon.look.plan import planned
 from edgegrad_addon.parameters import Names
@@ -53,7 +54,8 @@ def normals_of(mesh: Any) -> Any:
     if mesh.smoothing is not None:
         normals = mesh.normals
         if normals is None:
-            normals = angle_weighted(mesh.vertices, mesh.faces, mesh.smoothing, mesh.smoothing.max() + 1)
+            normals = _native.angle_weighted_normals(mesh.vertices, mesh.faces, mesh.smoothing,
+                                                     mesh.smoothing.max() + 1)  # fmt: skip
         out[mesh.smoothing >= 0] = normals[mesh.smoothing[mesh.smoothing >= 0]]
     return out
 

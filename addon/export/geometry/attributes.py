@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from edgegrad import _native
 from edgegrad.expression import Attribute
 
 from .hashes import WORD, name_hash
@@ -46,6 +47,7 @@ NO_UV = "(none)"  # no mesh has this map, so tangents are computed around the Z 
 # Tangents around the other axes of the object.
 RADIAL = {"X": "(around X)", "Y": "(around Y)"}
 POINT_RADIUS, RANDOM_POINT = "(point radius)", "(point random)"
+CHUNK = 1 << 14  # triangles that are looked at together: what is computed on the way stays in the cache
 
 # Values of one object or instance: instances that share a mesh have their own.
 OF_OBJECT = (RANDOM, INDEX, COLOR, LOCATION, SCALE, SIDE)
@@ -205,27 +207,37 @@ def tangents(arrays: MeshArrays, uv: F32) -> F32:
     Corners with equal position, normal, UV coordinate and orientation share one tangent: the sum of the tangents of
     their triangles, each projected perpendicular to the normal and weighted by the angle at the corner.
     """
-    p, t = arrays.positions[arrays.faces], np.asarray(uv, np.float32)
+    count = len(arrays.faces)
+    part, key, sign = np.empty((count, 3, 3), np.float32), np.empty((count, 3), np.uint64), np.empty(count, np.float32)
+    for at in range(0, count, CHUNK):
+        here = slice(at, at + CHUNK)
+        part[here], key[here], sign[here] = _tangent_parts(arrays, uv, here)
+    group, first = _native.number_equal_keys(key.reshape(-1))
+    total = np.stack([np.bincount(group, part[..., k].reshape(-1), len(first)) for k in range(3)], axis=1)
+    out = np.empty((count, 3, 4), np.float32)
+    out[..., :3] = _unit(total.astype(np.float32))[group].reshape(count, 3, 3)
+    out[..., 3] = sign[:, None]
+    return out
+
+
+def _tangent_parts(arrays: MeshArrays, uv: F32, some: slice) -> tuple[F32, NDArray[np.uint64], F32]:
+    """Of some triangles: what each corner adds to its tangent, the key of its tangent, and the triangle's sign."""
+    faces = arrays.faces[some]
+    p, t = arrays.positions[faces], np.asarray(uv[some], np.float32)
     (e1, e2), (d1, d2) = ([x[:, k] - x[:, 0] for k in (1, 2)] for x in (p, t))
     sign = np.where(d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0] >= 0.0, np.float32(1.0), np.float32(-1.0))
     along = sign[:, None] * (d2[:, 1:] * e1 - d1[:, 1:] * e2)
     normal = np.repeat(_unit(np.cross(e1, e2).astype(np.float32))[:, None], 3, axis=1)
     if arrays.smoothing is not None and arrays.normals is not None:
-        smooth = arrays.smoothing >= 0
-        normal[smooth] = arrays.normals[arrays.smoothing[smooth]]
+        group = arrays.smoothing[some]
+        smooth = group >= 0
+        normal[smooth] = arrays.normals[group[smooth]]
     edge = p[:, [1, 2, 0]] - p
     ahead, back = _unit(_across(edge, normal)), _unit(_across(-edge[:, [2, 0, 1]], normal))
     angle = np.arccos(np.clip(np.einsum("fck,fck->fc", ahead, back), -1.0, 1.0))
     part = _unit(_across(np.repeat(along[:, None], 3, axis=1), normal)) * angle[..., None]
-    key: NDArray[Any] = bits(arrays.faces.reshape(-1), normal.reshape(-1, 3), t.reshape(-1, 2),
-                             np.repeat(sign > 0.0, 3))  # fmt: skip
-    _, group = np.unique(key, return_inverse=True)
-    group = group.reshape(-1)
-    total = np.stack([np.bincount(group, part.reshape(-1, 3)[:, k]) for k in range(3)], axis=1)
-    out = np.empty((*arrays.faces.shape, 4), np.float32)
-    out[..., :3] = _unit(total.astype(np.float32))[group].reshape(p.shape)
-    out[..., 3] = sign[:, None]
-    return out
+    key = bits(faces.reshape(-1), normal.reshape(-1, 3), t.reshape(-1, 2), np.repeat(sign > 0.0, 3))
+    return part, key.reshape(-1, 3), sign
 
 
 def _across(v: F32, normal: F32) -> F32:

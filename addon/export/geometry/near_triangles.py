@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
+from edgegrad import _native
 from edgegrad.scene.placement import places
 
 from .normals import bits
@@ -196,10 +197,9 @@ def _repeated(keys: NDArray[np.uint64]) -> NDArray[np.bool_]:
     """(n,) whether another row has one of the same keys; 0 is no key."""
     out = np.zeros(len(keys), bool)
     for key in keys.T:
-        ordered = np.sort(key)
-        again = ordered[1:][(ordered[1:] == ordered[:-1]) & (ordered[1:] > 0)]
-        if len(again):
-            out |= np.isin(key, again)
+        number, first = _native.number_equal_keys(np.ascontiguousarray(key))
+        if len(first) < len(key):
+            out |= (np.bincount(number, minlength=len(first)) > 1)[number] & (key > 0)
     return out
 
 

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from edgegrad import _native
+
 # Normals count as equal to the angle-weighted normals of the triangles if they differ by less. A larger tolerance
 # ignores custom normals; a smaller one keeps normals that differ by rounding only, and these do not follow moving
 # vertices.
@@ -100,8 +102,7 @@ def usable(normals: F32) -> F32:
 
 def _grouped(vertex: I32, normals: F32) -> tuple[I32, NDArray[np.int64]]:
     """Group the corners by vertex and by the bits of the normal; also return the first corner of each group."""
-    _, first, group = np.unique(bits(vertex, normals), return_index=True, return_inverse=True)
-    return group.reshape(-1).astype(np.int32), first
+    return _native.number_equal_keys(bits(vertex, normals))
 
 
 def bits(*columns: NDArray[Any]) -> NDArray[np.uint64]:
@@ -161,30 +162,24 @@ def given_normals(vertices: F64, faces: I32, smoothing: I32, normals: F64, exact
         Whether to return them; None: if they differ.
     """
     if given is not None:
-        return normals / np.linalg.norm(normals, axis=1, keepdims=True) if given else None
+        return _unit(normals) if given else None
     if exact:
         return None
-    own = angle_weighted(vertices, faces, smoothing, len(normals))
-    unit = normals / np.linalg.norm(normals, axis=1, keepdims=True)
-    used = np.abs(own).max(axis=1) > 0.0
-    return unit if np.abs(own - unit)[used].max(initial=0.0) > SAME_NORMAL else None
+    own = _native.angle_weighted_normals(vertices, np.ascontiguousarray(faces), np.ascontiguousarray(smoothing),
+                                         len(normals))  # fmt: skip
+    unit = _unit(normals)
+    used = _squares(own) > 0.0  # normals that cancel are zero
+    np.abs(np.subtract(own, unit, out=own), out=own)
+    return unit if any(own[used, k].max(initial=0.0) > SAME_NORMAL for k in range(3)) else None
 
 
-def angle_weighted(vertices: F64, faces: I32, smoothing: I32, count: int) -> F64:
-    """(count, 3) unit normals of groups of corners: mean of the face normals, weighted by the corner angles."""
-    corner = vertices[faces]
-    ahead = corner[:, [1, 2, 0]] - corner
-    ahead /= np.maximum(np.sqrt(np.einsum("fck,fck->fc", ahead, ahead)), 1e-30)[..., None]
-    back = -ahead[:, [2, 0, 1]]
-    face = np.cross(ahead[:, 0], back[:, 0])
-    face /= np.maximum(np.linalg.norm(face, axis=1, keepdims=True), 1e-30)
-    angle = np.arccos(np.clip(np.einsum("fck,fck->fc", ahead, back), -1.0, 1.0))
-    smooth = smoothing >= 0
-    group, weight = smoothing[smooth], angle[smooth]
-    of_corner = np.broadcast_to(face[:, None], corner.shape)[smooth]
-    total = np.stack([np.bincount(group, weight * of_corner[:, k], count) for k in range(3)], axis=1)
-    length = np.linalg.norm(total, axis=1, keepdims=True)
-    return np.divide(total, length, out=np.zeros_like(total), where=length > 1e-20)
+def _unit(vectors: F64) -> F64:
+    return vectors / np.sqrt(_squares(vectors))[:, None]
+
+
+def _squares(vectors: F64) -> F64:
+    """(n,) squared lengths; numpy's own functions are slow along short axes."""
+    return np.asarray(np.einsum("nk,nk->n", vectors, vectors))
 
 
 # Angle between the smooth normal and a triangle above which the triangle is coarse; triangles that are looked at.

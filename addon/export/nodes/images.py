@@ -50,7 +50,7 @@ class Images:
 
     def interpolates_codes(self, image: Any) -> bool:
         """Whether Cycles interpolates the code values of an image instead of its linear colours."""
-        return self.coded and not is_float(image) and image.colorspace_settings.name == "sRGB"
+        return self.coded and holds_codes(image)
 
     def read(self, image: Any, codes: bool = False) -> str:
         """Read Blender's image, as linear light or as code values, and return its name in the scene.
@@ -61,10 +61,20 @@ class Images:
             For sequences, movies, tiles, missing files and colour spaces that only Blender can convert.
         """
         # An image may be used both as linear light and as code values; these are two images in the scene.
-        name = f"{image.name_full} (sRGB codes)" if codes else image.name_full
+        name = name_of_codes(image.name_full) if codes else image.name_full
         if name not in self.found:
             self.found[name] = edgegrad.Image(_pixels(image, codes, self.limit, self._scratch))
         return name
+
+
+def name_of_codes(name: str) -> str:
+    """Name, in the scene, of an image that is read as code values."""
+    return f"{name} (sRGB codes)"
+
+
+def holds_codes(image: Any) -> bool:
+    """Whether Blender stores the 8-bit sRGB code values of an image."""
+    return not is_float(image) and bool(image.colorspace_settings.name == "sRGB")
 
 
 def is_missing(image: Any) -> bool:

@@ -2,7 +2,7 @@
 
 For each case, the scene is built and rendered by Cycles, what is to be found is changed, and the .blend is fitted by
 the command line, which saves another .blend; the values there are compared with the truth. The error is the largest of
-a case's numbers, of vertices the median.
+a case's numbers, of vertices and pixels the median.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import argparse
 import json
 import time
 from pathlib import Path
+from typing import Any
 
 import bpy
 import numpy as np
@@ -24,11 +25,13 @@ TARGET_SAMPLES = 512
 
 
 def values(paths: list[str]) -> NDArray[np.float64]:
-    """The numbers of properties, or the vertices of objects, one after the other."""
-    out = []
+    """The numbers of properties, the vertices of objects, or the pixels of images, one after the other."""
+    out: list[float] = []
     for path in paths:
         ob = bpy.data.objects.get(path)
-        if ob is None:
+        if path in bpy.data.images:
+            out += colors(bpy.data.images[path])[..., :3].ravel().tolist()
+        elif ob is None:
             out += [place.read() for place in data_path.find(path)]
         else:
             keys = ob.data.shape_keys
@@ -37,12 +40,23 @@ def values(paths: list[str]) -> NDArray[np.float64]:
     return np.array(out)
 
 
+def colors(image: Any) -> NDArray[np.float32]:
+    """(pixels, channels) of an image."""
+    return np.array(image.pixels, np.float32).reshape(-1, image.channels)
+
+
 def assign(paths: list[str], numbers: NDArray[np.float64]) -> None:
     """Set what `values` returns."""
     rest = iter(numbers.tolist())
     for path in paths:
         ob = bpy.data.objects.get(path)
-        if ob is None:
+        if path in bpy.data.images:
+            image = bpy.data.images[path]
+            pixels = colors(image)
+            pixels[:, :3] = [[next(rest) for _ in range(3)] for _ in pixels]
+            image.pixels.foreach_set(pixels.ravel())
+            image.pack()
+        elif ob is None:
             for place in data_path.find(path):
                 place.write(next(rest))
         else:
@@ -67,8 +81,9 @@ def run(name: str, case: Case, size: int, samples: int, folder: Path) -> str:
     assign(paths, truth + change)
     before = np.abs(values(paths) - truth)
     start, fitted, out = folder / f"{name}_start.blend", folder / f"{name}_fitted.blend", folder / name
-    named = [word for path in paths for word in (("--vertices", path) if path in bpy.data.objects
-                                                 else ("--parameter", path))]  # fmt: skip
+    many = [path for path in paths if path in bpy.data.objects or path in bpy.data.images]
+    named = [word for path in paths for word in ("--parameter" if path not in many else "--image"
+                                                 if path in bpy.data.images else "--vertices", path)]  # fmt: skip
     bpy.ops.wm.save_as_mainfile(filepath=str(start), copy=True)
     began = time.process_time()
     code = command_line.main(["fit", str(start), *targets, *named, "--iterations", str(case.iterations), "--samples",
@@ -81,8 +96,8 @@ def run(name: str, case: Case, size: int, samples: int, folder: Path) -> str:
     report = json.loads((out / "report.json").read_text())
     told = "; ".join(one["sentence"] for one in report["uncertainty"])
     print(f"{name}: {told}", flush=True)
-    # Some vertices of a cage are hidden from all cameras.
-    of = np.median if any(path in bpy.data.objects for path in paths) else np.max
+    # Some vertices of a cage, and some pixels of an image, are hidden from all cameras.
+    of = np.median if many else np.max
     return f"| {name} | {case.title} | {of(before):.3g} | {of(after):.2g} | {seconds:.0f} |"
 
 

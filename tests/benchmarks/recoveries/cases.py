@@ -23,7 +23,8 @@ class Case:
         What is found, from what.
     build
         Makes the scene; returns the full paths of what is lost, and by how much it is changed (degrees of freedom in
-        the order of the paths). A path that is the name of an object stands for the vertices of its mesh.
+        the order of the paths). The name of an object stands for the vertices of its mesh, that of an image for its
+        pixels.
     iterations
         Of the fit.
     cameras
@@ -93,24 +94,27 @@ def nodes(size: int) -> tuple[Sequence[str], Any]:
             f'{zoo.CLAY}.nodes["Diffuse BSDF"].inputs["Color"].default_value'], [0.3, -0.2, 0.2, 0.2, 0.0]
 
 
-def _picture(name: str, pixels: Any) -> Any:
-    made = bpy.data.images.new(name, pixels.shape[1], pixels.shape[0], float_buffer=True)
-    made.colorspace_settings.name = "Linear Rec.709"
+def _picture(name: str, pixels: Any, codes: bool) -> Any:
+    made = bpy.data.images.new(name, pixels.shape[1], pixels.shape[0], float_buffer=not codes)
+    made.colorspace_settings.name = "sRGB" if codes else "Linear Rec.709"
     opaque = np.concatenate([pixels, np.ones((*pixels.shape[:2], 1))], axis=2)
     made.pixels.foreach_set(opaque.astype(np.float32).ravel())
     made.pack()
     return made
 
 
-def _textured_floor(size: int) -> None:
-    """A floor with smooth coloured waves, in whose texture coordinates the world's metres are."""
+def _textured_floor(size: int, side: int = 64, codes: bool = False) -> None:
+    """A floor with smooth coloured waves, in whose texture coordinates the world's metres are.
+
+    `side`: pixels along a side of its image. `codes`: it has 8-bit sRGB codes.
+    """
     zoo.stage(size)
-    y, x = np.mgrid[0:64, 0:64] / 64.0 * 2.0 * np.pi
+    y, x = np.mgrid[0:side, 0:side] / side * 2.0 * np.pi
     waves = 0.5 + 0.4 * np.stack([np.sin(6 * x), np.sin(6 * y), np.sin(5 * (x + y))], axis=-1)
     material = bpy.data.materials["Grey"]
     tree = material.node_tree
     image, where = tree.nodes.new("ShaderNodeTexImage"), tree.nodes.new("ShaderNodeTexCoord")
-    image.image = _picture("Waves", waves)
+    image.image = _picture("Waves", waves, codes)
     scaled = tree.nodes.new("ShaderNodeMapping")
     scaled.inputs["Scale"].default_value = (0.15, 0.15, 0.15)
     tree.links.new(where.outputs["Object"], scaled.inputs["Vector"])
@@ -130,6 +134,14 @@ def glass(size: int) -> tuple[Sequence[str], Any]:
     return ['objects["Pane"].scale[2]'], [0.2]
 
 
+def texture(size: int) -> tuple[Sequence[str], Any]:
+    """The pixels of the floor's 8-bit image, which becomes grey."""
+    _textured_floor(size, 48, codes=True)
+    bs.camera((4.5, -3.5, 3.2), (1.0, 0.0, 0.9), "Side")
+    pixels = np.array(bpy.data.images["Waves"].pixels, np.float64).reshape(-1, 4)[:, :3]
+    return ["Waves"], (0.5 - pixels).ravel()
+
+
 CASES = {
     "bones": Case("rotations of eight bones of a chain", bones, 100, ("Camera", "Front")),
     "face": Case("three shape keys", face, 60),
@@ -137,5 +149,6 @@ CASES = {
     "sun": Case("direction of the sun from a shadow, turbidity of the sky from its light", sun, 80),
     "cage": Case("eight vertices under a Subdivision modifier", cage, 100, ("Camera", "Side")),
     "nodes": Case("an input of geometry nodes, and a colour", nodes, 100),
+    "texture": Case("48 x 48 pixels of an 8-bit image on a floor, from two cameras", texture, 100, ("Camera", "Side")),
     "glass": Case("thickness of a pane of glass from its refraction", glass, 60),
 }

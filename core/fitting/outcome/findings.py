@@ -85,11 +85,9 @@ def open_depths(variables: Iterable[Unknown | Variable | Numbers], cameras: Sequ
     for item in variables:
         if not isinstance(item, (Vertices, ControlVertices)):
             continue
-        begun = (f"one view does not determine depth: how far the vertices of '{item.path}' are from the camera is told "
-                 "by shading and shadows alone")  # fmt: skip
-        if item.symmetric:
-            begun += ", except where the camera sees a vertex and its mirror image from beside the plane of symmetry"
-        out.append(f"{begun}; add targets from other sides")
+        known = ", except where it shows a vertex and its mirror image from beside the plane of symmetry"
+        out.append(f"one view does not determine depth: how far the vertices of '{item.path}' are from the camera is "
+                   f"told by shading and shadows alone{known if item.symmetric else ''}; add targets from other sides")
     return out
 
 

@@ -57,6 +57,8 @@ class ControlVertices(Resumable):
 
     Attributes
     ----------
+    symmetric
+        Whether the shape is mirrored.
     starts
         Shapes with which the fit may start; the one that fits the pictures best shall be given to `begin`.
     """
@@ -69,6 +71,7 @@ class ControlVertices(Resumable):
                  cage: Cage | None = None) -> None:  # fmt: skip
         self._constraint = None if rules is None else Constraint(path, rules, vertices)
         self.path, self._cage = path, cage
+        self.symmetric = self._constraint is not None and self._constraint.partner is not None
         self.starts = [vertices] if self._constraint is None else self._constraint.starts()
         self.value = self.starts[0]
         self.step = (STEP if step is None else step) * (float(np.linalg.norm(np.ptp(vertices, axis=0))) or 1.0)

@@ -17,6 +17,8 @@ from ..vertices.variables import Vertices
 
 # Kinds of findings.
 OPEN, LOW, HIGH = "open", "at the lower limit", "at the upper limit"
+# Angle (radians) up to which two orthographic cameras look along the same line; it covers the rounding of rotations.
+SAME_DIRECTION = 1e-6
 
 
 @dataclass(frozen=True)
@@ -76,10 +78,24 @@ def findings(touched: Mapping[str, NDArray[np.bool_]], values: Mapping[str, Any]
 
 
 def open_depths(variables: Iterable[Unknown | Variable | Numbers], cameras: Sequence[Camera]) -> list[str]:
-    """Say for which shapes there are pictures from one place only."""
-    places = np.array([camera.to_world[:3, 3] for camera in cameras])
-    if np.ptp(places, axis=0).max() > 0.0:
+    """Say for which shapes there are pictures from one viewpoint only."""
+    if not _one_viewpoint(cameras):
         return []
-    return [f"one view does not determine depth: how far the vertices of '{item.path}' are from the camera is told by "
-            "shading and shadows alone; add targets from other sides"
-            for item in variables if isinstance(item, (Vertices, ControlVertices))]  # fmt: skip
+    out = []
+    for item in variables:
+        if not isinstance(item, (Vertices, ControlVertices)):
+            continue
+        known = ", except where it shows a vertex and its mirror image from beside the plane of symmetry"
+        out.append(f"one view does not determine depth: how far the vertices of '{item.path}' are from the camera is "
+                   f"told by shading and shadows alone{known if item.symmetric else ''}; add targets from other sides")
+    return out
+
+
+def _one_viewpoint(cameras: Sequence[Camera]) -> bool:
+    """Whether all pictures are projections from one place, or all along one direction from infinitely far away."""
+    kinds = [camera.kind == "ORTHOGRAPHIC" for camera in cameras]
+    if all(kinds):
+        directions = np.array([camera.to_world[:3, 2] for camera in cameras])
+        return bool(np.abs(np.cross(directions, directions[0])).max() <= SAME_DIRECTION)
+    places = np.array([camera.to_world[:3, 3] for camera in cameras])
+    return not any(kinds) and not np.ptp(places, axis=0).any()

@@ -44,6 +44,8 @@ class Vertices(Resumable):
 
     Attributes
     ----------
+    symmetric
+        Whether the shape is mirrored.
     starts
         Shapes with which the fit may start; the one that fits the pictures best shall be given to `begin`.
     """
@@ -61,6 +63,7 @@ class Vertices(Resumable):
                              "the length of a step; separate its vertices")
         self.step = (VERTEX_STEP if step is None else step) * extent
         self._constraint = None if rules is None else Constraint(path, rules, vertices)
+        self.symmetric = self._constraint is not None and self._constraint.partner is not None
         self.starts = [vertices] if self._constraint is None else self._constraint.starts()
         self.value = self.starts[0]
         self._faces = faces

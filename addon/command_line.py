@@ -18,7 +18,7 @@ from typing import Any, TextIO
 import bpy
 
 from edgegrad import FitStep, images, losses
-from edgegrad.fitting.checkpoint_file import check_checkpoint
+from edgegrad.fitting.checkpoints.checkpoint_file import check_checkpoint
 from edgegrad.images.output_files import check_outputs
 from edgegrad.progress import ProgressBar
 

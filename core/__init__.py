@@ -5,7 +5,7 @@ import sys
 from . import calibration, distance_fields
 from .expression import procedural
 from .fitting import losses, optimisers
-from .fitting.checkpoints import Checkpoint, read_checkpoint
+from .fitting.checkpoints.checkpoints import Checkpoint, read_checkpoint
 from .fitting.fields.schedule import FieldSteps
 from .fitting.film.film import Film
 from .fitting.fit_step import FitStep

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad import images
-from edgegrad.fitting.checkpoint_file import CheckpointError
+from edgegrad.fitting.checkpoints.checkpoint_file import CheckpointError
 from edgegrad.images.code_values import write_codes
 
 from ..session import Session

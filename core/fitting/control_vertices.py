@@ -15,8 +15,8 @@ import numpy as np
 from cholespy import CholeskySolverD, MatrixType
 from numpy.typing import NDArray
 
+from .checkpoints.resumable import Resumable
 from .optimisers import AdamUniform
-from .resumable import Resumable
 from .rigid_variables import BETA2
 from .vertices.cage import Cage
 from .vertices.rules import Constraint, VertexRules

@@ -13,8 +13,8 @@ from typing import Any, ClassVar, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from .checkpoints.resumable import Resumable, State
 from .optimisers import Adam, AdamMatrix
-from .resumable import Resumable, State
 from .rigid_variables import BETA2
 
 F64 = NDArray[np.float64]

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .resumable import Resumable
+from .checkpoints.resumable import Resumable
 
 F64 = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from .._check import choice, flag, function, instance, number, whole
 from .._fields import Check, Checked, by, optional
 from ..rendering.options import MOST_THREADS, Progress, checked_bounces, checked_field_edges
 from ..scene.bounces import Bounces
-from .checkpoint_file import check_checkpoint
+from .checkpoints.checkpoint_file import check_checkpoint
 from .fields.schedule import FieldSteps
 from .fit_step import ON_CANCEL, Callback
 from .large_steps import MOST_SMOOTHNESS

@@ -17,8 +17,8 @@ from ..scene import parameters
 from ..scene.bounces import MAX_DEPTH
 from ..scene.scene import Scene, validated
 from ..tables.tables import flatten
-from . import fingerprint
-from .checkpoints import Checkpoints
+from .checkpoints import fingerprint
+from .checkpoints.checkpoints import Checkpoints
 from .driven import Driven, Placement
 from .film.checked_film import check_film
 from .film.film import Film

@@ -17,8 +17,8 @@ from ..scene.field import Field
 from ..scene.mesh import Mesh
 from ..scene.placement import expanded, placed_meshes, places
 from ..scene.scene import Scene
+from .checkpoints.resumable import Resumable
 from .optimisers import AdamMatrix, AdamUniform
-from .resumable import Resumable
 
 F64 = NDArray[np.float64]
 

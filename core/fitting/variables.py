@@ -11,11 +11,11 @@ from ..scene import parameters
 from ..scene.mesh import Mesh
 from ..scene.scene import Scene
 from .bounds import first_step, limits
+from .checkpoints.resumable import Resumable, State
 from .fields.grids import Attribute
 from .fields.schedule import FieldSteps
 from .fields.variables import Coefficients
 from .optimisers import Adam
-from .resumable import Resumable, State
 from .rigid_variables import BETA2, Directions, Poses, Positions
 from .vertices.rules import VertexRules
 from .vertices.variables import Vertices

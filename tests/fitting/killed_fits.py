@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 import edgegrad
-from edgegrad.fitting.checkpoint_file import read_tree
+from edgegrad.fitting.checkpoints.checkpoint_file import read_tree
 from edgegrad.images.output_files import TEMPORARY
 from tests.support.fits import COLOR, POWER, VERTICES, ball, picture
 

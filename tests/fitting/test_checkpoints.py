@@ -14,7 +14,7 @@ import pytest
 import edgegrad
 from edgegrad import FieldSteps, Scene, Target, read_checkpoint
 from edgegrad import expression as e
-from edgegrad.fitting import checkpoint_file
+from edgegrad.fitting.checkpoints import checkpoint_file
 from edgegrad.fitting.fit_step import FitStep
 from tests.fitting.killed_fits import kill_fits
 from tests.support import shapes

@@ -11,8 +11,8 @@ from ...distance_fields.linear import axis_weights, mapped
 from ...scene import parameters
 from ...scene.scene import Scene
 from ..bounds import first_step, limits
+from ..checkpoints.resumable import Resumable, State
 from ..optimisers import Adam
-from ..resumable import Resumable, State
 from ..rigid_variables import BETA2
 from .filters import filters, smoothed
 from .schedule import MOST_COARSER, FieldSteps, refinements

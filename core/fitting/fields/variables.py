@@ -13,8 +13,8 @@ from ...distance_fields.regularisers import eikonal_of, laplacian_of
 from ...scene import parameters
 from ...scene.field import Field
 from ...scene.scene import Scene
+from ..checkpoints.resumable import Resumable, State
 from ..optimisers import AdamUniform
-from ..resumable import Resumable, State
 from ..rigid_variables import BETA2
 from .filters import filters, smoothed
 from .schedule import MOST_COARSER, FieldSteps, refinements

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ..checkpoints.resumable import Resumable, State
 from ..driven import MOST_TOGETHER, Numbers
 from ..losses import Loss
 from ..optimisers import Adam, AdamMatrix
-from ..resumable import Resumable, State
 from ..rigid_variables import BETA2
 from ..schedule import Start, Turn
 from ..targets import View

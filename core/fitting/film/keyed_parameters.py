@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from ...scene import parameters
 from ...scene.scene import Scene
 from ..bounds import first_step, limits
+from ..checkpoints.resumable import State
 from ..driven import Placement
-from ..resumable import State
 from ..rigid_variables import TURN_STEP, pivot_and_extent, rotations
 from .film import Film
 from .keyed import KeyedNumbers

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...geometry import topology
+from ..checkpoints.resumable import Resumable
 from ..large_steps import LargeSteps
 from ..optimisers import AdamUniform
-from ..resumable import Resumable
 from ..rigid_variables import BETA2
 from .fold_guard import FoldGuard
 from .rules import Constraint, VertexRules

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from ..rendering.renderer import Renderer
-from ..scene import parameters
+from ...rendering.renderer import Renderer
+from ...scene import parameters
+from ..run import Run
 from .checkpoint_file import CheckpointError, read_tree, write_checkpoint
 from .fingerprint import Fingerprint, difference
 from .resumable import State
-from .run import Run
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..images.output_files import check_outputs, replacing
+from ...images.output_files import check_outputs, replacing
 
 SUFFIX = ".npz"
 FORMAT, VERSION = "edgegrad fit", 1

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from ..scene import parameters
-from ..scene.scene import Scene
-from .driven import Driven, Numbers, Placement
-from .targets import View
+from ...scene import parameters
+from ...scene.scene import Scene
+from ..driven import Driven, Numbers, Placement
+from ..targets import View
 
 _KINDS = {"meshes": "mesh", "materials": "material", "lights": "light", "images": "image", "fields": "field"}
 Fingerprint = dict[str, str]

@@ -59,14 +59,18 @@ void forget_place(const AdjointTask& task, Mask m, Int path) {
     scatter3(task.direction, path, m, zero, zero, zero);
 }
 
-// Drops vertices whose light is not finite, with their contribution to the previous vertices, and counts
-// them.
+// Counts vertices whose contribution is left out.
+EG_OUTLINE void count_dropped(const AdjointTask& task, const Vertex& v, Mask lost, Int path) {
+    for (int i = 0; i < W; ++i)
+        if (lost[i]) task.dropped->add(task.image->pixel_of(path[i]), v.face[i], v.instance[i]);
+}
+
+// Drops vertices whose light is not finite, with their contribution to the previous vertices.
 EG_OUTLINE void drop(const AdjointTask& task, Vertex& v, Mask lost, Int path) {
     store(v.lost, lost);
     store(v.active, load(v.active) & ~lost);
     forget_place(task, lost, path);
-    for (int i = 0; i < W; ++i)
-        if (lost[i]) task.dropped->add(task.image->pixel_of(path[i]), v.face[i], v.instance[i]);
+    count_dropped(task, v, lost, path);
 }
 
 // Number of floats from one packet's field to the same field of the next packet.
@@ -143,7 +147,8 @@ void path_backward_kernel(const SceneView& scene, const AdjointTask& task, const
                             gather_raw3(task.direction, path));
                   }
                   // Sweep, and pass the adjoints to the previous vertices
-                  tape.backward();
+                  const Mask lost = active & tape.backward();
+                  if (any(lost)) count_dropped(task, v, lost, path);
                   if (!task.geometry) return;
                   RawVec3 position = derivatives(tape, nodes(in.from)),
                           direction = derivatives(tape, nodes(in.direction));
@@ -158,13 +163,19 @@ void path_backward_kernel(const SceneView& scene, const AdjointTask& task, const
               });
 }
 
-// Adds the derivative of a packet's vertices to the radiance of their paths.
-EG_INLINE void add_change(const Tape& tape, const Vertex& v, Mask active, Int path, const Nodes3& light,
-                          float* const radiance[3]) {
+// Adds the derivative of a packet's vertices to the radiance of their paths, where it is finite.
+EG_INLINE void add_change(const AdjointTask& task, const Tape& tape, const Vertex& v, Mask active, Int path,
+                          const Nodes3& light, float* const radiance[3]) {
     const int32_t node[3] = {light.x, light.y, light.z};
+    raw::Float change[3];
+    Mask finite = active;
+    for (int c = 0; c < 3; ++c) {
+        change[c] = raw::load(v.throughput[c]) * tape.derivative(node[c]);
+        finite &= change[c] - change[c] == 0.0f;
+    }
     for (int c = 0; c < 3; ++c)
-        raw::scatter(radiance[c], path, active,
-                     raw::gather(radiance[c], path) + raw::load(v.throughput[c]) * tape.derivative(node[c]));
+        raw::scatter(radiance[c], path, finite, raw::gather(radiance[c], path) + change[c]);
+    if (const Mask lost = active & ~finite; any(lost)) count_dropped(task, v, lost, path);
 }
 
 // One packet's part of a tape, and the nodes through which derivatives enter and leave it.
@@ -208,7 +219,7 @@ void path_forward_kernel(const SceneView& scene, const AdjointTask& task, float*
         return walk_back(scene, task, tape,
                          [&](Vertex& v, Mask active, Int path, const ArrivalInputs&, const Leaving& out) {
                              tape.forward();
-                             add_change(tape, v, active, path, nodes(out.light), radiance);
+                             add_change(task, tape, v, active, path, nodes(out.light), radiance);
                          });
     }
     // Light is known from the ends of the paths, motion from the camera. So record backwards first, then
@@ -227,7 +238,7 @@ void path_forward_kernel(const SceneView& scene, const AdjointTask& task, float*
         seed3(tape, part.direction, active & load(v.screen_form), gather_raw3(task.direction, path));
         // Sweep, and pass the motion to the next vertices
         tape.forward();
-        add_change(tape, v, active, path, part.light, radiance);
+        add_change(task, tape, v, active, path, part.light, radiance);
         const auto hand_on = [&](float* const(&to)[3], Mask m, const Nodes3& of) {
             const RawVec3 d = derivatives(tape, of);
             scatter3(to, path, m, d.x, d.y, d.z);

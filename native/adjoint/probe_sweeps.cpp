@@ -21,7 +21,10 @@ void sweep_points(Tape& tape, const ProbeSweep& sweep, int64_t first, int64_t po
         for (int i = 0; i < left; ++i) adjoint[i] = sweep.adjoint[(first + i) * count + k];
         tape.seed(output[k].node, adjoint);
     }
-    if (sweep.adjoint) return tape.backward();
+    if (sweep.adjoint) {
+        tape.backward();
+        return;
+    }
     tape.forward();
     for (int k = 0; k < count; ++k)
         for (int i = 0; i < left; ++i)

@@ -122,7 +122,9 @@ class Tape {
     // Adds to the adjoint of an output before a backward sweep, or to the tangent of an input before a
     // forward sweep.
     void seed(int32_t node, raw::Float value);
-    void backward();
+    // Returns the lanes in which the adjoint of a table's number is not finite. It is left out of the
+    // gradient.
+    raw::Mask backward();
     void forward();
     // Returns an adjoint or a tangent after a sweep.
     raw::Float derivative(int32_t node) const;
@@ -168,7 +170,7 @@ class Tape {
     void* make_block(size_t size, BlockSweep backward, BlockSweep forward);
     void sweep_back(raw::Float* d, int last, int first) const;
     void sweep_on(raw::Float* d, int first, int last) const;
-    void scatter(const Leaves& closures, const raw::Float* adjoint) const;
+    raw::Mask scatter(const Leaves& closures, const raw::Float* adjoint) const;
     // Derivatives of all nodes. Those of nodes made since the last sweep are set to zero.
     raw::Float* derivatives();
 
@@ -280,7 +282,7 @@ inline void Tape::sweep_back(raw::Float* d, int last, int first) const {
     }
 }
 
-inline void Tape::backward() {
+inline raw::Mask Tape::backward() {
     raw::Float* d = derivatives();
     const auto* entries = static_cast<const BlockEntry*>(memory_.block_entries.data());
     int e = edges_;
@@ -291,14 +293,22 @@ inline void Tape::backward() {
     }
     sweep_back(d, e, first_.edges);
     const Leaves* closures = static_cast<const Leaves*>(memory_.closures.data());
-    for (int k = first_.closures; k < leaves_; ++k) scatter(closures[k], d + closures[k].node);
+    raw::Mask lost = raw::splat(0);
+    for (int k = first_.closures; k < leaves_; ++k) lost |= scatter(closures[k], d + closures[k].node);
+    return lost;
 }
 
-inline void Tape::scatter(const Leaves& closures, const raw::Float* adjoint) const {
+// Returns the lanes whose adjoint is not finite.
+inline raw::Mask Tape::scatter(const Leaves& closures, const raw::Float* adjoint) const {
     double* gradient = tables_.table[closures.table].gradient;
-    raw::Mask left = adjoint[0] != 0.0f;
-    for (int c = 1; c < closures.count; ++c) left |= adjoint[c] != 0.0f;
+    raw::Mask left = adjoint[0] != 0.0f, finite = adjoint[0] - adjoint[0] == 0.0f;
+    for (int c = 1; c < closures.count; ++c) {
+        left |= adjoint[c] != 0.0f;
+        finite &= adjoint[c] - adjoint[c] == 0.0f;
+    }
     left &= closures.place >= 0;
+    const raw::Mask lost = left & ~finite;
+    left &= finite;
     while (raw::any(left)) {
         const int lane = raw::first_lane(left);
         double* to = gradient + closures.place[lane];
@@ -315,6 +325,7 @@ inline void Tape::scatter(const Leaves& closures, const raw::Float* adjoint) con
             if (raw::any(a != 0.0f)) to[c] += raw::sum_of_lanes(a);
         }
     }
+    return lost;
 }
 
 inline void Tape::forward() {

@@ -154,11 +154,17 @@ static void values_backward_kernel(const SceneView& scene, const ValueTask& task
         const Vec3 seen = {gather(adjoint, pixel), gather(adjoint + 1, pixel), gather(adjoint + 2, pixel)};
         const Vec3 weight = select(active, seen * load3(v.throughput) * splat(task.image->weight), zero3());
         const Vec3 reflected = weight * load3(v.color) * load(v.scale);
+        const Vec3 by_color = weight * scattered, by_own = weight * load3(v.own_gain),
+                   by_light = reflected * load3(v.light_gain),
+                   by_environment = reflected * load3(v.environment_gain);
+        const Mask lost =
+            active & ~(finite(by_color) & finite(by_own) & finite(by_light) & finite(by_environment));
+        if (any(lost)) drop(task, v, lost, path), active &= ~lost;
         const Int closure = load(v.closure);
-        tables.color.add(active & (closure >= 0), closure, weight * scattered);
-        tables.add(active, load(v.own_source), weight * load3(v.own_gain));
-        tables.add(active, load(v.light_source), reflected * load3(v.light_gain));
-        tables.environment.add(active, splat(0), reflected * load3(v.environment_gain));
+        tables.color.add(active & (closure >= 0), closure, by_color);
+        tables.add(active, load(v.own_source), by_own);
+        tables.add(active, load(v.light_source), by_light);
+        tables.environment.add(active, splat(0), by_environment);
     });
 }
 
@@ -173,8 +179,11 @@ static void values_forward_kernel(const SceneView& scene, const ValueTask& task,
         const Vec3 change = tables.color.change(active & (closure >= 0), closure) * scattered +
                             tables.change(active, load(v.own_source)) * load3(v.own_gain) +
                             load3(v.color) * received * load(v.scale);
+        const Vec3 seen = load3(v.throughput) * change;
+        const Mask lost = active & ~finite(seen);
+        if (any(lost)) drop(task, v, lost, path), active &= ~lost;
         float* const to[3] = {radiance[0], radiance[1], radiance[2]};
-        scatter3(to, path, active, gather3(to, path) + load3(v.throughput) * change);
+        scatter3(to, path, active, gather3(to, path) + seen);
     });
 }
 

@@ -80,6 +80,27 @@ def test_samples_of_shading_that_are_left_out_are_told() -> None:
     assert "the interior term leaves out" in forward[0] and "in row" in forward[0] and "of mesh '" in forward[0]
 
 
+@pytest.mark.parametrize(("kind", "field"), [("DIFFUSE", "base_color"), ("GLOSSY", "roughness")])
+def test_derivatives_that_no_float_holds_are_left_out_and_told(kind: str, field: str) -> None:
+    """The picture is finite. Its adjoint and the change of the value are so large that products with them are not."""
+    need_every_table()
+    scene = lamps()
+    scene.materials = {"clay": edgegrad.Material(np.full(3, 0.5), kind=kind, roughness=0.5),
+                       "lamp": edgegrad.Material(np.zeros(3), np.full(3, 1e-8 * HUGE))}  # fmt: skip
+    path, large = f"materials.clay.{field}", 1e20
+    value = np.asarray(getattr(scene.materials["clay"], field), np.float64)
+    renderer, options = Renderer(scene), {"spp": 4, "terms": ("interior",)}
+    assert np.isfinite(renderer.render(spp=4)).all()
+    found: dict[str, Any] = {}
+    forward = sentences(lambda: found.update(picture=renderer.render_forward({path: large + 0.0 * value}, **options)))
+    adjoint = np.full((32, 32, 3), large)
+    backward = sentences(lambda: found.update(renderer.render_backward(adjoint, [path], **options)))
+    for told, result in ((forward, found["picture"]), (backward, found[path])):
+        assert len(told) == 1 and "the interior term leaves out" in told[0]
+        assert np.isfinite(result).all()
+
+
+
 def test_pictures_are_finite_and_tell_what_they_leave_out() -> None:
     """Light that no float holds is left out; the rest of its paths stays."""
     need_every_table()
@@ -103,13 +124,14 @@ def test_the_mean_of_samples_is_finite_where_their_sum_is_not() -> None:
     assert picture.max() == pytest.approx(3.0 * HUGE)
 
 
-def test_results_that_are_not_finite_are_told() -> None:
+def test_tangents_whose_products_no_float_holds_are_left_out_and_told() -> None:
     need_every_table()
-    scene = shadowed()
-    renderer = Renderer(scene)
-    tangent = {"lights.sun.color": np.full(3, HUGE)}  # no float holds its product with the sun's strength
-    told = sentences(lambda: renderer.render_forward(tangent, spp=1))
-    assert any("render_forward" in sentence and "pixels are not finite" in sentence for sentence in told)
+    renderer = Renderer(shadowed())
+    tangent = {"lights.sun.color": np.full(3, HUGE)}  # the sun is as bright
+    found: list[NDArray[np.float32]] = []
+    told = sentences(lambda: found.append(renderer.render_forward(tangent, spp=1)))
+    assert any("the interior term leaves out" in sentence for sentence in told)
+    assert np.isfinite(found[0]).all()
 
 
 def test_words_of_reports() -> None:

@@ -59,8 +59,11 @@ struct ShadedSurface {
         Vec3 soft = of_wide_lobes(active, w);
         if (smooth) soft = soft * bump_shadowing(*smooth, normal, w, diffuse | layered);
         const auto seen = [&](RayKind kind) { return (kinds & (1 << kind)) != 0; };
+        // Without a glossy lobe, the rest is rounding and may be negative. Its derivative stays.
+        const auto raised = [](Float x) EG_INLINE_LAMBDA { return x + detach(max(-x, splat(0.0f))); };
+        const Vec3 rest = f.value - soft, glossy = {raised(rest.x), raised(rest.y), raised(rest.z)};
         const Vec3 above =
-            select(seen(kDiffuseRay), soft, zero3()) + select(seen(kGlossyRay), f.value - soft, zero3());
+            select(seen(kDiffuseRay), soft, zero3()) + select(seen(kGlossyRay), glossy, zero3());
         const Vec3 below = select(seen(kTransmissionRay), f.value, zero3());
         Mask upper = dot(bsdf.ng, w) > 0.0f;
         if (from_below) upper |= dot(receiving, w) > 0.0f;

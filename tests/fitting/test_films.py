@@ -81,8 +81,17 @@ def test_a_moving_camera_is_found() -> None:
     scene.camera.to_world = start
     result = edgegrad.fit(scene, targets, [], iterations=120, spp=4,
                           film=Film([0, 1, 2], ["camera.to_world"], first_every=1))  # fmt: skip
-    place, angle = errors(result.values["camera.to_world"], np.array(poses))
-    assert place < 0.08 and angle < 0.02  # a move and a turn of the camera look much alike
+    def apart(places: Any) -> float:
+        """Mean distance of pictures from these places to the targets."""
+        found = []
+        for place, target in zip(places, targets, strict=True):
+            scene.camera.to_world = place
+            found.append(np.abs(edgegrad.render(scene, spp=64, seed=9) - target.image).mean())
+        return float(np.mean(found))
+
+    # A move and a turn of the camera look much alike, so poses may differ where pictures do not.
+    noise, before = apart(poses), apart([start] * 3)
+    assert apart(result.values["camera.to_world"]) - noise < 0.05 * (before - noise)
 
 
 @pytest.mark.parametrize("stop", [3, 9, 17, 22])

@@ -51,8 +51,8 @@ def test_a_lack_of_depth_is_told() -> None:
 
 
 def test_symmetry_tells_some_depth() -> None:
-    scene = shapes.scene(*shapes.ball(1))
     camera = shapes.camera((3.0, -5.0, 1.0), size=(8, 8))
-    alone, symmetric = (_depth_notes(scene, [camera], vertex_rules={VERTICES: VertexRules(symmetry=axis)})
+    alone, symmetric = (_depth_notes(shapes.scene(*shapes.ball(1)), [camera],
+                                     vertex_rules={VERTICES: VertexRules(symmetry=axis)})
                         for axis in (None, "x"))  # fmt: skip
     assert "mirror image" in symmetric[0] and "mirror image" not in alone[0]

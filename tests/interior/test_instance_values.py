@@ -145,7 +145,8 @@ def test_values_keep_their_bits() -> None:
     rows = np.float32([0.1, 0.3, 0.7, 0.9])[:, None]
     scene.meshes["balls"].instance_attributes = {COLOR: rows, RANDOM: rows}
     away = Math("MULTIPLY", Math("ABSOLUTE", Math("SUBTRACT", Channel(Attribute(COLOR), 0), float(rows[2, 0]))), 1e9)
-    scene.materials["painted"] = Material(np.zeros(3), textures={"emission": Math("SUBTRACT", 1.0, away)})
+    glow = Math("MAXIMUM", Math("SUBTRACT", 1.0, away), 0.0)
+    scene.materials["painted"] = Material(np.zeros(3), textures={"emission": glow})
     scene.world, scene.lights = World(np.zeros(3)), {"sun": SunLight(np.array([0.0, 0.0, 1.0]))}
     scene.meshes.pop("plain")
     picture = Renderer(scene).render(spp=16, max_depth=1)

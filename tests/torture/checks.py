@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edgegrad import Renderer, SunLight, plan
-from edgegrad.expression import Bump, Coordinates, nodes_of
+from edgegrad.expression import Bump, Coordinates, RayLength, nodes_of
 from edgegrad.planning.term import NOT_COMPUTED
 from edgegrad.scene import parameters
 from tests.support.scenes.world_sizes import ORDERS, resized, resized_tangent
@@ -210,13 +210,13 @@ def _brightness(case: Case) -> float:
 def _check_size(case: Case, first: dict[str, Any], tangent: dict[str, F64], found: Findings) -> None:
     """Whether a world that is larger by a power of two has the same picture and derivative.
 
-    Floats then differ by their exponents alone: what else differs is a length in metres in the code. Places that
-    textures read are such lengths, and so is the least size of the boxes that radial tangents are relative to. Where a
-    derivative is far below the picture's rounding, its samples fall below the least numbers of a float, and a first
-    pass that sees nothing else sends the second one elsewhere.
+    Floats then differ by their exponents alone: what else differs is a length in metres in the code. Places and
+    lengths of rays that textures read are such lengths, and so is the least size of the boxes that radial tangents
+    are relative to. Where a derivative is far below the picture's rounding, its samples fall below the least
+    numbers of a float, and a first pass that sees nothing else sends the second one elsewhere.
     """
     textures = [value for material in case.scene.materials.values() for value in material.textures.values()]
-    in_metres = any(isinstance(node, (Bump, Coordinates)) for value in textures for node in nodes_of(value))
+    in_metres = any(isinstance(node, (Bump, Coordinates, RayLength)) for value in textures for node in nodes_of(value))
     if case.scale != 1.0 or in_metres or not (case.scene.meshes or case.scene.fields):
         return
     renderer = Renderer(resized(case.scene, LARGER), threads=2)

@@ -86,8 +86,10 @@ def mesh(draw: Draw, materials: tuple[str, ...], scale: float) -> Mesh:
         name: (spread * draw.rng.uniform(-0.2, 1.2, (count, 3, size))).astype(np.float32)
         for name, size in layers.items() if draw.chance(0.7)
     }  # fmt: skip
+    # From a stream of its own, so that all else in a seed's scene stays.
+    shading = float(draw.rng.spawn(1)[0].choice((0.0, 0.0, 0.1, 1.0)))
     return Mesh(
-        scale * vertices, faces, slots, attributes=attributes, visible_to=draw.rays(0.15),
+        scale * vertices, faces, slots, attributes=attributes, visible_to=draw.rays(0.15), terminator_shading=shading,
         terminator_offset=draw.one((0.0, 0.0, 0.1, 1.0)), **_normals(draw, faces), **extras,
     )  # fmt: skip
 

@@ -226,14 +226,8 @@ def with_requested(scene: Scene, tables: Tables, wrt: Collection[str]) -> Tables
             fields.setdefault(name, set()).add(field)
         elif collection == "images" and _loses_alpha(scene, tables, name):
             with_alpha.add(name)
-    flags, kept = tables.materials.flags.copy(), ~material_table.excluded_flags(scene)
-    for name, first in zip(scene.materials, tables.materials.first_closure, strict=False):
-        material = scene.materials[name]
-        for k, part in enumerate(material.parts if isinstance(material, Mixture) else (name,)):
-            if part in fields:
-                flags[first + k] = material_table.flags(scene.closures(name)[k], fields[part]) & kept
-    if not np.array_equal(flags, tables.materials.flags):
-        tables = replace(tables, materials=replace(tables.materials, flags=flags))
+    if fields:
+        tables = _with_lobes(scene, tables, fields)
     if tables.environment_pixels is None and shows_environment(scene, wrt):
         tables = replace(tables, environment_pixels=environment_pixels(scene))
     # Tables for pictures already hold the tangents of materials whose anisotropy is not 0.
@@ -251,6 +245,19 @@ def with_requested(scene: Scene, tables: Tables, wrt: Collection[str]) -> Tables
                                     with_tangents, known)
         tables = replace(tables, textures=compiled)
     return tables
+
+
+def _with_lobes(scene: Scene, tables: Tables, fields: Mapping[str, Collection[str]]) -> Tables:
+    """Return the tables with the lobes whose weight may have a derivative: those of `fields` by material."""
+    flags, kept = tables.materials.flags.copy(), ~material_table.excluded_flags(scene)
+    for name, first in zip(scene.materials, tables.materials.first_closure, strict=False):
+        material = scene.materials[name]
+        for k, part in enumerate(material.parts if isinstance(material, Mixture) else (name,)):
+            if part in fields:
+                flags[first + k] = material_table.flags(scene.closures(name)[k], fields[part]) & kept
+    if np.array_equal(flags, tables.materials.flags):
+        return tables
+    return replace(tables, materials=replace(tables.materials, flags=flags))
 
 
 def shows_environment(scene: Scene, wrt: Collection[str]) -> bool:

@@ -6,28 +6,15 @@ import numpy as np
 import pytest
 
 import edgegrad
+from tests.support import shapes
 from tests.support.block_statistics import half_width
 from tests.support.picture_differences import need_every_table
 from tests.support.small_scenes import FLOOR, box, camera, glowing, matte, rectangle
 
 
-def octahedral_ball(divisions: int) -> tuple[np.ndarray, np.ndarray]:
-    """An octahedron of divided faces blown up to a sphere: all of its edges are convex."""
-    corners = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
-    faces = np.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]])
-    triangles = corners[faces]
-    for _ in range(divisions):
-        a, b, c = np.moveaxis(triangles, 1, 0)
-        ab, bc, ca = ((p + q) / np.linalg.norm(p + q, axis=1, keepdims=True) for p, q in ((a, b), (b, c), (c, a)))
-        parts = ((a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca))
-        triangles = np.concatenate([np.stack(p, axis=1) for p in parts])
-    vertices, faces = np.unique(triangles.reshape(-1, 3).round(12), axis=0, return_inverse=True)
-    return vertices, faces.reshape(-1, 3).astype(np.int32)
-
-
 def lit_box(subdivisions: int) -> edgegrad.Scene:
     """A box over a floor, lit by a small glowing ball that the camera doesn't see."""
-    vertices, faces = octahedral_ball(subdivisions)
+    vertices, faces = shapes.octahedral_ball(subdivisions)
     ball = edgegrad.Mesh(0.1 * vertices + np.array([0.3, 1.0, 0.2]), faces, ("lamp",))
     ball.visible_to = frozenset(ball.visible_to) - {"camera"}
     return edgegrad.Scene(

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad import TERMS, AreaLight, Camera, Material, Mesh, Mixture, Renderer, Scene, SunLight, World
@@ -322,6 +323,29 @@ def test_convex() -> None:
     dented[7] *= 0.97
     assert not convex(Mesh(dented, faces, ("clay",)))
     assert not convex(bent().meshes["object"])
+
+
+def test_a_small_ball_of_flat_quads_in_a_large_scene_is_convex() -> None:
+    """Rounding to the scene's coordinates moves the corners of its quads out of their planes."""
+    rings, sectors = 16, 32
+    polar, around = np.meshgrid(np.linspace(0.1, np.pi - 0.1, rings), 2.0 * np.pi * np.arange(sectors) / sectors)
+    ball = np.stack([np.sin(polar) * np.cos(around), np.sin(polar) * np.sin(around), np.cos(polar)], axis=-1)
+    vertices = np.concatenate([ball.reshape(-1, 3), [[0, 0, np.cos(0.1)], [0, 0, -np.cos(0.1)]]])
+    k, j = np.meshgrid(np.arange(rings - 1), np.arange(sectors), indexing="ij")
+    a, b = (j * rings + k).ravel(), ((j + 1) % sectors * rings + k).ravel()
+    near, far = np.arange(sectors) * rings, np.roll(np.arange(sectors), -1) * rings
+    faces = np.concatenate([np.stack(f, 1) for f in (
+        (a, a + 1, b + 1), (a, b + 1, b), (near, far, np.full(sectors, rings * sectors)),
+        (far + rings - 1, near + rings - 1, np.full(sectors, rings * sectors + 1)))]).astype(np.int32)  # fmt: skip
+
+    def apart(vertices: NDArray[np.float64]) -> bool:
+        scene = with_floor(box())
+        scene.meshes["object"] = Mesh(0.02 * vertices + [1.7, -2.1, 3.3], faces, ("clay",))
+        return "are convex and apart" in term(plan(scene, [VERTICES], max_depth=4), "indirect").why[0]
+
+    assert apart(vertices)
+    vertices[40] *= 0.99
+    assert not apart(vertices)
 
 
 def test_meshes_that_pass_through_each_other_are_found() -> None:

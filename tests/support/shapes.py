@@ -44,6 +44,20 @@ def ball(divisions: int, radius: float = 1.0) -> Arrays:
     return vertices, faces.astype(np.int32)
 
 
+def octahedral_ball(divisions: int) -> Arrays:
+    """An octahedron of divided faces blown up to a sphere: all of its edges are convex."""
+    corners = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
+    faces = np.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]])
+    triangles = corners[faces]
+    for _ in range(divisions):
+        a, b, c = np.moveaxis(triangles, 1, 0)
+        ab, bc, ca = ((p + q) / np.linalg.norm(p + q, axis=1, keepdims=True) for p, q in ((a, b), (b, c), (c, a)))
+        parts = ((a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca))
+        triangles = np.concatenate([np.stack(p, axis=1) for p in parts])
+    vertices, faces = np.unique(triangles.reshape(-1, 3).round(12), axis=0, return_inverse=True)
+    return vertices, faces.reshape(-1, 3).astype(np.int32)
+
+
 def split(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> Arrays:
     """The same mesh with one vertex per corner."""
     return vertices[faces].reshape(-1, 3), np.arange(faces.size, dtype=np.int32).reshape(-1, 3)

@@ -87,8 +87,9 @@ bool is_convex(const SceneTables& t, size_t mesh, int8_t side, int threads) {
     const auto vertex = [&](uint32_t v, double (&out)[3]) {
         for (int c = 0; c < 3; ++c) out[c] = t.vertices[3 * static_cast<size_t>(v) + c];
     };
-    // Rounding can make a flat quad slightly concave.
-    constexpr double kSlack = 1e-6;
+    // Rounding can make a flat quad slightly concave: by a part of its size, and, far from the origin, by a
+    // part of its coordinates.
+    constexpr double kSlack = 1e-6, kRounding = 8.0 / (1 << 24);
     // A face without area has no normal, so a concave edge next to it would go unnoticed.
     constexpr double kSliver = 1e-6;
     const auto has_area = [&](size_t face) {
@@ -113,7 +114,10 @@ bool is_convex(const SceneTables& t, size_t mesh, int8_t side, int threads) {
         for (int c = 0; c < 3; ++c) a[c] = p[1][c] - p[0][c], b[c] = p[2][c] - p[0][c], d[c] = q[c] - p[0][c];
         const double m[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
         const double height = m[0] * d[0] + m[1] * d[1] + m[2] * d[2];
-        return side * height <= kSlack * std::hypot(m[0], m[1], m[2]) * std::hypot(d[0], d[1], d[2]);
+        double far = 0.0;
+        for (double c : {p[0][0], p[0][1], p[0][2], q[0], q[1], q[2]}) far = std::max(far, std::abs(c));
+        const double slack = kSlack * std::hypot(d[0], d[1], d[2]) + kRounding * far;
+        return side * height <= slack * std::hypot(m[0], m[1], m[2]);
     };
     // Test the edges first: most meshes have a concave edge, which ends the search early.
     std::atomic<bool> convex{true};

@@ -42,6 +42,13 @@ struct SampleRecord {
 
 // Segments of candidate edges (boundary/curves/candidates.h), and samples [first, first + count) of `total`
 // systematic ones over their summed weight.
+// Largest alpha of camera-sampled lobes, by the side to which they scatter.
+struct CameraSampledAlpha {
+    float reflected = 0.0f, transmitted = 0.0f;
+
+    constexpr bool any() const { return reflected > 0.0f || transmitted > 0.0f; }
+};
+
 struct BoundaryTask {
     const int32_t* edge;
     const int32_t* instance;  // -1: none; null: none has one
@@ -64,9 +71,9 @@ struct BoundaryTask {
     int64_t shares;
     float scale;
     float* score;
-    // Lobes that the camera sees belong to camera-sampled samples (kCameraSampledIndirect) if their alpha is
-    // at most this. Camera-sampled samples find edges in the tree.
-    float camera_sampled_alpha;
+    // Lobes that the camera sees belong to camera-sampled samples (kCameraSampledIndirect and
+    // kCameraSampledShadow) if their alpha is at most this. Camera-sampled samples find edges in the tree.
+    CameraSampledAlpha camera_sampled;
     EdgeTreeView tree;
     SampleRecord record;
     DroppedSamples* dropped;

@@ -31,6 +31,7 @@ enum class Part : int32_t {
     kMirroredEdges,          // edges that the camera sees by mirrors and glass
     kLightShadows,           // edges between a surface and a light
     kEnvironmentShadows,     // edges between a surface and the environment
+    kCameraSampledShadows,   // shadows in sharp lobes, by samples that start at the camera
     kEmitterOutlines,        // outlines of emissive meshes, as surfaces see them
     kLightIntersections,     // surfaces that pass through light sources
     kDiskIntersections,      // surfaces that pass through lights that face their receiver
@@ -102,6 +103,7 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kMirroredEdges, "mirrored edges", kPrimaryTerm},
     {Part::kLightShadows, "light shadows", kShadowTerm},
     {Part::kEnvironmentShadows, "environment shadows", kShadowTerm},
+    {Part::kCameraSampledShadows, "camera-sampled shadows", kShadowTerm},
     {Part::kEmitterOutlines, "emitter outlines", kShadowTerm},
     {Part::kLightIntersections, "light intersections", kShadowTerm},
     {Part::kDiskIntersections, "disk intersections", kShadowTerm},

@@ -13,6 +13,9 @@ namespace edgegrad {
 // Up to this alpha, lobes through which the camera sees edges between other surfaces are sampled from the
 // camera (boundary/terms/camera_sampled.h).
 constexpr float kCameraSampledAlpha = 0.25f;
+// Of shadows (boundary/terms/camera_sampled_shadow.h) this holds for rough transmission. Reflecting lobes are
+// sampled from the camera up to this part of it: wider ones have less noise by samples that start at edges.
+constexpr float kReflectedShadows = 0.16f;
 
 // Searches list so many edges of instances, which take some hundred megabytes.
 constexpr int64_t kMostPlacedEdges = int64_t{1} << 22;

@@ -77,14 +77,15 @@ EG_INLINE Vec3 followed_part(const SceneView& scene, const SurfacePoint& x, cons
     return all - scattered_by(scene, x, point, shader, w, light_kinds, splat(-1));
 }
 
-// The same towards a ray of `kind`, for one of the material's closures, picked by `choice`. Left out are the
-// camera-sampled lobes. Sets `followed`, if not null, to the part of followed lobes.
+// The same towards a ray of `kind`, for one of the material's closures, picked by `choice`. Lanes of
+// `without_sampled` leave out the `camera_sampled` lobes. Sets `followed`, if not null, to the part
+// of followed lobes.
 EG_INLINE Vec3 scattered_towards(const SceneView& scene, const SurfacePoint& x, Vec3 view, Vec3 w, Int kind,
-                                 Int light_kinds, Float choice, float camera_sampled_alpha = 0.0f,
-                                 Vec3* followed = nullptr) {
+                                 Int light_kinds, Float choice, Mask without_sampled = splat(0),
+                                 const CameraSampledAlpha& camera_sampled = {}, Vec3* followed = nullptr) {
     const TexturePoint point = texture_point(scene, x, view, kind);
     const Shader shader = surface_shader(scene, x, point, choice);
-    const Int kinds = light_kinds & ~camera_sampled_kinds(shader, camera_sampled_alpha);
+    const Int kinds = light_kinds & ~(without_sampled & camera_sampled_kinds(shader, camera_sampled));
     const Vec3 all = scattered_by(scene, x, point, shader, w, kinds);
     if (followed) *followed = followed_part(scene, x, point, shader, w, kinds, all);
     return all;

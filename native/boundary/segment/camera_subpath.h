@@ -109,13 +109,13 @@ EG_INLINE void absorb(const SceneView& scene, PathPacket& p, Vec3* followed, Mas
 }
 
 // Continues paths from their first hits to the surfaces at which their segments number `target` end. Paths
-// that end earlier, or cannot scatter there, become inactive. Transparent surfaces are passed at random. If
-// `camera_sampled_alpha` > 0, paths leave the first surface only by camera-sampled lobes
+// that end earlier, or cannot scatter there, become inactive. Transparent surfaces are passed at random. With
+// `camera_sampled` lobes, paths leave the first surface only by camera-sampled lobes
 // (camera_sampled_kinds). Fills `fixed`, if not null, with the surfaces of the path for fixed directions near
 // contact. Sets `followed`, if not null, to the part of the throughput that perfect and followed lobes alone
 // contribute.
 EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task, PathPacket& p, Closest& hit,
-                                  Int target, float camera_sampled_alpha = 0.0f,
+                                  Int target, const CameraSampledAlpha& camera_sampled = {},
                                   FixedDirectionChain* fixed = nullptr, Vec3* followed = nullptr) {
     if (followed) *followed = p.throughput;
     const bool follows = followed && scene.followed_alpha > 0.0f;
@@ -161,8 +161,8 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
             walking &= pass | goes;
             Vec3 weight = next.weight;
             Int kinds = splat(kScatteredRays);
-            if (camera_sampled_alpha > 0.0f) {
-                kinds = select(p.segment == 1, camera_sampled_kinds(s.shader, camera_sampled_alpha), kinds);
+            if (camera_sampled.any()) {
+                kinds = select(p.segment == 1, camera_sampled_kinds(s.shader, camera_sampled), kinds);
                 weight = s.evaluate(scene, goes, next.wi, kinds) * (1.0f / max(next.pdf, 1e-20f));
             }
             if (follows) {

@@ -190,13 +190,14 @@ struct SeenLight {
 };
 
 // Follows light of the scattering kinds `light_kinds`, which arrives at x along w, over `length` more
-// surfaces to the camera. `x_goes_on`: the camera path scatters once more after x. Left out is the
+// surfaces to the camera. `x_goes_on`: the camera path scatters once more after x. `camera_sampled`: lanes in
+// which the camera-sampled lobes of the surface that the camera sees are left out. Left out, too, is the
 // contribution of followed lobes alone, which scan lines estimate (boundary/specular/chain_term.h). It is
 // kept for light `of_table` where the camera sees x, because lights of the table have no edges for scan lines
 // to find.
 EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
                                Mask active, const Closest& x, Vec3 w, Int length, Int light_kinds,
-                               bool x_goes_on, Mask of_table) {
+                               bool x_goes_on, Mask camera_sampled, Mask of_table) {
     const bool limited = limits_matter(task.limits, task.max_depth);
     const Vec3 one = {splat(1.0f), splat(1.0f), splat(1.0f)};
     Chain chain{x, w, one, one, splat(0)};
@@ -229,9 +230,9 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
     const Int kind = splat(static_cast<int>(kCameraRay));
     const Int kinds = select(length == 0, light_kinds, splat(kScatteredRays));
     Vec3 followed = zero3();
-    Vec3 f = scattered_towards(scene, end, -seen.view.direction, -chain.w, kind, kinds, choice,
-                               x_goes_on ? task.camera_sampled_alpha : 0.0f,
-                               scene.followed_alpha > 0.0f ? &followed : nullptr);
+    Vec3 f =
+        scattered_towards(scene, end, -seen.view.direction, -chain.w, kind, kinds, choice, camera_sampled,
+                          task.camera_sampled, scene.followed_alpha > 0.0f ? &followed : nullptr);
     end.active &= largest_component(f) > 0.0f;
     // Count its bounce and test the bounce limits
     seen.bounces = chain.bounces;

@@ -14,6 +14,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 // Completes a segment whose curve, light and sweep are known: finds the receiver, evaluates the light and
 // follows it to the camera. `measure` is one over the density of the point on the curve. `light` has
 //   blockers(), visible_to(scene, task)       the meshes that stop it and the kinds of scattering that see it
+//   camera_sampled(scene, task, s)            lanes whose shadows in sharp lobes have samples of their own
 //   meet(scene, s)                            completes y, once x is known
 //   arriving(scene, task, p, exit, s)         the light from y at the curve, over the density of its choice,
 //                                             without its decay
@@ -59,8 +60,9 @@ EG_OUTLINE void connect_shadow(const SceneView& scene, const BoundaryTask& task,
     s.active &= ~(largest_component(color) == 0.0f);
     if (!any(s.active)) return;
     // Follow the light to the camera
-    const SeenLight seen = see_light(scene, task, p, s.active, receiver.hit, -s.towards, length,
-                                     light.visible_to(scene, task), false, s.y.row >= 0);
+    const SeenLight seen =
+        see_light(scene, task, p, s.active, receiver.hit, -s.towards, length, light.visible_to(scene, task),
+                  false, light.camera_sampled(scene, task, s), s.y.row >= 0);
     s.view = seen.view;
     if (scene.mesh_contact) s.fixed = seen.fixed;
     s.color = color * seen.weight;

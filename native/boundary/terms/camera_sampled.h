@@ -124,9 +124,13 @@ struct TopNodes {
     Float sum[kMostTopNodes];
 };
 
+// Chooses a point of an edge near a direction. counts(m, towards, r): which candidates at the distance r may
+// contribute.
+template <typename Counts>
 EG_OUTLINE CameraSampledPoint choose_edge_point(const EdgeTreeView& tree, const CameraSampledSurface& surface,
                                                 Mask active, Int kinds, const LobeDirection& around,
-                                                const PathIndex& random, int candidates) {
+                                                const PathIndex& random, int candidates,
+                                                const Counts& counts) {
     CameraSampledPoint out;
     out.active = splat(0);
     out.edge = splat(0), out.instance = splat(-1);
@@ -182,6 +186,7 @@ EG_OUTLINE CameraSampledPoint choose_edge_point(const EdgeTreeView& tree, const 
         const Float near = 1e-5f * r + rounding;
         here = place.active & (r2 > 0.0f) & ~((side0 > near) & (side1 > near)) &
                ~((side0 < -near) & (side1 < -near));
+        here = counts(here, towards, r);
         if (!any(here)) continue;
         // Choose among the candidates by resampling
         const Vec3 across = cross(towards, t);
@@ -260,16 +265,14 @@ EG_INLINE void leave_followed(const SceneView& scene, Mask seen, Vec3 followed, 
     path.active &= largest_component(path.throughput) > 0.0f;
 }
 
-// Samples an edge in the lobes of x, one of `candidates`, and sets it in the segment and in `p`. Returns f
-// |n_s . w|/r^2 over the density of the point.
-EG_INLINE Vec3 sample_edge_in_lobes(const BoundaryTask& task, const ScatteringPoint& x,
-                                    const CameraSampledSurface& surface, Int kinds, const PathIndex& walk,
-                                    Int vertex, int candidates, SegmentSample& p, BoundarySegment& s) {
-    Float choice, lobe;
-    sobol_pair(walk.stream, walk.sample, vertex_pair(vertex, kVertexChoice), choice, lobe);
-    const LobeDirection around = sample_lobe_direction(surface, s.active, kinds, lobe, p.random);
+// Samples an edge near a direction from x, one of `candidates` (choose_edge_point), and sets it in the
+// segment and in `p`. Returns f |n_s . w|/r^2 over the density of the point.
+template <typename Counts>
+EG_INLINE Vec3 sample_edge_near(const BoundaryTask& task, const ScatteringPoint& x,
+                                const CameraSampledSurface& surface, Int kinds, const LobeDirection& around,
+                                int candidates, const Counts& counts, SegmentSample& p, BoundarySegment& s) {
     const CameraSampledPoint e =
-        choose_edge_point(task.tree, surface, s.active, kinds, around, p.random, candidates);
+        choose_edge_point(task.tree, surface, s.active, kinds, around, p.random, candidates, counts);
     p.active = s.active &= e.active;
     p.edge = s.edge = e.edge;
     p.instance = s.instance = e.instance;
@@ -280,6 +283,18 @@ EG_INLINE Vec3 sample_edge_in_lobes(const BoundaryTask& task, const ScatteringPo
     s.x = x.x;
     s.reach = e.reach;
     return e.color;
+}
+
+// The same near a direction of x's lobes.
+EG_INLINE Vec3 sample_edge_in_lobes(const BoundaryTask& task, const ScatteringPoint& x,
+                                    const CameraSampledSurface& surface, Int kinds, const PathIndex& walk,
+                                    Int vertex, int candidates, SegmentSample& p, BoundarySegment& s) {
+    Float choice, lobe;
+    sobol_pair(walk.stream, walk.sample, vertex_pair(vertex, kVertexChoice), choice, lobe);
+    const LobeDirection around = sample_lobe_direction(surface, s.active, kinds, lobe, p.random);
+    return sample_edge_near(
+        task, x, surface, kinds, around, candidates, [](Mask m, Vec3, Float) EG_INLINE_LAMBDA { return m; },
+        p, s);
 }
 
 // Samples the term without L(y). Appends the path that estimates L(y) to the queue of length `queued`, and
@@ -294,14 +309,14 @@ EG_OUTLINE int sample_from_camera(const SceneView& scene, const BoundaryTask& ta
     const ImageTask walks = camera_sampled_paths(task);
     if (scene.mesh_contact) begin_fixed_direction_chain(scene, path.active, begun.length, s.fixed);
     Vec3 followed;
-    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, task.camera_sampled_alpha, &s.fixed,
+    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, task.camera_sampled, &s.fixed,
                       &followed);
     leave_followed(scene, s.screen_form, followed, path);
     if (!any(path.active)) return queued;
     // Sample an edge in the lobes of x
     const ScatteringPoint x = scattering_point(scene, walks, path, path.active, begun.hit);
-    const Int kinds = select(s.screen_form, camera_sampled_kinds(x.shader, task.camera_sampled_alpha),
-                             splat(kScatteredRays));
+    const Int kinds =
+        select(s.screen_form, camera_sampled_kinds(x.shader, task.camera_sampled), splat(kScatteredRays));
     s.active = x.x.active & (kinds != 0);
     if (!any(s.active)) return queued;
     const CameraSampledSurface surface(scene, x, s.active, s.screen_form);

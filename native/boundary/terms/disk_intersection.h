@@ -34,7 +34,7 @@ EG_OUTLINE DiskSegment sample_disk_intersection(const SceneView& scene, const Bo
     PathPacket& path = begun.path;
     const ImageTask walks = disk_paths(task);
     if (scene.mesh_contact) begin_fixed_direction_chain(scene, path.active, begun.length, s.fixed);
-    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, 0.0f, &s.fixed);
+    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, {}, &s.fixed);
     // The specular term covers disks seen only in perfect mirrors and through smooth glass
     // (boundary/specular/chain_shadow.h).
     path.active &= s.screen_form | (path.pdf > 0.0f);

@@ -90,7 +90,7 @@ EG_OUTLINE BoundarySegment sample_emitter_outline(const SceneView& scene, const 
     s.distance = splat(__builtin_inff());
     const ImageTask walks = outline_paths(task);
     Vec3 followed;
-    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, 0.0f, nullptr, &followed);
+    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, {}, nullptr, &followed);
     leave_followed(scene, s.screen_form, followed, path);
     // Behind perfect mirrors and smooth glass light is parametrised by material points.
     path.active &= s.screen_form | (path.pdf > 0.0f);

@@ -29,6 +29,9 @@ struct MetLight {
     Vec3 weight;
 
     EG_INLINE Int blockers() const { return sample.blockers; }
+    EG_INLINE Mask camera_sampled(const SceneView&, const BoundaryTask&, const BoundarySegment&) const {
+        return splat(0);
+    }
     EG_INLINE Int visible_to(const SceneView&, const BoundaryTask&) const { return sample.visible_to; }
 
     // Sets y to where the line from x through e meets the light.
@@ -102,6 +105,9 @@ struct MetEnvironment {
     Int rays;
 
     EG_INLINE Int blockers() const { return rays; }
+    EG_INLINE Mask camera_sampled(const SceneView&, const BoundaryTask&, const BoundarySegment&) const {
+        return splat(0);
+    }
     EG_INLINE Int visible_to(const SceneView& scene, const BoundaryTask&) const {
         return splat(scene.environment_mask);
     }

@@ -178,7 +178,7 @@ EG_OUTLINE int sample_horizon(const SceneView& scene, const HorizonTask& task, c
             placed_triangle(scene, select(hit.hit, face, splat(0)), select(hit.hit, hit.instance, splat(-1)));
         first = hit_position(scene, hit.hit, hit, t);
     }
-    walk_camera_paths(scene, task.image, p, hit, target, 0.0f, chains ? &out.fixed : nullptr, &followed);
+    walk_camera_paths(scene, task.image, p, hit, target, {}, chains ? &out.fixed : nullptr, &followed);
     if (!any(p.active)) return queued;
     // Keep surfaces whose shading normal differs from the face's
     ScatteringPoint s = scattering_point(scene, task.image, p, p.active, hit);

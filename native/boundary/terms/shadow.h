@@ -116,6 +116,14 @@ struct LightAtEdge {
     EG_INLINE Int visible_to(const SceneView& scene, const BoundaryTask& task) const {
         return task.kind == kEnvironmentShadow ? splat(scene.environment_mask) : light.sample.visible_to;
     }
+    // Emissive faces and lights without size have samples that start at edges alone.
+    EG_INLINE Mask camera_sampled(const SceneView&, const BoundaryTask& task,
+                                  const BoundarySegment& s) const {
+        if (task.kind == kEnvironmentShadow) return splat(-1);
+        Mask sized = s.y.row >= 0;
+        for (int i = 0; i < W; ++i) sized[i] &= is_sized(s.y.kind[i]) ? -1 : 0;
+        return sized;
+    }
     EG_INLINE void meet(const SceneView& scene, BoundarySegment& s) const { meet_round_light(scene, s); }
     // The light that arrives from y, over the density of the sample.
     EG_INLINE Vec3 arriving(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,

@@ -178,6 +178,9 @@ void decide_shadows(const BoundaryFacts& f, Reason black, Decisions& decided) {
     decide(Part::kLightShadows, unless(lights, Reason::kNoLight), meshes || m.camera || m.lights, alone);
     decide(Part::kEnvironmentShadows, unless(scene.has_environment, Reason::kNoLight),
            meshes || m.camera || m.rotation, alone);
+    const bool sized = scene.lights.sized_count + scene.lights.sized_distant > 0;
+    decide(Part::kCameraSampledShadows, unless(sized || scene.has_environment, Reason::kNoLight),
+           meshes || m.camera || (sized && m.lights) || (scene.has_environment && m.rotation), alone);
     std::vector<int32_t> fields = fields_met(f.tables, ~(1 << kCameraRay));
     if (decide(Part::kFieldShadows,
                first_of({unless(!fields.empty(), Reason::kNone),

@@ -36,8 +36,11 @@ double scattered(int64_t segments, double each, double samples) {
 }
 
 // Materials that may have camera-sampled lobes (boundary/segment/camera_sampled_lobes.h).
-std::vector<int32_t> camera_sampled(const SceneView& scene, const SceneTables& tables, float alpha) {
+std::vector<int32_t> camera_sampled(const SceneView& scene, const SceneTables& tables,
+                                    CameraSampledAlpha widest) {
     return used_materials(tables, [&](size_t closure) {
+        const bool through = tables.closure_flags[closure] & kHasRefraction;
+        const float alpha = through ? std::max(widest.reflected, widest.transmitted) : widest.reflected;
         const bool glossy = tables.closure_flags[closure] & (kHasGlossy | kHasRefraction);
         const bool textured = scene.textures.closure_program && scene.textures.closure_program[closure] >= 0;
         return has_sharp_lobe(tables, closure, alpha) ||
@@ -57,14 +60,18 @@ class TermBuilder {
           motion_(motion),
           learned_(learned),
           decided_(decided),
+          edges_sampled_{options.camera_sampled_alpha, options.camera_sampled_alpha},
           picture_(static_cast<double>(scene.camera.width) * scene.camera.height * options.samples),
           mesh_sides_(edges.solid_side, edges.solid_side + edges.tables.visible_meshes) {
         // Samples that start at the camera look for edges in a tree, which needs all of them.
-        const bool needs_all = decided.computes(Part::kCameraSampledIndirect) && !camera_sampled().empty();
+        const bool needs_all = (decided.computes(Part::kCameraSampledIndirect) ||
+                                decided.computes(Part::kCameraSampledShadows)) &&
+                               !camera_sampled_materials().empty();
         in_windows_ = edges.windows > 1 && !decided.alone() && !needs_all;
     }
 
     void add_primary_edges();
+    void add_camera_sampled_shadows();
     void add_light_shadows();
     void add_environment_shadows();
     void add_emitter_outlines();
@@ -79,8 +86,8 @@ class TermBuilder {
         return learned_ ? learned_->share[kBoundaryTable[kind].term()] : 1.0;
     }
     bool chains(BoundaryKind kind) const { return kBoundaryTable[kind].chains(options_.max_depth); }
-    std::vector<int32_t> camera_sampled() const {
-        return edgegrad::camera_sampled(scene_, edges_.tables, options_.camera_sampled_alpha);
+    std::vector<int32_t> camera_sampled_materials() const {
+        return camera_sampled(scene_, edges_.tables, edges_sampled_);
     }
     template <typename Key, typename Search>
     FoundEdges search(Kept<Key, Candidates>& kept, const std::type_identity_t<Key>& key, const Search& find) {
@@ -88,7 +95,7 @@ class TermBuilder {
     }
     const FoundEdges& silhouettes();
     bool has_edges(Part part, int64_t size, const EdgeCounts& counts);
-    void keep(SamplePlan plan, BoundaryTerm::Lines lines, float camera_sampled_alpha,
+    void keep(SamplePlan plan, BoundaryTerm::Lines lines, CameraSampledAlpha camera_sampled,
               LearnedWeights* weights);
     template <typename Segments>
     void add(BoundaryKind kind, const Candidates& found, const Segments& segments, double cells,
@@ -96,6 +103,7 @@ class TermBuilder {
     template <typename Tree>
     void add_from_camera(BoundaryKind kind, const Tree& tree);
     void add_shadows(BoundaryKind kind, const FoundEdges& found, double directions);
+    std::shared_ptr<const EdgeTree> edge_tree(const FoundEdges& found) const;
 
     const SceneView& scene_;
     const EdgeList& edges_;
@@ -103,6 +111,9 @@ class TermBuilder {
     const RequestedMotion& motion_;
     LearnedSampling* const learned_;  // null: nothing is learned
     Decisions& decided_;
+    // Lobes with camera-sampled edges between surfaces, and with camera-sampled shadows
+    const CameraSampledAlpha edges_sampled_;
+    CameraSampledAlpha shadows_sampled_;
     const double picture_;  // samples of the picture
     const EdgeCache::Sides mesh_sides_;
     bool in_windows_;
@@ -111,11 +122,11 @@ class TermBuilder {
     BoundaryTerms terms_;
 };
 
-void TermBuilder::keep(SamplePlan plan, BoundaryTerm::Lines lines, float camera_sampled_alpha,
+void TermBuilder::keep(SamplePlan plan, BoundaryTerm::Lines lines, CameraSampledAlpha camera_sampled,
                        LearnedWeights* weights) {
     if (plan.total(0) > 0)
         terms_.push_back(
-            std::make_unique<BoundaryTerm>(std::move(plan), std::move(lines), camera_sampled_alpha, weights));
+            std::make_unique<BoundaryTerm>(std::move(plan), std::move(lines), camera_sampled, weights));
 }
 
 // Adds samples of candidates by their learned weights, or of `segments()`, from which about `cells` cells are
@@ -137,7 +148,8 @@ void TermBuilder::add(BoundaryKind kind, const Candidates& found, const Segments
     if (factor != 1.0) own.seed ^= kWindowSeed;
     keep(SamplePlan(std::move(sampled), share * samples, share * most_samples(kind), own, kind,
                     options_.two_passes && !known, static_cast<float>(factor)),
-         std::move(lines), options_.camera_sampled_alpha, weights);
+         std::move(lines),
+         kind == kShadowBoundary || kind == kEnvironmentShadow ? shadows_sampled_ : edges_sampled_, weights);
 }
 
 // The same for kinds whose samples start at the camera.
@@ -214,6 +226,24 @@ void TermBuilder::add_shadows(BoundaryKind kind, const FoundEdges& found, double
     });
 }
 
+// The tree of all edges, in which samples that start at the camera look for edges.
+std::shared_ptr<const EdgeTree> TermBuilder::edge_tree(const FoundEdges& found) const {
+    return edges_.kept.tree.get(mesh_sides_, [&] { return EdgeTree(scene_, edges_.tables, *found.whole); });
+}
+
+void TermBuilder::add_camera_sampled_shadows() {
+    constexpr Part kPart = Part::kCameraSampledShadows;
+    const float widest = options_.camera_sampled_alpha;
+    const CameraSampledAlpha lobes{kReflectedShadows * widest, widest};
+    if (!decided_.computes(kPart) ||
+        !decided_.lists_materials(kPart, camera_sampled(scene_, edges_.tables, lobes)))
+        return;
+    const FoundEdges& found = silhouettes();
+    if (!has_edges(kPart, found.size(), found.counts())) return;
+    shadows_sampled_ = lobes;
+    add_from_camera(kCameraSampledShadow, [&] { return edge_tree(found); });
+}
+
 void TermBuilder::add_light_shadows() {
     if (!decided_.computes(Part::kLightShadows)) return;
     add_shadows(kShadowBoundary,
@@ -244,11 +274,8 @@ void TermBuilder::add_indirect_edges() {
     const bool any = has_edges(Part::kIndirectEdges, found.size(), found.counts());
     if (!any) decided_.none(Part::kCameraSampledIndirect, decided_[Part::kIndirectEdges].reason);
     if (any && decided_.computes(Part::kCameraSampledIndirect) &&
-        decided_.lists_materials(Part::kCameraSampledIndirect, camera_sampled()))
-        add_from_camera(kCameraSampledIndirect, [&] {
-            return edges_.kept.tree.get(mesh_sides_,
-                                        [&] { return EdgeTree(scene_, edges_.tables, *found.whole); });
-        });
+        decided_.lists_materials(Part::kCameraSampledIndirect, camera_sampled_materials()))
+        add_from_camera(kCameraSampledIndirect, [&] { return edge_tree(found); });
     found.each([&](const SharedCandidates& list, double of_samples, double factor) {
         const double samples = of_samples * most_samples(kIndirectBoundary);
         add(
@@ -273,7 +300,7 @@ void TermBuilder::add_curves() {
         }
         // Intersections of surfaces and curves on fields are not camera-sampled.
         const bool after_a_bounce = kBoundaryTable[curve.kind].least_depth > 2;
-        keep(std::move(plan), std::move(lines), after_a_bounce ? 0.0f : options_.camera_sampled_alpha,
+        keep(std::move(plan), std::move(lines), after_a_bounce ? CameraSampledAlpha{} : edges_sampled_,
              nullptr);
     }
 }
@@ -283,7 +310,7 @@ void TermBuilder::add_curves() {
 void BoundaryTerm::run_samples(TermRun& run, int pass, int64_t first, int64_t count, DroppedSamples& lost) {
     BoundaryTask task = plan_.task(pass, first, count);
     task.dropped = &lost;
-    task.camera_sampled_alpha = camera_sampled_alpha_;
+    task.camera_sampled = camera_sampled_;
     if (lines_.tree) task.tree = lines_.tree->view();
     const BoundaryKernels& kernels = run.kernels.boundary[task.kind];
     if (run.is_forward())
@@ -296,6 +323,7 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
                              const RequestedMotion& motion, LearnedSampling* learned, Decisions& decided) {
     TermBuilder builder(scene, edges, options, motion, learned, decided);
     builder.add_primary_edges();
+    builder.add_camera_sampled_shadows();
     builder.add_light_shadows();
     builder.add_environment_shadows();
     builder.add_emitter_outlines();

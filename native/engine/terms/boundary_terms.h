@@ -22,13 +22,13 @@ class BoundaryTerm : public SampledTerm {
         std::shared_ptr<const EdgesAndIntersections> intersections;  // null: none
         std::shared_ptr<const EdgeTree> tree;                        // for camera-sampled samples
     };
-    // `camera_sampled_alpha`: largest alpha of lobes with camera-sampled edges. `learned`: sample weights of
+    // `camera_sampled`: the lobes with camera-sampled edges. `learned`: sample weights of
     // earlier calls, which the call uses and updates; null: none.
-    BoundaryTerm(SamplePlan plan, Lines lines, float camera_sampled_alpha, LearnedWeights* learned)
+    BoundaryTerm(SamplePlan plan, Lines lines, CameraSampledAlpha camera_sampled, LearnedWeights* learned)
         : SampledTerm(kBoundaryTable[plan.kind()].term(), kBoundaryTable[plan.kind()].part),
           plan_(std::move(plan)),
           lines_(std::move(lines)),
-          camera_sampled_alpha_(camera_sampled_alpha),
+          camera_sampled_(camera_sampled),
           learned_(learned) {}
 
     SamplePlan& plan() { return plan_; }
@@ -50,7 +50,7 @@ class BoundaryTerm : public SampledTerm {
  private:
     SamplePlan plan_;
     const Lines lines_;
-    const float camera_sampled_alpha_;
+    const CameraSampledAlpha camera_sampled_;
     LearnedWeights* const learned_;
 };
 using BoundaryTerms = std::vector<std::unique_ptr<BoundaryTerm>>;

@@ -52,7 +52,7 @@ struct WarpMemory {
 }  // namespace
 
 WarpTerm::WarpTerm(SamplePlan plan, Lines lines, const RenderOptions& options, const CameraView& camera)
-    : BoundaryTerm(std::move(plan), std::move(lines), 0.0f, nullptr),
+    : BoundaryTerm(std::move(plan), std::move(lines), {}, nullptr),
       options_(options),
       box_(!camera.filter),
       light_(4 * static_cast<size_t>(this->plan().passes() > 1 ? this->plan().total(0) : 0), 0.0f) {}

@@ -1,0 +1,197 @@
+// Shadow boundary term, camera-sampled: shadows that the camera sees in sharp lobes.
+//
+// This estimates the same integral as boundary/terms/shadow.h for lights of the table with a size and for the
+// environment, over camera paths of the picture and, from their k-th vertex x, over points e of edges
+// (derivations, C1 and I). With r = |x - e|, w the direction from x to e, and beta the path's throughput
+//   dI = int ds beta sum over edges int du  f |n_s . w|/r^2 L(w)
+//        sigma (t x w) . (de - lambda dx - (1 - lambda) dy),
+// where y is the light along w. As in boundary/terms/camera_sampled.h, the camera's first vertex scatters by
+// its camera-sampled lobes alone. All other lobes, emissive meshes and lights without size belong to samples
+// that start at edges.
+//
+// Edges are chosen near a direction to the light, or near one of x's lobes. Candidates behind which there is
+// no light have no weight.
+#pragma once
+
+#include "boundary/terms/camera_sampled.h"
+#include "shading/lights/environment_samples.h"
+#include "shading/lights/light_radiance.h"
+#include "shading/lights/lights.h"
+#include "shading/lights/met_light.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// Candidates per sample. No candidate costs a path.
+constexpr int kShadowCandidates = 16;
+
+// The light whose shadow a sample estimates.
+struct ShadowSource {
+    Mask environment, table;
+    Int kinds;     // of scattering at x
+    Int ray_kind;  // to which lights of the table are visible
+    Float scale;   // inverse of the probability of these choices
+    Float which;   // a random number
+};
+
+// Chooses the environment or the table and, if some lights are hidden from some kinds of rays, one kind.
+EG_INLINE ShadowSource choose_source(const SceneView& scene, const SegmentSample& p, Mask active, Int kinds) {
+    Float pick, unused, which, kind;
+    sobol_pair(p.random.stream, p.random.sample, kPairStrategy, pick, unused);
+    sobol_pair(p.random.stream, p.random.sample, vertex_pair(splat(kLobeVertex + 7), kVertexChoice), which,
+               kind);
+    const bool sized = scene.lights.sized_count + scene.lights.sized_distant > 0;
+    ShadowSource source;
+    source.environment =
+        active & (sized ? (scene.has_environment ? splat(0.5f) : splat(0.0f)) > pick : splat(-1));
+    source.table = active & ~source.environment;
+    source.scale = splat(sized && scene.has_environment ? 2.0f : 1.0f);
+    source.kinds = select(source.environment, kinds & scene.environment_mask, kinds);
+    source.ray_kind = splat(static_cast<int>(kDiffuseRay));
+    source.which = which;
+    if (scene.lights.any_hidden && any(source.table)) {
+        const Int chosen = select(kind < 1.0f / 3.0f, splat(static_cast<int>(kDiffuseRay)),
+                                  select(kind < 2.0f / 3.0f, splat(static_cast<int>(kGlossyRay)),
+                                         splat(static_cast<int>(kTransmissionRay))));
+        source.ray_kind = select(source.table, chosen, source.ray_kind);
+        source.kinds = select(source.table, kinds & ray_mask(chosen), source.kinds);
+        source.scale = select(source.table, source.scale * 3.0f, source.scale);
+    }
+    return source;
+}
+
+// A direction near which edges are chosen: half of the time one to the light, if it is sampled, else one of
+// x's lobes.
+EG_INLINE LobeDirection shadow_direction(const SceneView& scene, const ScatteringPoint& x,
+                                         const CameraSampledSurface& surface, Mask active,
+                                         const ShadowSource& source, Int bounces, const PathIndex& walk,
+                                         Int vertex, const PathIndex& random) {
+    Float pick, lobe, u, v;
+    sobol_pair(walk.stream, walk.sample, vertex_pair(vertex, kVertexChoice), pick, lobe);
+    sobol_pair(random.stream, random.sample, kPairLight, u, v);
+    LobeDirection around = sample_lobe_direction(surface, active, source.kinds, lobe, random);
+    const Mask to_light = active & (pick < 0.5f);
+    const auto take = [&](Mask m, Vec3 w, Float pdf) {
+        m &= pdf > 0.0f;
+        around.towards = select(m, w, around.towards);
+        around.width2 =
+            select(m, clamp(0.318309886f / max(pdf, 1e-6f), splat(1e-6f), splat(1.0f)), around.width2);
+    };
+    if (any(to_light & source.table)) {
+        const LightSample s = sample_light(scene, to_light & source.table, x.x, x.both_sides, bounces, u, v);
+        take(to_light & source.table & s.active, s.w, s.pdf);
+    }
+    if (scene.environment_image.sampled && any(to_light & source.environment)) {
+        const EnvironmentSample s = sample_environment(scene, to_light & source.environment, u, v);
+        take(to_light & source.environment, s.w, s.pdf);
+    }
+    return around;
+}
+
+// A sample of the term (boundary/samples/direct_samples.h).
+EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, const BoundaryTask& task,
+                                                     int64_t at, SegmentCursor& cursor,
+                                                     const DerivativeView& requested, const float* adjoint) {
+    BoundarySegment s;
+    // Follow a path of the picture to x
+    PicturePath begun = start_in_picture(scene, task, at, cursor, task.max_depth - 2, s);
+    SegmentSample& p = begun.segment;
+    PathPacket& path = begun.path;
+    const ImageTask walks = sample_paths(task, 1, hash(task.seed ^ 0x5bd1e995u));
+    if (scene.mesh_contact) begin_fixed_direction_chain(scene, path.active, begun.length, s.fixed);
+    Vec3 followed;
+    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, task.camera_sampled, &s.fixed,
+                      &followed);
+    leave_followed(scene, s.screen_form, followed, path);
+    if (!any(path.active)) return s;
+    const ScatteringPoint x = scattering_point(scene, walks, path, path.active, begun.hit);
+    const Int sharp = camera_sampled_kinds(x.shader, task.camera_sampled);
+    const ShadowSource source =
+        choose_source(scene, p, x.x.active, select(s.screen_form, sharp, splat(kScatteredRays)));
+    s.active = x.x.active & (source.kinds != 0);
+    s.view = place_in_picture(scene, s.active, select(s.screen_form, x.x.position, begun.first), p.random);
+    s.active &= s.view.active;
+    if (!task.score && any(s.active)) s.active &= has_adjoint(scene, s.active, s.view.sx, s.view.sy, adjoint);
+    if (!any(s.active)) return s;
+
+    // Sample an edge in front of the light. Scan lines have the followed lobes of the first vertex, except
+    // for lights of the table (boundary/segment/scattering_chain.h).
+    const CameraSampledSurface surface(scene, x, s.active, s.screen_form & source.environment);
+    const PathIndex walk = path_index(walks, path.path);
+    const LobeDirection around =
+        shadow_direction(scene, x, surface, s.active, source, begun.length, walk, path.vertex, p.random);
+    const auto meets_light = [&](Mask m, Vec3 w, Float r) EG_INLINE_LAMBDA {
+        Mask lit = m & source.environment;
+        for_each_met_light(scene, m & source.table, x.x.position, x.x.mesh, w, r, splat(__builtin_inff()),
+                           source.ray_kind, begun.length,
+                           [&](int, Mask seen, const LightRow&, Float, Float)
+                               EG_INLINE_LAMBDA { lit |= seen; });
+        return lit;
+    };
+    const Vec3 value =
+        sample_edge_near(task, x, surface, source.kinds, around, kShadowCandidates, meets_light, p, s);
+    if (!any(s.active)) return s;
+
+    const Vec3 across = cross(s.towards, p.t);  // t x w
+    // Silhouettes have a side sigma. Transparent faces have a jump of transmittance instead.
+    const Mask clear = transparent_occluder(scene, s.active, s.edge);
+    const Float sigma = select(clear, splat(1.0f), occluder_side(scene, p, across));
+    s.sweep = across * sigma;
+    s.active &= (sigma != 0.0f) & ~on_edge_face(scene, p, x.x);
+    // If x is closer to the edge than rounding, the jump is part of the primary term (derivations, F3c).
+    s.active &= s.reach > 1e-5f * largest_component(s.point);
+    if (!any(s.active)) return s;
+
+    // Set the light beyond the edge
+    Int blockers = splat(scene.environment_image.sampled ? 1 << kShadowRay : 1 << kDiffuseRay);
+    Vec3 light = select(source.environment, environment_radiance(scene, s.towards), zero3());
+    Vec3 end = s.towards;
+    Float far = splat(__builtin_inff());
+    Mask visible = splat(-1);
+    s.distance = splat(__builtin_inff());
+    s.y.environment = select(source.environment, splat(scene.environment_image.pixels ? -1 : 0), splat(0));
+    const Mask on_row = s.active & source.table;
+    if (any(on_row)) {
+        Float count;
+        const LightSample met = sample_met_light(scene, on_row, x.x, s.towards, source.ray_kind, begun.length,
+                                                 source.which, count);
+        const LightRow l = gather_light(scene.lights, select(met.active, met.row, splat(0)));
+        const Mask near = on_row & ~met.distant;
+        s.active &= ~on_row | (met.active & met.casts_shadow & (met.distant | (met.r > s.reach)));
+        s.y.row = select(on_row, met.row, s.y.row), s.y.kind = select(on_row, met.kind, s.y.kind);
+        s.distance = select(near, met.r - s.reach, s.distance);
+        // From inside of a sphere, its edge sees another side of the surface than x does.
+        const Vec3 from_x = x.x.position - l.position, from_e = s.point - l.position;
+        const Float square = l.radius * l.radius;
+        s.active &= ~on_row | (met.kind != splat(static_cast<int>(kSphereLight))) |
+                    ((dot(from_x, from_x) <= square) == (dot(from_e, from_e) <= square));
+        light = select(on_row, l.radiance * (light_factor(l, s.towards, met.r) * count), light);
+        blockers = select(on_row, met.blockers, blockers);
+        visible = select(on_row, (met.visible_to & source.kinds) != 0, visible);
+        end = select(near, s.towards * s.distance, end);
+        far = select(near, splat(0.99999f), far);
+    }
+    s.active &= visible;
+    if (scene.rays_differ || scene.lights.any_linked)
+        s.active &= (gather(scene.mesh_mask, mesh_of(scene, edge_face(scene, s.edge))) & blockers) != 0;
+    divide_segment(s);
+    s.active &= segment_moves(scene, requested, s);
+    if (!any(s.active)) return s;
+
+    // Evaluate the transmittance on both sides of the edge
+    PassingRays rays{blockers};
+    rays.ignored = {s.edge, s.instance};
+    const Vec3 start = leave_surface(x.x, s.towards);
+    const Vec3 seen = transmittance(scene, s.active, start, s.point - start, splat(0.99999f), rays) *
+                      transmittance(scene, s.active, s.point, end, far, rays);
+    s.color = path.throughput * value * seen * light * (x.shader.scale * begun.weight * source.scale);
+    // The slide of x is divided by |n . D| (boundary/segment/segment.h).
+    const Float facing = max(-dot(s.x.normal, s.view.across_of), 1e-20f);
+    s.color = select(s.screen_form, s.color * (1.0f / facing), s.color);
+    if (any(clear & s.active))
+        s.color = select(
+            clear, s.color * transparent_jump(scene, p, s.active & clear, s.u, across, s.towards), s.color);
+    s.active &= ~(largest_component(s.color) == 0.0f);
+    return s;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -82,26 +82,6 @@ def test_every_field_of_principled() -> None:
     assert any("read as Principled BSDF" in line for line in tree.made.report.readings)
 
 
-@pytest.mark.parametrize("shader", ["Principled", "Glass", "Metallic"])
-def test_thin_films(shader: str) -> None:
-    tree = Tree("ShaderNodeBsdf" + shader)
-    tree.shader.inputs["Thin Film IOR"].default_value = 1.6
-    m = tree.export()
-    assert m.thin_film_thickness == 0.0 and m.textures == {}
-    tree.shader.inputs["Thin Film Thickness"].default_value = 450.0
-    m = tree.export()
-    assert (m.thin_film_thickness, m.thin_film_ior) == pytest.approx((450.0, 1.6))
-    assert not any("film" in line for line in tree.made.report.lines)
-    thickness = tree.node("Value")
-    thickness.outputs[0].default_value = 300.0
-    gray = tree.node("TexChecker")
-    product = tree.node("Math", operation="MULTIPLY")
-    for output, to in ((thickness.outputs[0], 0), (gray.outputs["Fac"], 1)):
-        tree.tree.links.new(output, product.inputs[to])
-    tree.link(product.outputs[0], "Thin Film Thickness")
-    assert "thin_film_thickness" in tree.export().textures
-
-
 @pytest.mark.parametrize(
     ("shader", "kind"),
     [("Diffuse", "DIFFUSE"), ("Glossy", "GLOSSY"), ("Glass", "GLASS"), ("Refraction", "REFRACTION"),

@@ -35,6 +35,7 @@ from .geometry.visibility import is_holdout, visible_to, warn_about_visibility
 from .inventory.missing_layers import warn_of_missing_layers
 from .inventory.naming import name_scene, name_settings
 from .materials.caustics import drop_caustics
+from .materials.flattened import shadow_flattened
 from .materials.holdouts import hold_out
 from .materials.material import read_material
 from .nodes.camera_view import CameraView
@@ -125,6 +126,7 @@ def export_evaluated(evaluation: Evaluation, more_cameras: Sequence[Any], bake: 
                                      for name, names in needed.items()}, single)  # fmt: skip
     displace(meshes.groups(), displacements, needed, report)
     bake_materials(out, meshes, images, depsgraph, bake)
+    shadow_flattened(out, meshes)
     hold_out(out, meshes)
     if world.baked:
         bake_world(world, images, bake, report, widths=None if memory is None else memory.widths)

@@ -68,7 +68,7 @@ def shapes(tables: Tables) -> dict[str, tuple[int, ...]]:
     instance_to_world            (I, 12)      rows of the transforms
     field_values                 (n,)         `FieldTable.values` of all distance fields, one after the other
     field_to_world               (F * 12,)    rows of `FieldTable.to_world`
-    closure_params               (L * 36,)    rows of `material_table.COLUMNS`, one after the other
+    closure_params               (L * 40,)    rows of `material_table.COLUMNS`, one after the other
     texture_pixels               (n,)         `TextureTables.pixels`; absent like the next three without textures
     texture_attributes           (n,)         `TextureTables.attributes`
     texture_lookups              (n,)         `TextureTables.lookups`

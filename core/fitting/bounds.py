@@ -65,7 +65,8 @@ _FIELDS: dict[str, Kind] = {
                      "aperture_ratio", "stretch"), _SIZE),
     **dict.fromkeys(("angle", "spread"), _OPENING),
     "fov_x": Kind((0.0, np.pi - 0.01), RELATIVE_STEP, relative=True, size=True),
-    "ior": Kind((0.01, np.inf), WEIGHT_STEP),
+    **dict.fromkeys(("ior", "thin_film_ior"), Kind((0.01, np.inf), WEIGHT_STEP)),
+    "thin_film_thickness": Kind(_POSITIVE, RELATIVE_STEP, relative=True),
     "coat_ior": Kind((1.0, np.inf), WEIGHT_STEP),
     "anisotropy": Kind((-1.0, 1.0), WEIGHT_STEP),
     "anisotropy_rotation": Kind(_ANY, ANGLE_STEP / (2.0 * np.pi)),  # turns

@@ -31,7 +31,8 @@ _FRACTIONS = ("metallic", "roughness", "diffuse_roughness", "transmission", "coa
 # Fields that `Material.textures` may replace.
 TEXTURED = (
     "base_color", "emission", *_FRACTIONS, "specular_ior_level", "specular_tint", "ior", "anisotropy",
-    "anisotropy_rotation", "coat_ior", "coat_tint", "sheen_tint", "normal", "normal_strength",
+    "anisotropy_rotation", "coat_ior", "coat_tint", "sheen_tint", "thin_film_thickness", "thin_film_ior", "normal",
+    "normal_strength",
 )
 # A key of `Material.textures` that is no field.
 SMOOTH_NORMAL = "smooth_normal"
@@ -86,6 +87,9 @@ class Material(Checked):
         As in Blender: weights and roughnesses in [0, 1] (microfacet alpha is the roughness squared),
         anisotropy in [-1, 1], rotation in turns, tints linear Rec.709. Subsurface scattering is
         approximated by its diffuse limit.
+    thin_film_thickness, thin_film_ior
+        Of a film on metal, gloss and glass of PRINCIPLED, and on GLASS: nm, >= 0, and its index of refraction. Light
+        interferes in it (Belcour and Barla 2017), in RGB as in Cycles. Films up to 0.1 nm do not count.
     multiscatter
         Whether rough reflection and refraction preserve the energy of multiple scattering between microfacets
         (Blender's "Multiscatter GGX"). Only for the distribution GGX.
@@ -139,6 +143,8 @@ class Material(Checked):
     sheen_tint: NDArray[np.float64] = field(default_factory=lambda: _rgb(1.0))
     alpha: float = 1.0
     subsurface_weight: float = 0.0
+    thin_film_thickness: float = 0.0
+    thin_film_ior: float = 1.33
     multiscatter: bool = True
     distribution: str = "GGX"
     normal: NDArray[np.float64] = field(default_factory=lambda: np.array([0.5, 0.5, 1.0]))
@@ -156,6 +162,8 @@ class Material(Checked):
         **dict.fromkeys(_FRACTIONS, by(number, least=0.0, greatest=1.0)),
         **dict.fromkeys(("specular_ior_level", "normal_strength"), by(number, least=0.0)),
         "ior": by(number, above=0.0),
+        "thin_film_thickness": by(number, least=0.0),
+        "thin_film_ior": by(number, above=0.0),
         "coat_ior": by(number, least=1.0),
         "anisotropy": by(number, least=-1.0, below=1.0 + 1e-6),
         "anisotropy_rotation": number,

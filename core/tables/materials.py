@@ -36,13 +36,15 @@ COLUMNS = {
     "normal": (30, 3),
     "normal_strength": (33, 1),
     "weight": (34, 1),
-    "absorption": (36, 3),
+    "thin_film_thickness": (35, 1),
+    "thin_film_ior": (36, 1),
+    "absorption": (37, 3),
 }
 WIDTH = 40
 
 # Bits of `MaterialTable.flags`: what may occur in a shader.
 (DIFFUSE, GLOSSY, TRANSPARENCY, EMISSION, NORMAL_MAP, MULTISCATTER, TWO_SIDED, REFRACTION, LAMBERTIAN, ANISOTROPIC,
- BECKMANN, PHONG, NORMAL_IN_WORLD, ABSORPTION) = (1 << k for k in range(14))  # fmt: skip
+ BECKMANN, PHONG, NORMAL_IN_WORLD, ABSORPTION, THIN_FILM) = (1 << k for k in range(15))  # fmt: skip
 
 
 @dataclass
@@ -117,7 +119,8 @@ def flags(m: Material, asked: Collection[str] = ()) -> int:
     out = 0
     principled = m.kind == "PRINCIPLED"
     # A principled surface without specular level has no dielectric reflection; transmission keeps its own.
-    dielectric = principled and (may("specular_ior_level") or may("transmission") or may("metallic"))
+    film = m.kind in ("PRINCIPLED", "GLASS") and may("thin_film_thickness")
+    dielectric = principled and (may("specular_ior_level") or may("transmission") or may("metallic") or film)
     coated = principled and (may("coat_weight") or may("sheen_weight"))
     if dielectric or coated or m.kind in ("GLOSSY", "GLASS", "REFRACTION", "SHEEN", "DISNEY", "VELVET"):
         out |= GLOSSY
@@ -142,6 +145,8 @@ def flags(m: Material, asked: Collection[str] = ()) -> int:
         out |= TWO_SIDED
     if may("anisotropy"):
         out |= ANISOTROPIC
+    if film:
+        out |= THIN_FILM
     if may("absorption"):
         out |= ABSORPTION
     if m.kind in ("PRINCIPLED", "DIFFUSE") and not out & (GLOSSY | REFRACTION) and not may("diffuse_roughness"):

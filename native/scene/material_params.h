@@ -46,8 +46,10 @@ enum MaterialParam : int32_t {
     kSubsurfaceWeight = 29,
     kNormalMap = 30,
     kNormalStrength = 33,
-    kWeight = 34,      // of the closure in its mixture
-    kAbsorption = 36,  // 1/m, in the mesh behind the surface (shading/absorption.h)
+    kWeight = 34,  // of the closure in its mixture
+    kThinFilmThickness = 35,
+    kThinFilmIor = 36,  // loaded for scenes with films only, behind the shader's other values
+    kAbsorption = 37,   // 1/m, in the mesh behind the surface (shading/absorption.h)
     kMaterialParams = 40
 };
 
@@ -65,7 +67,8 @@ enum ClosureFlag : int32_t {
     kBeckmann = 1 << 10,       // distribution of microfacets, in place of GGX
     kPhong = 1 << 11,          // the reflection of Ashikhmin and Shirley
     kNormalInWorld = 1 << 12,  // the program returns the shading normal instead of the colour of a normal map
-    kHasAbsorption = 1 << 13
+    kHasAbsorption = 1 << 13,
+    kThinFilm = 1 << 14
 };
 
 // The gloss over a diffuse base is weak: following it pays only where its alpha is below this part of the

@@ -109,6 +109,8 @@ EG_OUTLINE Shader closure_shader(const SceneView& scene, const SurfacePoint& x, 
         if (scene.all_flags & kHasNormalMap) load_row<4>(scene, s, kNormalMap);
     } else {
         load_row<kShaderParams>(scene, s, 0);
+        s.row[kThinFilmIor] = splat(1.0f);
+        if (scene.all_flags & kThinFilm) load_row<1>(scene, s, kThinFilmIor);
     }
     if (scene.textures.closure_program) {
         run_program(scene, x.active, gather(scene.textures.closure_program, s.closure), point, s.row);

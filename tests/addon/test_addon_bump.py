@@ -358,3 +358,14 @@ def test_bakes_are_as_fine_as_the_picture() -> None:
         covered = 0.4 * sizes[-1] ** 2 / 6.0
         assert largest == 100 or covered > 2.0 * (2.0 / 7.0 * export.scene.camera.focal) ** 2
     assert sizes[1] == 4 * sizes[0] and sizes[2] == 100
+
+
+@pytest.mark.parametrize("space", ["TANGENT", "OBJECT", "WORLD", "BLENDER_OBJECT", "BLENDER_WORLD"])
+def test_normals_below_the_surface_are_named(space: Any) -> None:
+    made = material()
+    bent = node(made.node_tree, "NormalMap", space=space)
+    bent.inputs["Color"].default_value = (0.5, 0.5, 0.9, 1.0)
+    made.node_tree.links.new(bent.outputs[0], bs.shader(made).inputs["Normal"])
+    bs.add("Cube", bs.cube("Cube", made))
+    named = any("point below the surface" in line for line in bs.export(bake=16).report.lines)
+    assert named == (space != "TANGENT")

@@ -59,6 +59,29 @@ def test_distributions_change_as_their_derivatives_say(name: str, field: str) ->
     check(mean_p_value(found - exact, 0.0, rounding=4e-3 * abs(found.mean())))
 
 
+FILM = {"thin_film_thickness": 350.0, "thin_film_ior": 1.4}
+FILMED = {
+    "gloss": Material(COLOR, specular_ior_level=0.5, roughness=0.3, **FILM),
+    "metal": Material(COLOR, metallic=1.0, roughness=0.3, specular_tint=np.array([0.9, 0.7, 0.4]), **FILM),
+    "glass": Material(COLOR, kind="GLASS", roughness=0.4, **FILM),
+    "smooth glass": Material(COLOR, kind="GLASS", roughness=0.0, **FILM),
+    "transmission": Material(COLOR, transmission=0.7, roughness=0.3, **FILM),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("field", [*FILM, "base_color", "ior"])
+@pytest.mark.parametrize("name", FILMED)
+def test_films_change_as_their_derivatives_say(name: str, field: str) -> None:
+    need_every_table()
+    if field == "ior" and name in ("metal", "smooth glass"):  # a constant, and rays that bend
+        return
+    scene = ball(FILMED[name])
+    path = f"materials.clay.{field}"
+    value = np.asarray(parameters.get(scene, path), np.float64)
+    found, exact = sums_of_differences(scene, path, 0.2 * value, 0.02, spp=256)
+    check(mean_p_value(found - exact, 0.0, rounding=4e-3 * abs(found.mean())))
+
+
 @pytest.mark.parametrize("field", ["metallic", "coat_weight", "sheen_weight", "transmission", "specular_ior_level",
                                    "diffuse_roughness", "emission", "base_color", "alpha"])  # fmt: skip
 def test_weights_at_the_end_of_their_range_have_one_sided_derivatives(field: str) -> None:

@@ -41,7 +41,8 @@ def test_flags_of_materials() -> None:
              "kHasEmission": "EMISSION", "kHasNormalMap": "NORMAL_MAP", "kMultiscatter": "MULTISCATTER",
              "kEmissionTwoSided": "TWO_SIDED", "kHasRefraction": "REFRACTION", "kLambertian": "LAMBERTIAN",
              "kAnisotropic": "ANISOTROPIC", "kBeckmann": "BECKMANN", "kPhong": "PHONG",
-             "kNormalInWorld": "NORMAL_IN_WORLD", "kHasAbsorption": "ABSORPTION"}  # fmt: skip
+             "kNormalInWorld": "NORMAL_IN_WORLD", "kHasAbsorption": "ABSORPTION",
+             "kThinFilm": "THIN_FILM"}  # fmt: skip
     found = constants("material_params.h", "ClosureFlag")
     assert {name: getattr(materials, word) for name, word in names.items() if name in found} == found
 

@@ -63,6 +63,18 @@ CASES = {
     "coat": principled(coat_weight=1.0, coat_roughness=0.3),
     "tinted coat": principled(coat_weight=0.7, coat_roughness=0.2, coat_tint=np.array([0.9, 0.4, 0.2]), coat_ior=1.8),
     "fabric": principled(sheen_weight=1.0, sheen_roughness=0.5, sheen_tint=np.array([1.0, 0.8, 0.6])),
+    **{f"film of {d} nm": principled(roughness=0.3, thin_film_thickness=d, specular_tint=np.array([0.4, 0.9, 1.0]))
+       for d in (0.4, 120.0, 400.0, 2500.0)},
+    "film without level": principled(roughness=0.3, specular_ior_level=0.0, thin_film_thickness=500.0,
+                                     thin_film_ior=1.8),
+    "thin film on metal": principled(roughness=0.4, metallic=1.0, thin_film_thickness=300.0, thin_film_ior=2.0,
+                                     specular_tint=np.array([0.5, 0.8, 1.0])),
+    "film on half metal": principled(roughness=0.4, metallic=0.6, thin_film_thickness=350.0, anisotropy=0.5,
+                                     coat_weight=0.3),
+    "film on glass": simple("GLASS", roughness=0.4, thin_film_thickness=350.0),
+    "light film on glass": simple("GLASS", roughness=0.4, ior=1.6, thin_film_thickness=500.0, thin_film_ior=1.2),
+    "film on transmission": principled(transmission=0.7, roughness=0.4, thin_film_thickness=420.0, thin_film_ior=1.7,
+                                       specular_tint=np.array([0.5, 0.9, 1.0])),
     "all": principled(sheen_weight=0.5, coat_weight=0.5, coat_roughness=0.4, metallic=0.3, transmission=0.4,
                       diffuse_roughness=0.5, roughness=0.35, anisotropy=0.4),
 }  # fmt: skip
@@ -93,7 +105,8 @@ def test_reflection_is_that_of_cycles(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["glass", "rough glass", "refraction", "transmission", "translucent", "all",
-                                  "Beckmann glass", "Beckmann refraction"])
+                                  "film on glass", "light film on glass", "film on transmission", "Beckmann glass",
+                                  "Beckmann refraction"])
 def test_transmission_is_that_of_cycles(name: str) -> None:
     """From outside. Cycles evaluates, though it never samples, refractions that no microfacet can give."""
     mean, rms = difference(CASES[name], UNDER, False)

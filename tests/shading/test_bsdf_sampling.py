@@ -145,6 +145,7 @@ material_strategy = st.builds(
     specular_ior_level=share, specular_tint=color, ior=st.floats(0.3, 4) | st.just(1.0), anisotropy=st.floats(-1, 1),
     anisotropy_rotation=st.floats(-2, 2), transmission=share, coat_weight=share, coat_roughness=share,
     coat_ior=st.floats(1, 4), coat_tint=color, sheen_weight=share, sheen_roughness=share, sheen_tint=color,
+    thin_film_thickness=st.sampled_from([0.0, 0.05, 0.5]) | st.floats(0, 2e4), thin_film_ior=st.floats(0.3, 4),
     multiscatter=st.booleans(), distribution=st.sampled_from(("GGX", "GGX", "BECKMANN")))  # fmt: skip
 
 

@@ -18,7 +18,8 @@ from tests.support.small_scenes import Floats, camera, rectangle
 SHARES = ("metallic", "roughness", "diffuse_roughness", "transmission", "coat_roughness", "sheen_roughness", "alpha")
 LAYERS = ("specular_ior_level", "coat_weight", "sheen_weight")
 COLORS = ("base_color", "specular_tint", "coat_tint", "sheen_tint")  # not emission, which may be negative
-OTHERS = ("ior", "coat_ior", "anisotropy", "anisotropy_rotation", "normal", "normal_strength", "subsurface_weight")
+OTHERS = ("ior", "coat_ior", "anisotropy", "anisotropy_rotation", "normal", "normal_strength", "subsurface_weight",
+          "thin_film_thickness", "thin_film_ior")
 LAYERED = {
     "coat_weight": 0.4, "sheen_weight": 0.4, "metallic": 0.2, "transmission": 0.2, "specular_ior_level": 0.5,
     "coat_tint": np.array([0.4, 0.7, 0.9]), "coat_roughness": 0.2,

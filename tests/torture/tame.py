@@ -56,6 +56,9 @@ SHADERS: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
     "PRINCIPLED transmission": ({"transmission": 0.8, "specular_ior_level": 0.5}, ("roughness", "ior", "transmission")),
     "PRINCIPLED coat": ({"coat_weight": 0.7, "coat_roughness": 0.3},
                         ("coat_weight", "coat_roughness", "coat_ior", "coat_tint")),
+    "PRINCIPLED film": ({"specular_ior_level": 0.5, "metallic": 0.3, "thin_film_thickness": 350.0},
+                        ("thin_film_thickness", "thin_film_ior")),
+    "film on glass": ({"kind": "GLASS", "thin_film_thickness": 350.0}, ("thin_film_thickness", "thin_film_ior")),
     "PRINCIPLED sheen": ({"sheen_weight": 0.6}, ("sheen_weight", "sheen_roughness", "sheen_tint")),
     "PRINCIPLED alpha": ({"alpha": 0.6}, ("alpha",)),
     "PRINCIPLED subsurface": ({"subsurface_weight": 0.5}, ("subsurface_weight",)),
@@ -68,7 +71,7 @@ PARAMETERS = ("color", "own", "texel", "uv", "vertices", "transform", "floor", "
 # Shaders have several parameters of their own, so that these come more often.
 CYCLE = (*PARAMETERS, "own", "own", "own")
 # Fields of materials by how far they may move to each side.
-STEPS = {"ior": 0.03, "coat_ior": 0.05}
+STEPS = {"ior": 0.03, "coat_ior": 0.05, "thin_film_ior": 0.05, "thin_film_thickness": 20.0}
 
 
 # Parts of a derivative that plans name as left out of scenes with fields, and that the fields here do not have: they

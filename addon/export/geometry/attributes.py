@@ -33,6 +33,7 @@ GENERATED = "(generated)"
 OBJECT = "(object coordinates)"
 OBJECT_NORMAL = "(object normal)"
 POINTINESS = "(pointiness)"
+EDGE_DISTANCES = "(distances to edges)"
 RANDOM, INDEX, COLOR, LOCATION = "(object random)", "(object index)", "(object color)", "(object location)"
 SCALE, SIDE = "(object scale)", "(object side)"
 BEFORE = "(position before displacement)"
@@ -130,6 +131,8 @@ def _read(mesh: Any, arrays: MeshArrays, name: str, of: ObjectValues) -> Any:
         return shading_normals(arrays.positions, arrays.faces, arrays.smoothing, arrays.normals)
     if name == POINTINESS:
         return pointiness(mesh)[arrays.faces]
+    if name == EDGE_DISTANCES:
+        return _edge_distances(arrays.positions[arrays.faces])
     if name == ACTIVE_COLOR:
         index = mesh.color_attributes.render_color_index
         return _layer(mesh.color_attributes[index], mesh, arrays) if 0 <= index < len(mesh.color_attributes) else None
@@ -189,6 +192,18 @@ def _generated(mesh: Any) -> F32:
     size = np.array(mesh.texspace_size, np.float32)
     scale = np.where(size != 0.0, 0.5 / np.where(size != 0.0, size, 1.0), 0.0)
     return ((points - np.array(mesh.texspace_location, np.float32)) * scale + 0.5).astype(np.float32)
+
+
+def _edge_distances(corners: F32) -> F32:
+    """(m, 3, 3) distances of corners to the edges of their triangle, each opposite to a corner.
+
+    They are linear within a triangle, so interpolation between corners gives those of each point.
+    """
+    edges = np.roll(corners, -2, axis=1) - np.roll(corners, -1, axis=1)
+    area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=-1)[:, None]
+    length = np.linalg.norm(edges, axis=-1)
+    heights = np.divide(area, length, out=np.zeros_like(length), where=length > 0.0)
+    return (heights[:, None] * np.eye(3, dtype=np.float32)).astype(np.float32)
 
 
 def _radial_tangents(mesh: Any, arrays: MeshArrays, name: str) -> F32:

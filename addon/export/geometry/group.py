@@ -72,7 +72,8 @@ class Group:
     """Instances of one mesh with equal materials and settings.
 
     `attributes` has all attributes, with the values of the first object; `own` has those that differ between objects,
-    for each object. `corner_count` is the number of corners of Blender's mesh.
+    for each object. `corner_count` is the number of corners of Blender's mesh. `flattened`: a body with a scale of zero
+    along an axis; `shadowed`: one whose faces are all in each other's shadow in Cycles.
     """
 
     arrays: MeshArrays
@@ -85,3 +86,5 @@ class Group:
     holders: list[str] = field(default_factory=list)
     own: dict[str, list[tuple[float, ...]]] = field(default_factory=dict)
     corner_count: int = 0
+    flattened: bool = False
+    shadowed: bool = False

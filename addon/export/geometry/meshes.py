@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
+from edgegrad.geometry.topology import is_closed
 from edgegrad.scene.placement import is_tangent, placed_tangents, stretches
 
 from ...problem import Report
@@ -77,18 +78,11 @@ class PlacedMeshes:
             Called for their values if the mesh is not an instance.
         """
         ob = placed.object
-        where = f"object '{placed.source.object}'"
         if not len(arrays.faces):
             if len(arrays.positions):  # else its modifiers make only instances, hair or points
-                self._report.warn(where, "has no faces; it is left out")
+                self._report.warn(f"object '{placed.source.object}'", "has no faces; it is left out")
             return
         flat = abs(np.linalg.det(placed.source.matrix[:3, :3])) < 1e-30
-        if flat and np.ptp(arrays.positions, axis=0).min() > 0.0:
-            self._report.warn(
-                where,
-                "has a scale of zero along an axis, so its faces lie on each other; rounding "
-                "decides which of them is seen and, in Cycles, whether they shadow each other",
-            )
         terminator = _terminator(ob)
         values = placed.values
         found = {name: values.value(name) for name in sorted(names) if is_of_object(name)}
@@ -103,6 +97,9 @@ class PlacedMeshes:
                      for name, value in own.items() if name in read}
             self._groups[key] = Group(arrays, read, placed.slots, placed.visible, terminator,
                                       placed.holdout, corner_count=corner_count)  # fmt: skip
+            if flat and np.ptp(arrays.positions, axis=0).min() > 0.0:
+                self._groups[key].flattened = True
+                self._groups[key].shadowed = _shadows_itself(placed, arrays)
         self._groups[key].sources.append(placed.source)
         self._groups[key].holders.append(placed.holder)
         for name, value in own.items():
@@ -147,6 +144,16 @@ class PlacedMeshes:
                 self._report.warn(f"object '{name}'", "is smooth but coarse, and its shadow terminator offset is 0: "
                                   "light from below its triangles is left out, with which Cycles lights them where "
                                   "their smooth normals allow it")  # fmt: skip
+
+
+def _shadows_itself(placed: Placed, arrays: MeshArrays) -> bool:
+    """Whether a flattened mesh lies exactly in a plane across an axis of the world, and closed, twice or more.
+
+    Cycles places the vertices of objects that do not share their mesh in the world before it renders.
+    """
+    across = not placed.source.matrix[:3, :3].any(axis=1).all()
+    alone = not placed.source.instance and placed.object.original.data.users == 1
+    return across and alone and is_closed(arrays.faces, np.arange(len(arrays.positions)))
 
 
 def _terminator(ob: Any) -> Terminator:

@@ -99,8 +99,7 @@ NODES: dict[str, Table] = {
     "VERTEX_COLOR": Table("layer_name"),
     "BSDF_METALLIC": Table(
         "distribution fresnel_type Base_Color Edge_Tint IOR Extinction Roughness Anisotropy Rotation Normal Tangent "
-        "Thin_Film_IOR",
-        named={"Thin_Film_Thickness": Named("its thin film is left out", 0.0)}),
+        "Thin_Film_Thickness Thin_Film_IOR"),
     "TEX_ENVIRONMENT": Table("image image_user texture_mapping projection interpolation Vector"),
     "TEX_IMAGE": Table("image image_user texture_mapping projection interpolation projection_blend extension Vector"),
     "CAMERA": Table(),

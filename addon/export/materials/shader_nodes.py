@@ -79,6 +79,11 @@ def _note_rough_refraction(closure: Closure) -> None:
                      "rough glass")  # fmt: skip
 
 
+def _thin_film(closure: Closure) -> None:
+    if _is_set(closure, "Thin Film Thickness"):
+        closure.set_all({"thin_film_thickness": "Thin Film Thickness", "thin_film_ior": "Thin Film IOR"})
+
+
 def _microfacets(closure: Closure) -> None:
     closure.material.multiscatter = closure.node.distribution == "MULTI_GGX"
     closure.material.distribution = closure.node.distribution.removeprefix("MULTI_")
@@ -96,8 +101,7 @@ def _principled(closure: Closure) -> None:
         _note_rough_refraction(closure)
     if closure.material.subsurface_weight > 0.0 or "subsurface_weight" in closure.material.textures:
         _principled_subsurface(closure)
-    if _is_set(closure, "Thin Film Thickness"):
-        closure.note("its thin film is left out")
+    _thin_film(closure)
     if _is_set(closure, "Thin Wall"):
         closure.note("its thin wall is left out")
 
@@ -126,8 +130,7 @@ def _glass(closure: Closure) -> None:
     closure.normal()
     _microfacets(closure)
     _note_rough_refraction(closure)
-    if _is_set(closure, "Thin Film Thickness"):
-        closure.note("its thin film is left out")
+    _thin_film(closure)
 
 
 @shader("BSDF_METALLIC")
@@ -149,6 +152,7 @@ def _metallic(closure: Closure) -> None:
     closure.normal()
     closure.tangent()
     _microfacets(closure)
+    _thin_film(closure)
 
 
 def _f82(n: np.ndarray, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

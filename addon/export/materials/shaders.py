@@ -19,7 +19,8 @@ from ..nodes.links import Feed, Groups, by_identifier, feed, label, own_value_of
 # Ranges of fields; all other numbers are in [0, 1].
 RANGES = {"ior": (1e-3, 1e3), "coat_ior": (1.0, 1e3), "anisotropy": (-1.0, 1.0), "anisotropy_rotation": (-1e6, 1e6),
           "specular_ior_level": (0.0, 1e3), "specular_tint": (0.0, 1e3), "emission": (0.0, 1e9),
-          "normal_strength": (0.0, 1e3), "coat_tint": (0.0, 1e3), "sheen_tint": (0.0, 1e3)}  # fmt: skip
+          "normal_strength": (0.0, 1e3), "coat_tint": (0.0, 1e3), "sheen_tint": (0.0, 1e3),
+          "thin_film_thickness": (0.0, 1e6), "thin_film_ior": (1e-3, 1e3)}  # fmt: skip
 # Kinds of rays, other than the camera's, for which light sampling never sees emission.
 BY_SAMPLING = ("DIFFUSE", "GLOSSY", "TRANSMISSION")
 COLORS = ("base_color", "specular_tint", "coat_tint", "sheen_tint", "emission", "normal")

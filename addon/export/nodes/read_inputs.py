@@ -10,6 +10,7 @@ import numpy as np
 from edgegrad import expression as e
 from edgegrad.expression import Operand
 
+from ..approximated.sizes import unevenly_scaled
 from ..geometry import attributes
 from .expressions import Reader, Unreadable, folded, number, reads
 from .links import Groups, label
@@ -184,8 +185,41 @@ def _script(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
 
 @reads("WIREFRAME")
 def _wireframe(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    raise unreadable(node, groups, "its size in pixels" if node.use_pixel_size else node.bl_label,
-                     bakeable=not node.use_pixel_size)  # fmt: skip
+    width = reader.get(node, "Size", groups)
+    if node.use_pixel_size:
+        if reader.view is None:
+            raise unreadable(node, groups, "its size in pixels", bakeable=False)
+        width = e.Math("MULTIPLY", width, _seen_pixel_size(reader.view.pixel_size))
+        reader.note(f"lines of node '{label(node, groups)}' are in reflections as wide as their distance from the "
+                    "camera makes them, in Cycles as the length of the path does")  # fmt: skip
+    if name := unevenly_scaled(reader.owner):
+        reader.note(f"lines of node '{label(node, groups)}' on object '{name}', whose scale differs between axes, have "
+                    "the width of its mean scale in all directions")  # fmt: skip
+    distances = attributes.layer(attributes.EDGE_DISTANCES)
+    nearest = e.Math("MINIMUM", e.Math("MINIMUM", e.Channel(distances, 0), e.Channel(distances, 1)),
+                     e.Channel(distances, 2))  # fmt: skip
+    nearest = e.Math("MULTIPLY", nearest, attributes.layer(attributes.SCALE))
+    # The other half of a line is on the neighbouring triangle. Strands and points, and what is no surface, have no
+    # distances, whose fourth component is then 0, and no lines.
+    line = e.Math("LESS_THAN", nearest, e.Math("MULTIPLY", width, 0.5))
+    return e.Math("MULTIPLY", line, e.Channel(distances, 3))
+
+
+def _seen_pixel_size(size: Operand) -> Operand:
+    """Mean extent, across the view, of two vectors of this size along the face: how Cycles measures a pixel there."""
+    normal, view = e.Coordinates("TRUE_NORMAL"), e.Coordinates("INCOMING")
+    # Cycles' frame of a face: the first vector is across (1, 1, 1), or across (-1, 1, 1) where that is the normal.
+    across = e.VectorMath("CROSS_PRODUCT", (1.0, 1.0, 1.0), normal)
+    tilted = e.VectorMath("CROSS_PRODUCT", (-1.0, 1.0, 1.0), normal)
+    other = e.Math("LESS_THAN", e.VectorMath("LENGTH", across), 1e-6)
+    first = e.VectorMath("NORMALIZE", e.Mix(other, across, tilted))
+    second = e.VectorMath("CROSS_PRODUCT", normal, first)
+
+    def extent(vector: Operand) -> Operand:
+        along = e.VectorMath("DOT_PRODUCT", vector, view)
+        return e.Math("SQRT", e.Math("SUBTRACT", 1.0, e.Math("MULTIPLY", along, along)))
+
+    return e.Math("MULTIPLY", e.Math("ADD", extent(first), extent(second)), e.Math("MULTIPLY", size, 0.5))
 
 
 @reads("CAMERA")

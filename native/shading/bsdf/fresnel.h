@@ -16,6 +16,23 @@ EG_INLINE Vec3 mix(Vec3 a, Vec3 b, Float t) {
 }
 EG_INLINE Float pow5(Float x) { return x * x * x * x * x; }
 
+// Amplitudes of both polarisations that a dielectric with the relative index eta reflects, for light at the
+// cosine c >= 0 on its outside.
+struct Amplitudes {
+    Mask refracts;    // false beyond the critical angle
+    Float refracted;  // eta cos(theta_t), by Snell's law
+    Float s, p;
+};
+
+EG_INLINE Amplitudes amplitudes(Float c, Float eta) {
+    const Float squared = eta * eta - (1.0f - c * c);
+    const Float g = sqrt(max(squared, 0.0f));
+    // For equal indices both sums are 0 at grazing angles. The inverse square of kLeast is finite.
+    constexpr float kLeast = 1e-15f;
+    const Float eta2c = eta * eta * c;
+    return {squared > 0.0f, g, (c - g) / max(c + g, kLeast), (eta2c - g) / max(eta2c + g, kLeast)};
+}
+
 // Unpolarised Fresnel reflectance of a dielectric with the relative index eta, for light at the given cosine
 // on its outside, and the cosine of the refracted direction. 1 and 0 beyond the critical angle.
 struct Dielectric {
@@ -23,17 +40,9 @@ struct Dielectric {
 };
 
 EG_INLINE Dielectric dielectric(Float cosine, Float eta) {
-    const Float c = abs(cosine);
-    // eta cos(theta_t), by Snell's law.
-    const Float squared = eta * eta - (1.0f - c * c);
-    const Mask refracts = squared > 0.0f;
-    const Float g = sqrt(max(squared, 0.0f));
-    // For equal indices both sums are 0 at grazing angles. The inverse square of kLeast is finite.
-    constexpr float kLeast = 1e-15f;
-    const Float s = (c - g) / max(c + g, kLeast);
-    const Float eta2c = eta * eta * c;
-    const Float p = (eta2c - g) / max(eta2c + g, kLeast);
-    return {select(refracts, 0.5f * (s * s + p * p), 1.0f), select(refracts, g / eta, 0.0f)};
+    const Amplitudes a = amplitudes(abs(cosine), eta);
+    return {select(a.refracts, 0.5f * (a.s * a.s + a.p * a.p), 1.0f),
+            select(a.refracts, a.refracted / eta, 0.0f)};
 }
 
 // Negative derivative of the reflectance (s^2 + p^2) / 2 by the cosine c, where light refracts: g = eta

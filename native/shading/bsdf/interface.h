@@ -10,7 +10,8 @@ struct Interface {
     Microfacets facets;
     Vec3 reflection, transmission;  // weights, tints included
     Vec3 f0;
-    Float eta;           // index of the other side divided by that of the viewer's side
+    Float eta;  // index of the other side divided by that of the viewer's side
+    Film film;
     Mask refracts_only;  // transmits all light that is not totally reflected
     bool by_slope;       // sampled for derivatives (reflect_by_slope)
 };
@@ -19,6 +20,7 @@ EG_INLINE Interface no_interface() {
     Interface g;
     g.reflection = g.transmission = g.f0 = zero3();
     g.eta = splat(1.5f);
+    g.film = no_film();
     g.refracts_only = splat(0);
     g.by_slope = false;
     return g;
@@ -37,7 +39,8 @@ struct Split {
 
 EG_INLINE Split split_light(const Interface& g, Float cosine) {
     const Dielectric d = dielectric(cosine, g.eta);
-    const Vec3 f = mapped_fresnel(d.reflectance, g.eta, g.f0);
+    Vec3 f = mapped_fresnel(d.reflectance, g.eta, g.f0);
+    if (g.film.any) f = select(g.film.there, saturate(film_fresnel(g.film, cosine, g.eta, g.f0)), f);
     const Mask total = d.reflectance >= 1.0f;
     Split s;
     s.reflected = g.reflection * select(g.refracts_only, zero3(), f);

@@ -17,6 +17,7 @@ struct MaterialValues {
     Vec3 coat_tint;
     Float sheen_weight, sheen_roughness;
     Vec3 sheen_tint;
+    Float film_thickness, film_ior;
 };
 
 // Reads a row of scene/material_params.h.
@@ -41,6 +42,8 @@ EG_INLINE MaterialValues material_values(const Float* row) {
     m.sheen_weight = row[kSheenWeight];
     m.sheen_roughness = row[kSheenRoughness];
     m.sheen_tint = color(kSheenTint);
+    m.film_thickness = row[kThinFilmThickness];
+    m.film_ior = row[kThinFilmIor];
     return m;
 }
 

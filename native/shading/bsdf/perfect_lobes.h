@@ -72,7 +72,7 @@ EG_INLINE Specular scatter_specular(const Bsdf& f, Int lobe, Mask transmitted, M
 // Closures that consist of one such lobe. They do not need the whole BSDF.
 EG_INLINE Mask scatters_plainly(Int kind, Int flags) {
     return (is_kind(kind, kGlass) | is_kind(kind, kRefraction) | is_kind(kind, kGlossy)) &
-           ~has_flag(flags, kMultiscatter | kAnisotropic);
+           ~has_flag(flags, kMultiscatter | kAnisotropic | kThinFilm);
 }
 
 // The interface of smooth Glass and Refraction closures (add_glass, add_refraction).

@@ -19,12 +19,13 @@ struct Occurs {
     bool sheen, coat, metal, transmission, dielectric;
 };
 
-EG_INLINE Occurs occurs(Mask m, const MaterialValues& v) {
+// `film`: lanes under a thin film, which reflects without a dielectric level, too.
+EG_INLINE Occurs occurs(Mask m, const MaterialValues& v, Mask film) {
     const Mask below = ((v.metallic < 1.0f) | has_derivative(v.metallic)) &
                        ((v.transmission < 1.0f) | has_derivative(v.transmission));
     return {any(m & is_there(v.sheen_weight)), any(m & is_there(v.coat_weight)),
             any(m & is_there(v.metallic)), any(m & is_there(v.transmission)),
-            any(m & ((v.specular_ior_level > 0.0f) | has_derivative(v.specular_ior_level)) & below)};
+            any(m & ((v.specular_ior_level > 0.0f) | has_derivative(v.specular_ior_level) | film) & below)};
 }
 
 // Transmittance of a coat's tint along both directions. The tint applies at normal incidence; elsewhere the
@@ -80,7 +81,7 @@ EG_INLINE Cover make_cover(const Occurs& has, Mask m, const MaterialValues& v, V
 
 // Share of the emission that passes sheen and coat towards wo.
 EG_INLINE Vec3 emission_share(Mask m, const MaterialValues& v, Vec3 n, Vec3 ng, Vec3 wo) {
-    const Occurs has = occurs(m, v);
+    const Occurs has = occurs(m, v, splat(0));
     if (!has.sheen && !has.coat) return white();
     return make_cover(has, m, v, n, wo, dot(n, wo), dot(valid_mirror_normal(n, ng, wo), wo)).below;
 }
@@ -103,7 +104,8 @@ EG_INLINE DielectricLevel dielectric_level(const MaterialValues& v) {
 }
 
 EG_INLINE void add_principled(Bsdf& f, Mask m, const MaterialValues& v, Int flags, Mask from_inside) {
-    const Occurs has = occurs(m, v);
+    const Film film = film_of(m, v, flags, splat(1.0f));
+    const Occurs has = occurs(m, v, film.there);
     const Float rough = saturate(v.roughness), cosine = f.view.z;
     const Float alpha = rough * rough;
     // Add sheen and coat
@@ -142,6 +144,7 @@ EG_INLINE void add_principled(Bsdf& f, Mask m, const MaterialValues& v, Int flag
         f.mirror.facets = select_facets(m, facets, f.mirror.facets);
         // Like Cycles, look up the roughness of the clamped alphas.
         albedo = reflection_albedo(sqrt(sqrt(facets.ax * facets.ay)), cosine);
+        f.mirror.film = select_film(m, film, f.mirror.film);
         f.any_lobe[kMirrorLobe] = true;
     }
     // Add metal
@@ -169,21 +172,23 @@ EG_INLINE void add_principled(Bsdf& f, Mask m, const MaterialValues& v, Int flag
         const Vec3 base = saturate(v.base_color);
         const Vec3 tint = {sqrt(base.x), sqrt(base.y), sqrt(base.z)};
         add_interface(f, m, alpha, rough, eta, saturate(v.specular_tint * f0_of_ior(ior)), white(), tint,
-                      weight * share, flags);
+                      weight * share, flags, film_of(m, v, flags, select(from_inside, 1.0f / ior, 1.0f)));
         weight = weight * (1.0f - share);
     }
     // Add the dielectric mirror
     if (has.dielectric) {
         const DielectricLevel level = dielectric_level(v);
-        const Mask there = m & ((level.eta != 1.0f) | has_derivative(level.eta));
+        const Mask there = m & ((level.eta != 1.0f) | has_derivative(level.eta) | film.there);
         const Vec3 f0 = saturate(v.specular_tint * level.f0);
         const Float share = fresnel_share(mean_dielectric(level.eta), f0_of_ior(level.eta));
         const Compensation more = compensation(albedo, mix(f0, white(), share));
         const Vec3 darkened = weight * select(multiscatter, more.darkening, white());
-        const Vec3 reflected =
-            darkened *
+        Vec3 fresnel =
             mix(f0, white(),
                 reflection_fresnel(sqrt(sqrt(f.mirror.facets.ax * f.mirror.facets.ay)), cosine, level.eta));
+        // Like Cycles, take films as smooth: there is no table of rough ones.
+        if (film.any) fresnel = select(film.there, film_fresnel(film, cosine, level.eta, f0), fresnel);
+        const Vec3 reflected = darkened * fresnel;
         f.mirror.dielectric =
             select(there, darkened * select(multiscatter, more.scale, splat(1.0f)), zero3());
         f.mirror.f0 = f0;

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "shading/bsdf/distributions/microfacet.h"
-#include "shading/bsdf/fresnel.h"
+#include "shading/bsdf/thin_film.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -13,6 +13,7 @@ struct Reflection {
     Vec3 metal, metal_f0, b;  // weight, F82-tint
     Vec3 dielectric, f0;      // weight, reflectance at normal incidence
     Float eta;                // of the dielectric, whose Fresnel reflectance is mapped to [f0, 1]
+    Film film;                // on metal and dielectric
     bool any_metal, any_dielectric;
     Mask separable;  // masking is the product of both directions' masking
 };
@@ -21,6 +22,7 @@ EG_INLINE Reflection no_reflection() {
     Reflection r;
     r.constant = r.metal = r.metal_f0 = r.b = r.dielectric = r.f0 = zero3();
     r.eta = splat(1.5f);
+    r.film = no_film();
     r.any_metal = r.any_dielectric = false;
     r.separable = splat(0);
     return r;
@@ -33,9 +35,16 @@ EG_INLINE Vec3 mapped_fresnel(Float reflectance, Float eta, Vec3 f0) {
 
 EG_INLINE Vec3 reflectance(const Reflection& r, Float cosine) {
     Vec3 f = r.constant;
-    if (r.any_metal) f = f + r.metal * f82(cosine, r.metal_f0, r.b);
-    if (r.any_dielectric)
-        f = f + r.dielectric * mapped_fresnel(dielectric(cosine, r.eta).reflectance, r.eta, r.f0);
+    if (r.any_metal) {
+        Vec3 metal = f82(cosine, r.metal_f0, r.b);
+        if (r.film.any) metal = select(r.film.there, film_on_metal(r.film, cosine, r.metal_f0, r.b), metal);
+        f = f + r.metal * metal;
+    }
+    if (r.any_dielectric) {
+        Vec3 glossy = mapped_fresnel(dielectric(cosine, r.eta).reflectance, r.eta, r.f0);
+        if (r.film.any) glossy = select(r.film.there, film_fresnel(r.film, cosine, r.eta, r.f0), glossy);
+        f = f + r.dielectric * glossy;
+    }
     return f;
 }
 

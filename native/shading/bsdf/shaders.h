@@ -85,7 +85,7 @@ EG_INLINE void add_glossy(Bsdf& f, Mask m, const MaterialValues& v, Int flags) {
 
 // Adds an interface with the roughness `rough` = sqrt(alpha) and tints of reflection and transmission.
 EG_INLINE void add_interface(Bsdf& f, Mask m, Float alpha, Float rough, Float eta, Vec3 f0, Vec3 reflection,
-                             Vec3 transmission, Vec3 weight, Int flags) {
+                             Vec3 transmission, Vec3 weight, Int flags, const Film& film) {
     Interface& g = f.glass;
     const Mask multiscatter = has_flag(flags, kMultiscatter);
     if (any(multiscatter)) {
@@ -95,6 +95,7 @@ EG_INLINE void add_interface(Bsdf& f, Mask m, Float alpha, Float rough, Float et
     g.facets = select_facets(m, shaped_facets(m, alpha, alpha, f.view, flags), g.facets);
     g.eta = select(m, eta, g.eta);
     g.f0 = select(m, f0, g.f0);
+    g.film = select_film(m, film, g.film);
     g.reflection = select(m, weight * reflection, g.reflection);
     g.transmission = select(m, weight * transmission, g.transmission);
     // Beyond the critical angle, tilted microfacets may still refract.
@@ -106,17 +107,24 @@ EG_INLINE void add_interface(Bsdf& f, Mask m, Float alpha, Float rough, Float et
                                            f.probability[kInterfaceLobe]);
 }
 
+// The film of lanes that have one. The index of the viewer's side is 1 / `inside` there.
+EG_INLINE Film film_of(Mask m, const MaterialValues& v, Int flags, Float inside) {
+    const Mask film = m & has_flag(flags, kThinFilm);
+    return any(film) ? make_film(film, v.film_thickness, max(v.film_ior, 1e-5f) * inside) : no_film();
+}
+
 EG_INLINE void add_glass(Bsdf& f, Mask m, const MaterialValues& v, Int flags, Mask from_inside) {
     const Float rough = saturate(v.roughness), ior = max(v.ior, 1e-5f);
     add_interface(f, m, rough * rough, rough, select(from_inside, 1.0f / ior, ior), splat3(f0_of_ior(ior)),
-                  v.base_color, v.base_color, white(), flags);
+                  v.base_color, v.base_color, white(), flags,
+                  film_of(m, v, flags, select(from_inside, 1.0f / ior, 1.0f)));
 }
 
 EG_INLINE void add_refraction(Bsdf& f, Mask m, const MaterialValues& v, Int flags, Mask from_inside) {
     const Float rough = saturate(v.roughness), ior = max(v.ior, 1e-5f);
     f.glass.refracts_only |= m;
     add_interface(f, m, rough * rough, rough, select(from_inside, 1.0f / ior, ior), splat3(f0_of_ior(ior)),
-                  zero3(), v.base_color, white(), flags & ~kMultiscatter);
+                  zero3(), v.base_color, white(), flags & ~kMultiscatter, no_film());
 }
 
 EG_INLINE void add_sheen(Bsdf& f, Mask m, const MaterialValues& v) {

@@ -131,7 +131,7 @@ def small_subsurface() -> None:
                node("Burley", (0.8, 0.4, 0.2), "BURLEY")], y=0.7)  # fmt: skip
 
 
-@case("Shaders without a counterpart: Toon, Hair, Principled Hair, Ray Portal, thin film", bounces=2,
+@case("Shaders without a counterpart: Toon, Hair, Principled Hair, Ray Portal, beside a thin film", bounces=2,
       differs=("Each is replaced by the shader that the export names.",))  # fmt: skip
 def rare_shaders() -> None:
     """Each is named by the export, with what is rendered instead."""

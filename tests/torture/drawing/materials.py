@@ -35,6 +35,8 @@ def material(draw: Draw) -> Material:
         "normal_uv": draw.one(("UVMap", "UVMap", "absent")),
         "textures": _textures(draw) if draw.chance(0.4) else {},
     }  # fmt: skip
+    if draw.chance(0.2):
+        made |= {"thin_film_thickness": draw.one((0.05, 0.2, 1.0, 300.0, 2e4)), "thin_film_ior": draw.one(IORS)}
     if draw.chance(0.15):
         made["absorption"] = draw.log(1e-3, 1e3) / draw.scale * draw.color()
     if draw.chance(0.3):

@@ -179,7 +179,6 @@ def light_path_flags() -> None:
     "Wireframe: by pixels and by length, as lines and as holes",
     bounces=2,
     samples=64,
-    differs=("lines whose width is in pixels are left out, which the export says",),
 )
 def wireframes() -> None:
     """The technical drawing."""

@@ -247,8 +247,7 @@ def everything_principled() -> None:
     )
 
 
-@case("Thin films: soap and oil on dielectric, glass and metal", bounces=6, samples=96, differs=(
-    "thin films are left out, which the export says",))  # fmt: skip
+@case("Thin films: soap and oil on dielectric, glass and metal", bounces=6, samples=96)
 def thin_films() -> None:
     """Bubbles and tempered steel."""
     stage.studio(width=6.0)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import edgegrad
-from edgegrad import FitResult, Material, Scene, Target
+from edgegrad import Exchange, FitResult, Material, Scene, Target, Uncertainty
 from edgegrad.fitting.outcome import newton_steps
 from edgegrad.scene import parameters
 from tests.support.fits import COLOR, POWER, VERTICES, ball
@@ -175,3 +175,14 @@ def test_a_known_gain_changes_no_error() -> None:
     one, two = (fitted(1, [COLOR], Target(gain * noisy(1), gain=gain)) for gain in (1.0, 2.0))
     assert np.array_equal(one.values[COLOR], two.values[COLOR])
     assert one.uncertainty[0].errors == pytest.approx(two.uncertainty[0].errors, rel=1e-6)
+
+
+def test_many_numbers_are_told_together() -> None:
+    names = tuple(f"vertex {k} x" for k in range(16))
+    errors = np.array([0.01] * 8 + [0.04, *[np.inf] * 4, *[np.nan] * 3])
+    one = Uncertainty("cage", names, ("m",) * 16, (1.0,) * 16, errors, (False,) * 16, (0.0, 0.2) + (0.0,) * 14)
+    assert str(one) == (
+        "'cage': standard error 0.01 m in the median of 9 numbers, 0.04 m at most (vertex 8 x); 4 of 16 (vertex 9 x …) "
+        "are open, alone or together with others; 3 of 16 (vertex 13 x …) are lost in noise; 1 of 16 (vertex 1 x …) "
+        "are not there yet; more iterations are needed")
+    assert "vertex 4 x and 11 other numbers can be exchanged" in str(Exchange(names))

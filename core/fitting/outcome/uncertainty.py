@@ -24,6 +24,8 @@ F64 = NDArray[np.float64]
 
 # Coordinates whose errors are correlated more closely can be exchanged for one another.
 EXCHANGED = 0.98
+# Most numbers of a parameter, and most numbers that can be exchanged, that are told one by one.
+MOST_TOLD, MOST_EXCHANGED = 12, 6
 # Parts of an open direction, relative to its largest, that are named.
 TAKES_PART = 0.3
 # A standard error above this part of a number's range leaves it open.
@@ -68,9 +70,12 @@ class Uncertainty:
             if not told.size:
                 return f"'{self.path}': the pictures do not determine its entries"
             part = "" if told.size == self.errors.size else f" of {told.size / self.errors.size:.0%} of its entries"
-            return f"'{self.path}': standard error {np.median(told):.2g} in the median{part}, each by itself"
-        numbers = []
+            return (f"'{self.path}': standard error of at least {np.median(told):.2g} in the median{part}, as if all "
+                    "others were known")  # fmt: skip
         ahead = self.ahead or (0.0,) * len(self.names)
+        if len(self.names) > MOST_TOLD:
+            return f"'{self.path}': {self._summary(np.asarray(ahead))}"
+        numbers = []
         for name, unit, value, error, open_, rest in zip(self.names, self.units, self.values, self.errors, self.open,
                                                          ahead, strict=True):  # fmt: skip
             amount = ("error lost in noise" if np.isnan(error) else "open" if np.isinf(error)
@@ -81,6 +86,20 @@ class Uncertainty:
             late = f" (not arrived: about {rest:+.2g} ahead, more iterations are needed)" if rest else ""
             numbers.append(f"{name} {amount}{weak}{late}".strip())
         return f"'{self.path}': {', '.join(numbers)}"
+
+    def _summary(self, ahead: F64) -> str:
+        """Many numbers in words, with the largest error and one example of each kind."""
+        told, count, parts = np.isfinite(self.errors), len(self.names), []
+        if told.any():
+            worst, unit = int(np.argmax(np.where(told, self.errors, -1.0))), f" {self.units[0]}".rstrip()
+            parts.append(f"standard error {np.median(self.errors[told]):.2g}{unit} in the median of {told.sum()} "
+                         f"numbers, {self.errors[worst]:.2g}{unit} at most ({self.names[worst]})")  # fmt: skip
+        for kind, which in (("open, alone or together with others", np.isinf(self.errors)),
+                            ("lost in noise", np.isnan(self.errors)),
+                            ("not there yet; more iterations are needed", ahead != 0.0)):
+            if which.any():
+                parts.append(f"{which.sum()} of {count} ({self.names[int(np.argmax(which))]} …) are {kind}")
+        return "; ".join(parts)
 
 
 @dataclass(frozen=True)
@@ -102,7 +121,10 @@ class Exchange:
     lost: bool = False
 
     def __str__(self) -> str:
-        listed = f"{', '.join(self.labels[:-1])} and {self.labels[-1]}"
+        told, more = self.labels, len(self.labels) - MOST_EXCHANGED + 1
+        if more > 1:
+            told = (*told[: MOST_EXCHANGED - 1], f"{more} other numbers")
+        listed = f"{', '.join(told[:-1])} and {told[-1]}"
         if self.lost:
             return f"how well the pictures tell {listed} apart is lost in noise; a fit with more samples can tell"
         return f"{listed} can be exchanged for one another: changed together, they hardly change the pictures"

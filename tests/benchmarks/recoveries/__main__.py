@@ -22,6 +22,7 @@ from edgegrad_addon.animated import data_path
 from tests.benchmarks.recoveries.cases import CASES, Case
 
 TARGET_SAMPLES = 512
+EXPOSURE = 0.7  # stops, of coded targets
 
 
 def values(paths: list[str]) -> NDArray[np.float64]:
@@ -66,17 +67,28 @@ def assign(paths: list[str], numbers: NDArray[np.float64]) -> None:
     bpy.context.view_layer.update()
 
 
-def run(name: str, case: Case, size: int, samples: int, folder: Path) -> str:
-    """Build, render, change and fit a case; return its row."""
-    lost, change = case.build(size)
-    paths, scene = list(lost), bpy.context.scene
-    scene.cycles.samples = TARGET_SAMPLES
-    targets = []
+def render(name: str, case: Case, seed: int, folder: Path) -> list[str]:
+    """Render the targets by Cycles; return the options that name them."""
+    scene, targets = bpy.context.scene, list[str]()
+    scene.cycles.samples, scene.cycles.seed = TARGET_SAMPLES, seed
+    scene.view_settings.view_transform = "AgX"
+    if case.coded:
+        scene.render.image_settings.file_format, scene.render.image_settings.color_depth = "PNG", "8"
+        scene.render.dither_intensity, scene.view_settings.exposure = 1.0, EXPOSURE
     for camera in case.cameras:
         scene.camera = bpy.data.objects[camera]
-        scene.render.filepath = str(folder / f"{name}_{camera}.exr")
+        scene.render.filepath = str(folder / f"{name}_{camera}.{'png' if case.coded else 'exr'}")
         bpy.ops.render.render(write_still=True)
         targets += ["--target", f"{camera}={scene.render.filepath}"]
+    scene.view_settings.exposure = 0.0
+    return targets
+
+
+def run(name: str, case: Case, size: int, samples: int, seed: int, folder: Path) -> str:
+    """Build, render, change and fit a case; return its row."""
+    lost, change = case.build(size)
+    paths = list(lost)
+    targets = render(name, case, seed, folder)
     truth = values(paths)
     assign(paths, truth + change)
     before = np.abs(values(paths) - truth)
@@ -87,7 +99,8 @@ def run(name: str, case: Case, size: int, samples: int, folder: Path) -> str:
     bpy.ops.wm.save_as_mainfile(filepath=str(start), copy=True)
     began = time.process_time()
     code = command_line.main(["fit", str(start), *targets, *named, "--iterations", str(case.iterations), "--samples",
-                              str(samples), "--save", str(fitted), "--out", str(out), *case.options])  # fmt: skip
+                              str(samples), "--seed", str(seed), "--save", str(fitted), "--out", str(out),
+                              *case.options])  # fmt: skip
     seconds = time.process_time() - began
     if code:
         return f"| {name} | {case.title} | failed | | {seconds:.0f} |"
@@ -107,13 +120,14 @@ def main() -> None:
     parser.add_argument("cases", nargs="*", help=f"some of {', '.join(CASES)} (default: all)")
     parser.add_argument("--size", type=int, default=128, help="pixels along each side")
     parser.add_argument("--samples", type=int, default=8, help="samples per pixel of each iteration")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the targets and of the fits")
     parser.add_argument("--output", type=Path, default=Path("build/recoveries"), help="folder of the files")
     arguments = parser.parse_args()
     folder = arguments.output.resolve()
     folder.mkdir(parents=True, exist_ok=True)
     rows = []
     for name in arguments.cases or list(CASES):
-        rows.append(run(name, CASES[name], arguments.size, arguments.samples, folder))
+        rows.append(run(name, CASES[name], arguments.size, arguments.samples, arguments.seed, folder))
         print(rows[-1], flush=True)
     print("\n".join(["| case | found | error before | after | CPU seconds |", "|---|---|---|---|---|", *rows]))
 

@@ -151,7 +151,8 @@ def fit(
     uncertainty
         Whether to measure how well the pictures determine the result (`FitResult.uncertainty`). For each target, this
         renders two pictures, and two derivatives by each number of colours, values and poses. If the result has not
-        arrived where this measurement says, up to six Newton steps go there. Films have none.
+        arrived where this measurement says, up to six Newton steps go there, with at most twice the work of the
+        iterations. Films have none.
     search
         Number of coarse pictures of random poses, positions and directions (and of driven numbers), from the best of
         which the fit begins if they are much closer to the targets. None: enough of them if no small move of the start

@@ -89,7 +89,7 @@ def measure(run: Run, values: Mapping[str, Any], turn: int, progress: Progress |
     equations = Equations.empty(len(places) + len(factors))
     loss = last_loss(run)
     generator = np.random.default_rng([run.seed, turn])
-    of_columns = int(np.clip(WORK * run.iterations / max(len(places), 1), 1, MOST_SAMPLES))
+    of_columns = _times_of_columns(run, len(places))
     # Each render reports its progress as one part; the reports raise `Cancelled` if the user stops.
     stages, residuals = Stages(progress), list[F64]()
 
@@ -124,6 +124,18 @@ def last_loss(run: Run) -> Loss:
 def times(run: Run) -> int:
     """Samples of a picture here, in those of an iteration."""
     return int(np.clip(WORK * run.iterations, 1, MOST_SAMPLES))
+
+
+def _times_of_columns(run: Run, places: int) -> int:
+    """Samples of a derivative by a coordinate here, in those of an iteration."""
+    return int(np.clip(WORK * run.iterations / max(places, 1), 1, MOST_SAMPLES))
+
+
+def part_of_fit(run: Run, places: int) -> float:
+    """Samples of a measurement and of the loss beside it, relative to those of all iterations."""
+    each = 2 * (2 * times(run) * run.spp + places * _times_of_columns(run, places) * run.gradient_spp)
+    whole = run.iterations * len(run.schedule.turn(0).views) * (run.spp + run.gradient_spp)
+    return len(run.seen) * each / whole
 
 
 def picture(run: Run, j: int, turn: int, kind: int, tell: Progress | None) -> NDArray[np.float32]:

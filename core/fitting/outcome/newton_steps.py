@@ -17,13 +17,13 @@ from ..driven import Numbers, Variable
 from ..stages import Stages
 from ..variables import Unknown
 from .coordinates import moved
-from .measurement import Measurement, last_loss, measure, picture
+from .measurement import Measurement, last_loss, measure, part_of_fit, picture
 
 if TYPE_CHECKING:
     from ..run import Run
 
-# Most steps of a fit, and lengths that are tried of each.
-MOST_STEPS, LENGTHS = 6, (1.0, 0.5, 0.2)
+# Most steps of a fit, their most work relative to that of the iterations, and lengths that are tried of each.
+MOST_STEPS, MOST_WORK, LENGTHS = 6, 2.0, (1.0, 0.5, 0.2)
 # A step is made if the loss falls along it by this many times what noise lets it fall at the end of a fit.
 WORTH = 3.0
 
@@ -33,7 +33,7 @@ def arrived(run: Run, progress: Progress | None) -> Measurement:
     run.progress = None  # that of the iterations, which are done
     stages, share = Stages(progress), 0.5  # of the progress: each further step has half of what is left
     found = measure(run, run.best_values, 0, stages.part(share))
-    for step in range(1, MOST_STEPS + 1):
+    for step in range(1, min(MOST_STEPS, int(MOST_WORK / part_of_fit(run, len(found.places)))) + 1):
         share *= 0.5
         if not _is_due(found) or not _step(run, found, step, stages.part(0.5 * share)):
             break

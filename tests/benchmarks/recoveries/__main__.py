@@ -70,17 +70,19 @@ def assign(paths: list[str], numbers: NDArray[np.float64]) -> None:
 def render(name: str, case: Case, seed: int, folder: Path) -> list[str]:
     """Render the targets by Cycles; return the options that name them."""
     scene, targets = bpy.context.scene, list[str]()
-    scene.cycles.samples, scene.cycles.seed = TARGET_SAMPLES, seed
-    scene.view_settings.view_transform = "AgX"
-    if case.coded:
-        scene.render.image_settings.file_format, scene.render.image_settings.color_depth = "PNG", "8"
-        scene.render.dither_intensity, scene.view_settings.exposure = 1.0, EXPOSURE
+    cycles, view, output = scene.cycles, scene.view_settings, scene.render.image_settings
+    cycles.samples, cycles.seed, view.view_transform = TARGET_SAMPLES, seed, "AgX"
+    if case.saved:
+        cycles.samples, cycles.use_adaptive_sampling, cycles.adaptive_threshold = 4096, True, 0.01
+        cycles.film_exposure = 2.0**EXPOSURE
+    if case.saved == "agx":
+        output.file_format, output.color_depth, scene.render.dither_intensity = "PNG", "8", 1.0
     for camera in case.cameras:
         scene.camera = bpy.data.objects[camera]
-        scene.render.filepath = str(folder / f"{name}_{camera}.{'png' if case.coded else 'exr'}")
+        scene.render.filepath = str(folder / f"{name}_{camera}.{'png' if case.saved == 'agx' else 'exr'}")
         bpy.ops.render.render(write_still=True)
         targets += ["--target", f"{camera}={scene.render.filepath}"]
-    scene.view_settings.exposure = 0.0
+    cycles.film_exposure = 1.0
     return targets
 
 

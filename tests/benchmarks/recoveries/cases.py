@@ -31,8 +31,9 @@ class Case:
         That give a target each.
     options
         Of the command line.
-    coded
-        Whether the targets are 8-bit pictures with the view transform AgX, of an exposure that the fit does not know.
+    saved
+        "": as EXR, with many samples. "exr" or "agx": as Cycles renders with its default sampling, without denoising,
+        and of an exposure that the fit does not know; as EXR, or as an 8-bit PNG with the view transform AgX.
     """
 
     title: str
@@ -40,7 +41,7 @@ class Case:
     iterations: int = 80
     cameras: tuple[str, ...] = ("Camera",)
     options: tuple[str, ...] = ()
-    coded: bool = False
+    saved: str = ""
 
 
 def bones(size: int) -> tuple[Sequence[str], Any]:
@@ -152,8 +153,9 @@ CASES = {
     "sun": Case("direction of the sun from a shadow, turbidity of the sky from its light", sun, 30),
     "cage": Case("eight vertices under a Subdivision modifier", cage, 100, ("Camera", "Side")),
     "nodes": Case("an input of geometry nodes, and a colour", nodes, 100),
-    "agx": Case("the same from an 8-bit AgX PNG with unknown exposure", nodes, 100, options=("--exposure", "fit"),
-                coded=True),
+    "exr": Case("the same from an EXR of default samples and unknown exposure", nodes, 100,
+                options=("--exposure", "fit"), saved="exr"),
+    "agx": Case("the same render as an 8-bit AgX PNG", nodes, 100, options=("--exposure", "fit"), saved="agx"),
     "texture": Case("48 x 48 pixels of an 8-bit image on a floor, from two cameras", texture, 100, ("Camera", "Side")),
     "glass": Case("thickness of a pane of glass from its refraction", glass, 60),
 }

@@ -18,7 +18,7 @@ from edgegrad import VertexRules
 from edgegrad.derivatives.table_derivatives import without_derivative
 from edgegrad.fitting.control_vertices import ControlVertices
 from edgegrad.fitting.driven import Numbers, Placement, Variable
-from edgegrad.fitting.run import effect
+from edgegrad.fitting.fit_step import effect
 from edgegrad.fitting.vertices.cage import Cage
 from edgegrad.rendering.engine import engine_class
 from edgegrad.scene.changes import StructureChange

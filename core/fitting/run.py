@@ -23,11 +23,11 @@ from ..rendering.options import Progress
 from ..rendering.renderer import Renderer
 from ..scene import parameters
 from ..scene.scene import Scene
-from .driven import Driven, Numbers, Placement, Steps, Variable
+from .driven import Driven, Placement, Steps
 from .fields.topological_steps import TopologicalStep, topology_is_due
 from .fields.variables import Coefficients
 from .film.keyed import KeyedFrames, KeyedNumbers
-from .fit_step import Callback, FitStep, chance, ending
+from .fit_step import Callback, FitStep, chance, effect, ending
 from .gains import Gains
 from .losses import Loss
 from .outcome.zero_gradients import warn_of_untouched
@@ -398,9 +398,3 @@ class Run:
     def planned(self) -> bool:
         """Whether the plan was made, which a resumed fit would make of other values."""
         return "plan" in self.__dict__ or "missing" in self.__dict__
-
-
-def effect(item: Unknown | Variable | Numbers, gradient: F64) -> float:
-    """First-order change of the loss if each number of a variable moves by its first step, down the gradient."""
-    steps = item.steps if isinstance(item, Numbers) else item.step
-    return float(np.abs(gradient * steps).sum())

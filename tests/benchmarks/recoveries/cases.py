@@ -32,8 +32,8 @@ class Case:
     options
         Of the command line.
     saved
-        "": as EXR, with many samples. "exr" or "agx": as Cycles renders with its default sampling, without denoising,
-        and of an exposure that the fit does not know; as EXR, or as an 8-bit PNG with the view transform AgX.
+        "": as EXR, with many samples. "exr" or "agx": as Cycles renders by default, denoised, and of an exposure that
+        the fit does not know; as EXR, or as an 8-bit PNG with the view transform AgX.
     """
 
     title: str
@@ -153,7 +153,7 @@ CASES = {
     "sun": Case("direction of the sun from a shadow, turbidity of the sky from its light", sun, 30),
     "cage": Case("eight vertices under a Subdivision modifier", cage, 100, ("Camera", "Side")),
     "nodes": Case("an input of geometry nodes, and a colour", nodes, 100),
-    "exr": Case("the same from an EXR of default samples and unknown exposure", nodes, 100,
+    "exr": Case("the same from an EXR by Cycles' defaults, of unknown exposure", nodes, 100,
                 options=("--exposure", "fit"), saved="exr"),
     "agx": Case("the same render as an 8-bit AgX PNG", nodes, 100, options=("--exposure", "fit"), saved="agx"),
     "texture": Case("48 x 48 pixels of an 8-bit image on a floor, from two cameras", texture, 100, ("Camera", "Side")),

@@ -10,7 +10,7 @@ import pytest
 
 import edgegrad
 from edgegrad import Exchange, FitResult, Material, Scene, Target, Uncertainty
-from edgegrad.fitting.outcome import newton_steps
+from edgegrad.fitting.outcome import coordinates, newton_steps
 from edgegrad.scene import parameters
 from tests.support.fits import COLOR, POWER, VERTICES, ball
 from tests.support.small_scenes import need
@@ -186,3 +186,18 @@ def test_many_numbers_are_told_together() -> None:
         "are open, alone or together with others; 3 of 16 (vertex 13 x …) are lost in noise; 1 of 16 (vertex 1 x …) "
         "are not there yet; more iterations are needed")
     assert "vertex 4 x and 11 other numbers can be exchanged" in str(Exchange(names))
+
+
+def test_entries_of_arrays_have_the_errors_of_single_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of three channels, which hardly depend on each other. With four random directions the logarithm of an error has a
+    standard deviation of about sqrt(2 / 4) / 2."""
+    need("native")
+    ratios = []
+    for seed in range(3):
+        single = fitted(seed, [COLOR]).uncertainty[0].errors
+        with monkeypatch.context() as patched:
+            patched.setattr(coordinates, "MOST", 0)
+            (one,) = fitted(seed, [COLOR]).uncertainty
+        assert one.names == () and "as if all others were known" in str(one)
+        ratios.append(np.log(one.errors / single))
+    assert abs(np.mean(ratios)) < 4.0 * 0.5 * np.sqrt(2.0 / 4.0 / np.size(ratios))

@@ -80,8 +80,7 @@ def coordinates(variables: Sequence[Unknown | Variable | Numbers], values: Mappi
         value = np.asarray(values[item.path], np.float64)
         own = _of(item, value, placement)
         if own is None or len(found) + len(own) > MOST:
-            if not isinstance(item, Numbers):
-                arrays.append(item.path)
+            arrays.append(item.path)
         else:
             found += own
     return found, arrays

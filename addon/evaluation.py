@@ -92,6 +92,9 @@ def evaluate(scene: Any, work: Callable[[Evaluation], T], camera: Any = None) ->
         # Blender prints exceptions of callbacks and goes on, so they are kept until the callback has returned.
         try:
             with settings.swapped():
+                # The swap has tagged the scene. If `work` moves an object before the next update, Blender updates both
+                # at once, and the object's modifiers are left out.
+                depsgraph.update()
                 results.append(work(Evaluation(scene, camera or scene.camera, depsgraph, unread)))
         except BaseException as error:
             errors.append(error)

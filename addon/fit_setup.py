@@ -24,7 +24,7 @@ def add_beginning(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--search", type=int, metavar="N", help="coarse pictures of the search for a start; 0: none "
                         "(default: enough, if no gradient leads away from the start)")  # fmt: skip
     parser.add_argument("--no-uncertainty", action="store_true", help="do not measure how well the pictures determine "
-                        "the result, which takes about a fifth longer")  # fmt: skip
+                        "the result, which takes about a fifth longer, and make no Newton steps at the end")
 
 
 def beginning(arguments: argparse.Namespace) -> dict[str, int | bool | None]:

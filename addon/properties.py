@@ -166,7 +166,8 @@ class Settings(bpy.types.PropertyGroup):
         "on from the best")  # fmt: skip
     uncertainty: bpy.props.BoolProperty(  # type: ignore[valid-type]
         name="Standard Errors", default=True,
-        description="Measure at the end how well the pictures determine each parameter. Takes about a fifth longer")
+        description="Measure at the end how well the pictures determine each parameter, and go on by Newton steps if "
+        "the fit has not arrived. Takes about a fifth longer, with these steps up to three times as long")
     smoothness: bpy.props.FloatProperty(  # type: ignore[valid-type]
         name="Smoothness", default=0.0, min=0.0, soft_max=1000.0,
         description="How strongly neighbouring vertices move together; 0: falls during the fit")

@@ -107,16 +107,16 @@ def track(folder: Path, frames: int, size: int, iterations: int, *more: str) -> 
     """Make the film, find the motion, and return the errors before and after, and the seconds of the fit."""
     folder.mkdir(parents=True, exist_ok=True)
     make_film(folder, frames, size)
-    began = time.monotonic()
+    began, cpu = time.monotonic(), time.process_time()
     code = edgegrad(["fit", str(folder / "start.blend"), "--frames", f"1:{frames}", "--target",
                      f"Camera={folder / 'film.%04d.exr'}", "--parameter", PLACE, "--parameter", TURN, "--iterations",
                      str(iterations), "--samples", "4", "--first-every", "4", "--save", str(folder / "found.blend"),
                      *more])  # fmt: skip
     if code:
         raise SystemExit(code)
-    seconds = round(time.monotonic() - began, 1)
+    seconds, cpu = round(time.monotonic() - began, 1), round(time.process_time() - cpu, 1)
     return {"before": errors(folder / "start.blend", frames), "after": errors(folder / "found.blend", frames),
-            "seconds": seconds}  # fmt: skip
+            "seconds": seconds, "CPU seconds": cpu}  # fmt: skip
 
 
 def main() -> int:

@@ -18,7 +18,7 @@ from edgegrad import VertexRules
 from edgegrad.derivatives.table_derivatives import without_derivative
 from edgegrad.fitting.control_vertices import ControlVertices
 from edgegrad.fitting.driven import Numbers, Placement, Variable
-from edgegrad.fitting.run import effect
+from edgegrad.fitting.fit_step import effect
 from edgegrad.fitting.vertices.cage import Cage
 from edgegrad.rendering.engine import engine_class
 from edgegrad.scene.changes import StructureChange
@@ -334,6 +334,11 @@ def _placement(base: Export, now: dict[str, F64], quotients: dict[str, list[Quot
         return out | {path: one.pull(gradient[name]) for path, ((_, name), one) in maps.items()}
 
     def push(path: str, number: int, view: int) -> dict[str, F64]:
+        if path in maps:
+            (_, name), one = maps[path]
+            move = np.zeros((one.count, 3))
+            move.flat[number] = 1.0
+            return {name: one.push(move, len(value_of(base, (-1, name))))}
         return {name: value for (of, name), value in quotients[path][number].items()
                 if of in (-1, view) and without_derivative(name) is None}  # fmt: skip
 

@@ -59,6 +59,10 @@ class ControlVertices(Resumable):
     ----------
     symmetric
         Whether the shape is mirrored.
+    independent
+        Whether each free coordinate may change by itself: no rules tie it to others.
+    free
+        (n, 3) coordinates that may change.
     starts
         Shapes with which the fit may start; the one that fits the pictures best shall be given to `begin`.
     """
@@ -75,7 +79,8 @@ class ControlVertices(Resumable):
         self.starts = [vertices] if self._constraint is None else self._constraint.starts()
         self.value = self.starts[0]
         self.step = (STEP if step is None else step) * (float(np.linalg.norm(np.ptp(vertices, axis=0))) or 1.0)
-        self._free = np.ones(vertices.shape, bool) if free is None else free
+        self.independent = self._constraint is None
+        self.free = np.ones(vertices.shape, bool) if free is None else free
         self._map = rows, columns, weights
         self._solver = _factored(len(vertices), *self._map, faces, smoothness or 0.0)
         self._optimiser = AdamUniform(1.0, beta2=BETA2)
@@ -93,7 +98,7 @@ class ControlVertices(Resumable):
         self._solver.solve(np.ascontiguousarray(gradient), filtered)
         if self._constraint is not None:
             filtered = self._constraint.push(filtered)
-        change = self._optimiser.update(np.zeros_like(filtered), filtered * self._free, factor)
+        change = self._optimiser.update(np.zeros_like(filtered), filtered * self.free, factor)
         if self._length is None and change.any():
             rows, columns, weights = self._map
             moved = np.stack([np.bincount(rows, weights * change[columns, axis]) for axis in range(3)], axis=1)
@@ -101,14 +106,17 @@ class ControlVertices(Resumable):
             self._length = factor * self.step / longest if longest > 0.0 else None
         if self._length is None:
             return self.value
-        change = self._length * change
-        if self._cage is not None:
-            kept = self._cage.shortened(self.value, change)
-            if self._constraint is not None and self._constraint.partner is not None:
-                kept = np.minimum(kept, kept[self._constraint.partner])
-            change = kept[:, None] * change
-        self.value = self.value + change
+        self.value = self.value + self.without_folds(self.value, self._length * change)
         return self.value
+
+    def without_folds(self, before: F64, change: F64) -> F64:
+        """Return moves from the vertices `before`, shortened where they would fold the rendered mesh."""
+        if self._cage is None:
+            return change
+        kept = self._cage.shortened(before, change)
+        if self._constraint is not None and self._constraint.partner is not None:
+            kept = np.minimum(kept, kept[self._constraint.partner])
+        return np.asarray(kept[:, None] * change)
 
 
 def _factored(count: int, rows: I64, columns: I64, weights: F64, faces: NDArray[np.int32],

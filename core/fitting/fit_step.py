@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._check import choice, flag
+from .driven import Numbers, Variable
+from .variables import Unknown
 
 F64 = NDArray[np.float64]
 
@@ -74,3 +76,9 @@ def chance(iterations: int) -> float:
     The least of n values lies at most about sqrt(2 log n) standard errors below their mean.
     """
     return 1.0 + float(np.sqrt(2.0 * np.log(max(iterations, 1))))
+
+
+def effect(item: Unknown | Variable | Numbers, gradient: F64) -> float:
+    """First-order change of the loss if each number of a variable moves by its first step, down the gradient."""
+    steps = item.steps if isinstance(item, Numbers) else item.step
+    return float(np.abs(gradient * steps).sum())

@@ -114,6 +114,14 @@ class Poses(Resumable):
         self.value[..., :3, :] = columns
         return self.value
 
+    def moved(self, value: F64, motion: F64) -> F64:
+        """Return one pose after a rotation about the pivot (radians) and a translation, both along the world's axes."""
+        turn, out = rotations(motion[:3]), value.copy()
+        out[:3, :3] = turn @ out[:3, :3]
+        if value.shape[-1] == 4:
+            out[:3, 3] = turn @ (out[:3, 3] - self._pivot) + self._pivot + motion[3:]
+        return out
+
 
 def rotations(vectors: F64) -> F64:
     """(..., 3, 3) rotations by vectors (..., 3): axis times angle in radians (Rodrigues' formula)."""

@@ -23,11 +23,11 @@ from ..rendering.options import Progress
 from ..rendering.renderer import Renderer
 from ..scene import parameters
 from ..scene.scene import Scene
-from .driven import Driven, Numbers, Placement, Steps, Variable
+from .driven import Driven, Placement, Steps
 from .fields.topological_steps import TopologicalStep, topology_is_due
 from .fields.variables import Coefficients
 from .film.keyed import KeyedFrames, KeyedNumbers
-from .fit_step import Callback, FitStep, chance, ending
+from .fit_step import Callback, FitStep, chance, effect, ending
 from .gains import Gains
 from .losses import Loss
 from .outcome.zero_gradients import warn_of_untouched
@@ -189,7 +189,7 @@ class Run:
     def loss_of(self, k: int, views: Sequence[int]) -> float:
         """Loss of some pictures as they are now, with the samples of iteration k; it is not recorded."""
         pictures = {j: self._pictures(k, j, 0.0, len(views)) for j in views}
-        return sum(self.seen[j].weight * value for j, (value, _) in self._compare(k, self.loss, pictures)[1].items())
+        return sum(self.seen[j].weight * value for j, (value, _) in self.compare(k, self.loss, pictures)[1].items())
 
     def see(self, j: int) -> None:
         """Bring the scene to the state in which picture j shows it."""
@@ -213,6 +213,14 @@ class Run:
         self.measured = True
         if self.checkpoint is not None:
             self.checkpoint()
+
+    def record_newton_step(self, step: int, gains: list[F64]) -> None:
+        """Take the present values, which a Newton step after the end has found, as the best."""
+        every, k = range(len(self.seen)), self.iterations + step
+        self.gains.values = gains
+        self._adjoints(k, {j: self._pictures(k, j, 1.0, len(every)) for j in every})
+        self._record(False)
+        self.best, self.best_values, self.best_gains = len(self.losses) - 1, self.values(), gains
 
     def _gradient(self, k: int) -> dict[str, F64]:
         """Return the gradient of the loss over the pictures of iteration k, and record their losses."""
@@ -292,19 +300,19 @@ class Run:
         The recorded loss is the same function in all iterations. The adjoint is that of `loss.at(progress)`, if the
         loss has a schedule.
         """
-        self.gains.values, out = self._compare(k, self.loss, pictures)
+        self.gains.values, out = self.compare(k, self.loss, pictures)
         for j, (value, _) in out.items():
             self.newest[j] = value
         at = getattr(self.loss, "at", None)
         if at is not None:
             loss = function("fit", "what loss.at returns", at(self.schedule.turn(k).progress))
-            out = self._compare(k, loss, pictures)[1]
+            out = self.compare(k, loss, pictures)[1]
         return {j: adjoint for j, (_, adjoint) in out.items()}
 
-    def _compare(
+    def compare(
         self, k: int, loss: Loss, pictures: Mapping[int, tuple[NDArray[np.float32], ...]]
     ) -> tuple[list[F64], dict[int, tuple[float, NDArray[Any]]]]:
-        """Return the gains, and the loss of each picture with its adjoint, weighted."""
+        """Return the gains, and the loss of each picture with its adjoint, weighted by that of the view."""
 
         def checked(view: View, image: NDArray[Any]) -> tuple[float, NDArray[Any]]:
             return checked_loss(loss(image, view.image, view.mask), image)
@@ -360,7 +368,8 @@ class Run:
         """Seed of iteration k, picture j and kind; all seeds are independent.
 
         Kinds are 0: picture, 1: derivative, 4: second half of the picture, 5 and 6: pictures of a topological step,
-        7 to 10: pictures and derivatives of `outcome.uncertainty`, 11 and 12: coarse pictures.
+        7 to 10: pictures and derivatives of `outcome.measurement`, 11 and 12: coarse pictures, 13 and 14: gradients of
+        `outcome.uncertainty`, 15 and 16: pictures of `outcome.newton_steps`.
         """
         return int(np.random.SeedSequence([self.seed, k, j, kind]).generate_state(1)[0])
 
@@ -389,9 +398,3 @@ class Run:
     def planned(self) -> bool:
         """Whether the plan was made, which a resumed fit would make of other values."""
         return "plan" in self.__dict__ or "missing" in self.__dict__
-
-
-def effect(item: Unknown | Variable | Numbers, gradient: F64) -> float:
-    """First-order change of the loss if each number of a variable moves by its first step, down the gradient."""
-    steps = item.steps if isinstance(item, Numbers) else item.step
-    return float(np.abs(gradient * steps).sum())

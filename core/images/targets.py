@@ -15,8 +15,10 @@ from .dither import without_dither
 from .files import read_image, readable
 from .view_transform import ViewTransform
 
-# Noise of the light by rounding, as a fraction of the picture's mean light, at which a pixel has half the weight.
-HALF_WEIGHT = 0.01
+# Noise of the light by rounding, as a fraction of the picture's mean light, at which a pixel has half the weight. A
+# smaller value averages the rounding better, but loses the noise of the render itself, which is least where all pixels
+# count alike: neighbours' errors cancel.
+HALF_WEIGHT = 0.05
 
 
 @dataclass

@@ -318,3 +318,15 @@ def test_vertices_of_objects_that_the_viewport_hides_can_be_fitted() -> None:
     modifier.show_viewport, modifier.show_render = False, True
     with pytest.raises(Problem, match=r"'Cube'.*'Subdivide' changes the topology.*in renders"):
         derivative_picture(bpy.context, Names(vertices=("Cube",)), "X", samples=2)
+
+
+def test_an_object_that_the_work_moves_keeps_its_modifiers() -> None:
+    ob = bs.add("Cube", bs.cube("Cube"))
+    ob.modifiers.new("Round", "SUBSURF").render_levels = 1
+
+    def work(evaluated: evaluation.Evaluation) -> int:
+        ob.location[0] += 0.1
+        evaluated.depsgraph.update()
+        return len(ob.evaluated_get(evaluated.depsgraph).data.vertices)
+
+    assert evaluation.evaluate(bpy.context.scene, work) == 26

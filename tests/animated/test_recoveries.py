@@ -15,6 +15,7 @@ import pytest
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
 import edgegrad
+from edgegrad.fitting.outcome import coordinates
 from edgegrad_addon.animated import data_path
 from edgegrad_addon.animated.parameter import Wanted
 from edgegrad_addon.parameters import Names
@@ -158,3 +159,16 @@ def test_errors_of_properties_are_reported(tmp_path: Path) -> None:
     assert (found.errors < 0.1).all()
     assert (np.abs(np.array(found.values) - truth) < 5.0 * found.errors + 0.01).all()
     assert str(found) in session.late_notes
+
+
+def test_too_many_properties_for_one_by_one_have_errors_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each as if all others were known, which is no more than among others."""
+    zoo.stage(32)
+    target = rendered(tmp_path, "Camera")
+    errors = []
+    for most in (coordinates.MOST, 0):
+        monkeypatch.setattr(coordinates, "MOST", most)
+        request = Request([target], Names(), iterations=10, samples=8, animated=(Wanted(f"{zoo.CUBE}.location"),))
+        errors.append(Session.prepare(bpy.context, request).run().uncertainty[0].errors)
+    assert np.isfinite(errors[1]).all() and (errors[1] > 0.0).all()
+    assert np.log(errors[1] / errors[0]).mean() < 0.7, errors

@@ -25,14 +25,14 @@ from tests.support.animated import scenes as zoo
 SIZE, ITERATIONS = 12, CHECK_EVERY + 4
 
 
-def prepared(folder: Path) -> Session:
+def prepared(folder: Path, **more: Any) -> Session:
     """A cube under Subdivision, its lamp and its camera's lens; made anew, as by another process."""
     ob = zoo.stage(SIZE)
     ob.modifiers.new("Round", "SUBSURF").render_levels = 1
     images.write_image(folder / "target.exr", np.full((SIZE, SIZE, 3), 0.3, np.float32))
     wanted = (Wanted('lights["Lamp"].energy'), Wanted(f"{zoo.CUBE}.rotation_euler"), Wanted('cameras["Camera"].lens'))
     return Session.prepare(bpy.context, Request([Picture("Camera", str(folder / "target.exr"))], Names(("Cube",)),
-                                                ITERATIONS, 1, animated=wanted))  # fmt: skip
+                                                ITERATIONS, 1, animated=wanted, **more))  # fmt: skip
 
 
 def same(a: edgegrad.FitResult, b: edgegrad.FitResult) -> None:
@@ -49,6 +49,15 @@ def test_a_resumed_fit_has_the_same_bits(stop: int, tmp_path: Path) -> None:
     assert len(expected.values) == 4 and expected.losses[-1] < expected.losses[0]
     prepared(tmp_path).run(checkpoint=path, callback=lambda step: "restore" if step.iteration == stop else None)
     same(prepared(tmp_path).run(checkpoint=path, resume=True), expected)
+
+
+def test_a_fit_that_began_elsewhere_has_the_same_bits(tmp_path: Path) -> None:
+    """The search and the trials of other starts are made again, with the same end."""
+    path, more = tmp_path / "fit.npz", {"search": 10, "restarts": 1, "uncertainty": False}
+    expected = prepared(tmp_path, **more).run()
+    assert any("starts were fitted" in note for note in expected.notes)
+    prepared(tmp_path, **more).run(checkpoint=path, callback=lambda step: "restore" if step.iteration == 5 else None)
+    same(prepared(tmp_path, **more).run(checkpoint=path, resume=True), expected)
 
 
 def test_in_another_thread(tmp_path: Path) -> None:

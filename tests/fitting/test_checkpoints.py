@@ -49,6 +49,9 @@ CASES: dict[str, tuple[Any, list[str], dict[str, Any]]] = {
     "a field": (with_field, ["fields.ball.values"], {"field_steps": FieldSteps(coarser=1, redistance_every=3)}),
     "topological steps": (with_field, ["fields.ball.values"], {"field_steps": FieldSteps(topology_every=2)}),
     "unknown exposures": (ball, [VERTICES, COLOR], {"targets": {"gain": "exposure", "shared": "roll"}}),
+    "a search": (ball, ["meshes.object.transform", COLOR], {"search": 12}),
+    "several starts": (ball, ["lights.lamp.position", COLOR], {"search": 8, "restarts": 1}),
+    "Newton steps": (ball, ["meshes.object.transform", COLOR], {"uncertainty": True}),
     "a silhouette": (ball, [VERTICES, COLOR], {"targets": {"objects": ["object"]}}),
 }
 
@@ -84,9 +87,12 @@ def test_a_resumed_fit_has_the_same_bits(case: str, tmp_path: Path) -> None:
         assert resumed.losses == expected.losses and resumed.best == expected.best
         assert same(state(scene), state(expected_scene)) and resumed.untouched == expected.untouched
         assert resumed.notes == expected.notes
+        assert str(resumed.uncertainty) == str(expected.uncertainty)
     # A finished fit is not run again.
     steps: list[FitStep] = []
     assert run(case, checkpoint=path, resume=True, callback=steps.append)[1].losses == expected.losses and not steps
+    if case == "Newton steps":
+        assert len(expected.losses) > ITERATIONS + 1
 
 
 def test_the_best_values_can_be_read(tmp_path: Path) -> None:

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import edgegrad
-from edgegrad import FitResult, Material, Scene, Target
+from edgegrad import Exchange, FitResult, Material, Scene, Target, Uncertainty
+from edgegrad.fitting.outcome import coordinates, newton_steps
 from edgegrad.scene import parameters
 from tests.support.fits import COLOR, POWER, VERTICES, ball
 from tests.support.small_scenes import need
@@ -122,14 +123,18 @@ def test_measuring_reports_progress_and_can_be_cancelled() -> None:
     np.testing.assert_array_equal(cut.values[COLOR], whole.values[COLOR])
 
 
-def test_a_fit_that_has_not_arrived_says_what_is_ahead() -> None:
-    """Of a colour that four iterations have brought a part of the way, and of one that has arrived."""
+def shortened(**options: Any) -> FitResult:
+    """Four iterations, which bring a colour a part of the way."""
+    start = small(**{COLOR.replace(".", "/"): np.array([0.3, 0.3, 0.3])})
+    return edgegrad.fit(start, noisy(1), [COLOR], iterations=4, spp=32, seed=1, uncertainty=True, **options)
+
+
+def test_a_fit_that_has_not_arrived_says_what_is_ahead(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a colour without Newton steps, and of one that has arrived."""
     need("native")
     truth = parameters.get(small(), COLOR)
-    early = edgegrad.fit(
-        small(**{COLOR.replace(".", "/"): np.array([0.3, 0.3, 0.3])}), noisy(1), [COLOR], iterations=4, spp=32, seed=1,
-        uncertainty=True,
-    )  # fmt: skip
+    monkeypatch.setattr(newton_steps, "MOST_STEPS", 0)
+    early = shortened()
     (one,) = early.uncertainty
     # The third channel is within its error by chance.
     away = (truth - early.values[COLOR])[:2]
@@ -138,3 +143,61 @@ def test_a_fit_that_has_not_arrived_says_what_is_ahead() -> None:
     assert "not arrived" in str(one)
     late = fitted(1, [COLOR]).uncertainty[0]
     assert late.ahead == (0.0, 0.0, 0.0) and "not arrived" not in str(late)
+
+
+def test_a_fit_that_has_not_arrived_goes_on_by_newton_steps() -> None:
+    need("native")
+    result, seen = shortened(), list[float]()
+    (one,) = result.uncertainty
+    truth = parameters.get(small(), COLOR)
+    assert (np.abs(result.values[COLOR] - truth) < 4.0 * one.errors).all() and "not arrived" not in str(one)
+    assert result.best == len(result.losses) - 1 > 4
+    shortened(progress=seen.append)
+    assert np.diff(seen).min() > -1e-9 and seen[-1] <= 1.0
+
+
+def test_newton_steps_keep_poses_rigid_and_numbers_within_limits() -> None:
+    """Of an object that is far off, and of a white ball in less light than it has."""
+    need("native")
+    pose = "meshes.object.transform"
+    target = 1.3 * edgegrad.render(small(**{COLOR.replace(".", "/"): np.array([1.0, 0.5, 0.4])}), spp=256)
+    scene = small(**{pose.replace(".", "/"): np.eye(4) + 0.2 * np.eye(4)[[3, 3, 3, 3]].T * [[0.0, 0.0, 0.0, 1.0]]})
+    result = edgegrad.fit(scene, target, [pose, COLOR], iterations=8, spp=8, seed=1, uncertainty=True)
+    assert len(result.losses) > 9
+    turn = result.values[pose][:3, :3]
+    assert turn @ turn.T == pytest.approx(np.eye(3), abs=1e-6)
+    assert result.values[COLOR].max() <= 1.0
+
+
+def test_a_known_gain_changes_no_error() -> None:
+    """Of a picture that is twice as bright as the scene."""
+    need("native")
+    one, two = (fitted(1, [COLOR], Target(gain * noisy(1), gain=gain)) for gain in (1.0, 2.0))
+    assert np.array_equal(one.values[COLOR], two.values[COLOR])
+    assert one.uncertainty[0].errors == pytest.approx(two.uncertainty[0].errors, rel=1e-6)
+
+
+def test_many_numbers_are_told_together() -> None:
+    names = tuple(f"vertex {k} x" for k in range(16))
+    errors = np.array([0.01] * 8 + [0.04, *[np.inf] * 4, *[np.nan] * 3])
+    one = Uncertainty("cage", names, ("m",) * 16, (1.0,) * 16, errors, (False,) * 16, (0.0, 0.2) + (0.0,) * 14)
+    assert str(one) == (
+        "'cage': standard error 0.01 m in the median of 9 numbers, 0.04 m at most (vertex 8 x); 4 of 16 (vertex 9 x …) "
+        "are open, alone or together with others; 3 of 16 (vertex 13 x …) are lost in noise; 1 of 16 (vertex 1 x …) "
+        "are not there yet; more iterations are needed")
+    assert "vertex 4 x and 11 other numbers can be exchanged" in str(Exchange(names))
+
+
+def test_entries_of_arrays_have_the_errors_of_single_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of three channels, which hardly depend on each other. With four random directions the logarithm of an error has a
+    standard deviation of about sqrt(2 / 4) / 2."""
+    need("native")
+    ratios = []
+    for seed in range(3):
+        single = fitted(seed, [COLOR]).uncertainty[0].errors
+        with monkeypatch.context() as patched:
+            patched.setattr(coordinates, "MOST", 0)
+            (one,) = fitted(seed, [COLOR]).uncertainty
+        assert one.names == () and "as if all others were known" in str(one)
+        ratios.append(np.log(one.errors / single))
+    assert abs(np.mean(ratios)) < 4.0 * 0.5 * np.sqrt(2.0 / 4.0 / np.size(ratios))

@@ -13,6 +13,7 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 
 import edgegrad
 from edgegrad import images
+from edgegrad.images.targets import target_of_codes
 from edgegrad_addon import view_transforms
 from edgegrad_addon.problem import Problem
 from edgegrad_addon.view_transforms import view_of
@@ -130,3 +131,11 @@ def test_color_is_recovered_from_agx_about_as_well_as_from_linear(tmp_path: Any)
         result = Session.prepare(bpy.context, request).run()
         errors[path.suffix] = np.abs(result.values["materials.Clay.base_color"] - TRUTH).max()
     assert errors[".png"] < 2 * errors[".exr"] + 2e-3, errors
+
+
+def test_pixels_of_ordinary_light_count_alike() -> None:
+    """Weights by the rounding alone would lose what the errors of neighbouring pixels of a render cancel."""
+    codes = np.repeat(np.linspace(0.1, 0.95, 64)[None, :, None], 3, axis=2)
+    weight = target_of_codes("ramp", np.concatenate([codes, np.ones((1, 2, 3))], axis=1)).weight
+    assert weight is not None
+    assert weight[0, :64].min() > 0.9 and (weight[0, 64:] == 0.0).all()

@@ -162,6 +162,9 @@ class Solution:
         (k,) whether this may be due to the noise of the derivatives.
     ahead, ahead_error
         (n,) what is about to change yet, in the coordinates' units, and the standard error of that.
+    gain, chance
+        By how much the loss falls along `ahead`, and by how much it would fall on average at the end of a fit that has
+        arrived.
     """
 
     covariance: F64
@@ -169,6 +172,8 @@ class Solution:
     lost: NDArray[np.bool_]
     ahead: F64
     ahead_error: F64
+    gain: float
+    chance: float
 
 
 # A direction whose curvature is this part of that of single coordinates, or below its noise, is open. If the noise
@@ -202,10 +207,12 @@ def solve(equations: Equations, steps: Sequence[float], left: float) -> Solution
     # The noise of the targets is what remains without that of the two renders, whose mean `tilt` holds.
     tilt = _positive((total - rendered) / np.outer(by, by)) + left * rendered / np.outer(by, by)
     covariance = inverse @ tilt @ inverse * np.outer(unit / by, unit / by)
-    ahead = -(inverse @ (equations.gradient * unit / by)) * unit / by
+    scaled = equations.gradient * unit / by
+    ahead = -(inverse @ scaled) * unit / by
     by_renders = inverse @ (rendered / np.outer(by, by)) @ inverse * np.outer(unit / by, unit / by)
     return Solution(covariance, axes[:, ~known], (np.abs(curved) + noise)[~known] > NOISY, ahead,
-                    np.sqrt(np.clip(np.diag(by_renders), 0.0, None)))  # fmt: skip
+                    np.sqrt(np.clip(np.diag(by_renders), 0.0, None)), 0.5 * float(scaled @ inverse @ scaled),
+                    0.5 * float(np.sum(inverse * (tilt + rendered / np.outer(by, by)))))  # fmt: skip
 
 
 def _positive(matrix: F64) -> F64:

@@ -22,7 +22,7 @@ class FitResult:
         Maps a parameter path to the value that the scene has now. Keyed parameters of a film: to (frames, ...) values,
         in the order of `Film.times`; the scene keeps its own.
     losses
-        Loss before each step and, unless the fit was cancelled, after the last step.
+        Loss before each step and, unless the fit was cancelled, after the last step and each Newton step.
     best
         Index into `losses` of the best values: those with the smallest smoothed loss. Among values whose losses
         differ by less than the noise, the latest.

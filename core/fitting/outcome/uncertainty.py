@@ -2,41 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...rendering.options import Progress
-from ..driven import Numbers, Variable
 from ..silhouettes import moves_silhouettes
 from ..stages import Stages
-from ..targets import View, camera_of_gradient
-from ..variables import Unknown
-from .coordinates import Coordinate, coordinates
-from .normal_equations import Equations, Solution, solve
+from ..targets import camera_of_gradient
+from .coordinates import Coordinate
+from .measurement import Measurement, Tell
+from .normal_equations import Solution
 
 if TYPE_CHECKING:
     from ..run import Run
 
 F64 = NDArray[np.float64]
-Tell = Callable[[], Progress | None]  # returns the progress of the next render
 
-# Renders over which the end of a fit averages: optimisers follow the mean of the last gradients.
-AVERAGED = 9.0
 # Coordinates whose errors are correlated more closely can be exchanged for one another.
 EXCHANGED = 0.98
+# Most numbers of a parameter, and most numbers that can be exchanged, that are told one by one.
+MOST_TOLD, MOST_EXCHANGED = 12, 6
 # Parts of an open direction, relative to its largest, that are named.
 TAKES_PART = 0.3
 # A standard error above this part of a number's range leaves it open.
 LARGE = 0.25
-# A fit has not arrived if what is ahead of a number is above these multiples of its standard error, and of that of the
-# estimate of what is ahead.
-AHEAD, CERTAIN = 2.0, 4.0
-# Samples of pictures and derivatives here, in those of an iteration: about a fifth of the fit's work, and the most.
-WORK, MOST_SAMPLES = 0.2, 16
 # Part of a fit's progress that this takes.
 MEASURED = 0.15
 # Directions in which the dependence on an array is measured: over all pictures together, and at most of each picture.
@@ -77,9 +70,12 @@ class Uncertainty:
             if not told.size:
                 return f"'{self.path}': the pictures do not determine its entries"
             part = "" if told.size == self.errors.size else f" of {told.size / self.errors.size:.0%} of its entries"
-            return f"'{self.path}': standard error {np.median(told):.2g} in the median{part}, each by itself"
-        numbers = []
+            return (f"'{self.path}': standard error of at least {np.median(told):.2g} in the median{part}, as if all "
+                    "others were known")  # fmt: skip
         ahead = self.ahead or (0.0,) * len(self.names)
+        if len(self.names) > MOST_TOLD:
+            return f"'{self.path}': {self._summary(np.asarray(ahead))}"
+        numbers = []
         for name, unit, value, error, open_, rest in zip(self.names, self.units, self.values, self.errors, self.open,
                                                          ahead, strict=True):  # fmt: skip
             amount = ("error lost in noise" if np.isnan(error) else "open" if np.isinf(error)
@@ -90,6 +86,20 @@ class Uncertainty:
             late = f" (not arrived: about {rest:+.2g} ahead, more iterations are needed)" if rest else ""
             numbers.append(f"{name} {amount}{weak}{late}".strip())
         return f"'{self.path}': {', '.join(numbers)}"
+
+    def _summary(self, ahead: F64) -> str:
+        """Many numbers in words, with the largest error and one example of each kind."""
+        told, count, parts = np.isfinite(self.errors), len(self.names), []
+        if told.any():
+            worst, unit = int(np.argmax(np.where(told, self.errors, -1.0))), f" {self.units[0]}".rstrip()
+            parts.append(f"standard error {np.median(self.errors[told]):.2g}{unit} in the median of {told.sum()} "
+                         f"numbers, {self.errors[worst]:.2g}{unit} at most ({self.names[worst]})")  # fmt: skip
+        for kind, which in (("open, alone or together with others", np.isinf(self.errors)),
+                            ("lost in noise", np.isnan(self.errors)),
+                            ("not there yet; more iterations are needed", ahead != 0.0)):
+            if which.any():
+                parts.append(f"{which.sum()} of {count} ({self.names[int(np.argmax(which))]} …) are {kind}")
+        return "; ".join(parts)
 
 
 @dataclass(frozen=True)
@@ -111,63 +121,33 @@ class Exchange:
     lost: bool = False
 
     def __str__(self) -> str:
-        listed = f"{', '.join(self.labels[:-1])} and {self.labels[-1]}"
+        told, more = self.labels, len(self.labels) - MOST_EXCHANGED + 1
+        if more > 1:
+            told = (*told[: MOST_EXCHANGED - 1], f"{more} other numbers")
+        listed = f"{', '.join(told[:-1])} and {told[-1]}"
         if self.lost:
             return f"how well the pictures tell {listed} apart is lost in noise; a fit with more samples can tell"
         return f"{listed} can be exchanged for one another: changed together, they hardly change the pictures"
 
 
-def uncertainty(run: Run, values: dict[str, Any], progress: Progress | None = None
+def uncertainty(run: Run, measured: Measurement, progress: Progress | None = None
                 ) -> tuple[tuple[Uncertainty, ...], tuple[Exchange, ...]]:  # fmt: skip
-    """Measure what is known at some values, which the run's scene gets.
+    """Say what is known at the values that were measured last.
 
-    For each target it renders two pictures, two derivatives by each number, and four gradients of arrays for each of
-    up to `MOST_OF_PICTURE` random directions.
+    For each target it renders four gradients of arrays for each of up to `MOST_OF_PICTURE` random directions.
     """
-    run.bring_to(values)
-    variables: list[Unknown | Variable | Numbers] = [*run.unknowns, *run.variables]
-    places, arrays = coordinates(variables, values, run.placement)
-    arrays = [path for path in arrays if any(path == item.path for item in run.unknowns)]  # others are not the scene's
-    factors = _factors(run.seen)
-    equations = Equations.empty(len(places) + len(factors))
-    loss = run.loss.at(1.0) if hasattr(run.loss, "at") else run.loss
-    generator = np.random.default_rng(run.seed)
-    of_pictures = int(np.clip(WORK * run.iterations, 1, MOST_SAMPLES))
-    of_columns = int(np.clip(WORK * run.iterations / max(len(places), 1), 1, MOST_SAMPLES))
-    entries = {path: np.zeros((2, *np.shape(values[path]))) for path in arrays}
-    directions = int(np.clip(DIRECTIONS // len(run.seen), 1, MOST_OF_PICTURE))
-    # Each render reports its progress as one part; the reports raise `Cancelled` if the user stops.
-    part = 1.0 / (len(run.seen) * (2 + 2 * len(places) + (4 * directions if entries else 0)))
-    stages = Stages(progress)
-
-    def tell() -> Progress | None:
-        return stages.part(part)
-
-    for j, view in enumerate(run.seen):
-        run.see(j)
-        gain = np.asarray(run.gains.values[j])
-        first, second = (_picture(run, j, half, of_pictures * run.spp, tell) * gain for half in (0, 1))
-        _probe(run, j, 0.5 * (first + second) - view.image, entries, directions, generator, tell)
-        if not places and not factors:
-            continue
-        columns = tuple(np.stack([*(_column(run, j, one, half, of_columns * run.gradient_spp, tell) * gain
-                                    for one in places),
-                                  *(_of_factor(view, j, one, picture) for one in factors)])
-                        for half, picture in ((0, first), (1, second)))  # fmt: skip
-        equations.add(view, loss, (first, second), (columns[0], columns[1]), generator)
-    out = [_array(path, squares, tilted, directions) for path, (squares, tilted) in entries.items()]
-    if not places:
+    out = _arrays(run, measured, progress) if measured.arrays else []
+    solution, places = measured.solution, measured.places
+    if solution is None:
         return tuple(out), ()
-    steps = [*(one.step for one in places), *(1.0 for _ in factors)]
-    solution = solve(equations, steps, 2.0 * of_pictures / AVERAGED)
-    errors = np.sqrt(np.clip(np.diag(solution.covariance), 0.0, None))
-    labels = [*(one.label for one in places), *(factor.label for factor in factors)]
+    errors = measured.errors
+    labels = [*(one.label for one in places), *(factor.label for factor in measured.factors)]
     exchanges = _exchanges(labels, solution, errors)
     # A number that an open direction moves is known only together with the others of this direction.
     taking = _taking_part(solution.open)
     errors = np.where(taking.any(axis=1), np.inf, errors)
     errors = np.where(taking[:, solution.lost].any(axis=1), np.nan, errors)
-    late = (np.abs(solution.ahead) > AHEAD * errors) & (np.abs(solution.ahead) > CERTAIN * solution.ahead_error)
+    late = measured.late(errors)
     found: dict[str, list[tuple[Coordinate, float, float]]] = {}
     for place, error, ahead in zip(places, errors, np.where(late, solution.ahead, 0.0), strict=False):
         found.setdefault(place.path, []).append((place, float(error), float(ahead)))
@@ -180,50 +160,19 @@ def uncertainty(run: Run, values: dict[str, Any], progress: Progress | None = No
     return (*numbers, *out), exchanges
 
 
-@dataclass(frozen=True)
-class Factor:
-    """An unknown exposure, or one channel of an unknown white balance, as a nuisance: its logarithm."""
+def _arrays(run: Run, measured: Measurement, progress: Progress | None) -> list[Uncertainty]:
+    """Standard errors of arrays."""
+    entries = {path: np.zeros((2, *np.shape(measured.values[path]))) for path in measured.arrays}
+    directions = int(np.clip(DIRECTIONS // len(run.seen), 1, MOST_OF_PICTURE))
+    generator, stages = np.random.default_rng(run.seed), Stages(progress)
 
-    views: tuple[int, ...]
-    channels: tuple[float, ...]
-    label: str
+    def tell() -> Progress | None:
+        return stages.part(0.25 / (len(run.seen) * directions))
 
-
-def _factors(seen: Sequence[View]) -> list[Factor]:
-    groups: dict[tuple[str, str | int], list[int]] = {}
-    for j, view in enumerate(seen):
-        if isinstance(view.gain, str):
-            groups.setdefault((view.gain, view.shared or j), []).append(j)
-    out = []
-    for (kind, _), views in groups.items():
-        of = f"the {kind} of target {views[0] + 1}"
-        channels = [(1.0, 1.0, 1.0)] if kind == "exposure" else [tuple(row) for row in np.eye(3).tolist()]
-        out += [Factor(tuple(views), one, of) for one in channels]
-    return out
-
-
-def _of_factor(view: View, j: int, factor: Factor, picture: F64) -> F64:
-    return picture * np.array(factor.channels) if j in factor.views else np.zeros(view.image.shape)
-
-
-def _picture(run: Run, j: int, half: int, samples: int, tell: Tell) -> F64:
-    picture = run.renderer_of(j).render(spp=samples, **run.limits_of(j), seed=run.seed_of(run.iterations, j, 7 + half),
-                                        camera=run.seen[j].camera, progress=tell())  # fmt: skip
-    return picture.astype(np.float64)
-
-
-def _column(run: Run, j: int, place: Coordinate, half: int, samples: int, tell: Tell) -> F64:
-    """Derivative of picture j by a coordinate."""
-    view = run.seen[j]
-    tangent = {path: value for path, value in place.tangent(j).items()
-               if view.objects is None or moves_silhouettes(path)}  # fmt: skip
-    if not tangent:
-        return np.zeros(view.image.shape)
-    renderer = run.renderer_of(j)
-    image = renderer.render_forward(tangent, spp=samples, **run.limits_of(j),
-                                    seed=run.seed_of(run.iterations, j, 9 + half), progress=tell(),
-                                    camera=camera_of_gradient(renderer, view.camera, list(tangent)))  # fmt: skip
-    return image.astype(np.float64)
+    for j, residual in enumerate(measured.residuals):
+        run.see(j)
+        _probe(run, j, residual, entries, directions, generator, tell)
+    return [_array(path, squares, tilted, directions) for path, (squares, tilted) in entries.items()]
 
 
 def _probe(run: Run, j: int, residual: F64, entries: dict[str, F64], directions: int, generator: np.random.Generator,
@@ -233,7 +182,10 @@ def _probe(run: Run, j: int, residual: F64, entries: dict[str, F64], directions:
     For random signs s of the pixels, the mean of (J^T s)^2 is the diagonal of J^T J.
     """
     view = run.seen[j]
-    wrt = [path for path in entries if view.objects is None or moves_silhouettes(path)]
+    driven = [item.path for item in run.variables if item.path in entries]
+    moving = run.placement.paths[j] if driven and run.placement is not None else ()
+    own = [path for path in entries if path not in driven]
+    wrt = [path for path in dict.fromkeys((*own, *moving)) if view.objects is None or moves_silhouettes(path)]
     if not wrt:
         return
     weight = np.ones(view.image.shape) if view.mask is None else np.repeat(view.mask[..., None], 3, axis=2)
@@ -243,12 +195,18 @@ def _probe(run: Run, j: int, residual: F64, entries: dict[str, F64], directions:
         signs = generator.choice((-1.0, 1.0), view.image.shape)
         for kind, adjoint in enumerate((signs * weight, signs * weight * residual)):
             # Two seeds: the square of one noisy derivative would contain its variance.
-            halves = [renderer.render_backward(adjoint.astype(np.float32), wrt, spp=run.gradient_spp,
-                                               **run.limits_of(j), camera=camera, progress=tell(),
-                                               seed=run.seed_of(run.iterations + 1 + probe, j, 9 + half))
-                      for half in (0, 1)]  # fmt: skip
-            for path in wrt:
-                entries[path][kind] += np.where(np.isfinite(halves[0][path]), halves[0][path], 0.0) * halves[1][path]
+            halves = []
+            for half in (0, 1):
+                found = renderer.render_backward(adjoint.astype(np.float32), wrt, spp=run.gradient_spp,
+                                                 **run.limits_of(j), camera=camera, progress=tell(),
+                                                 seed=run.seed_of(run.iterations + probe, j, 13 + half))  # fmt: skip
+                if driven and run.placement is not None:
+                    found = found | run.placement.pull(found, j)
+                halves.append(found)
+            for path in entries:
+                if path in halves[0]:
+                    product = np.asarray(halves[0][path]) * np.asarray(halves[1][path])
+                    entries[path][kind] += np.where(np.isfinite(product), product, 0.0)
 
 
 def _array(path: str, squares: F64, tilted: F64, directions: int) -> Uncertainty:

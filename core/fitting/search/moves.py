@@ -103,14 +103,9 @@ def _moved(item: Movable, value: F64, part: F64) -> F64:
         return np.clip(value + item.steps * part.reshape(value.shape), item.low, item.high)
     if isinstance(item, Positions):
         return np.asarray(value + item.step * part)
-    turn = rotations(item.step * part[:3])
     if isinstance(item, Directions):
-        return np.asarray(turn @ value)
-    out = value.copy()
-    out[:3, :3] = turn @ out[:3, :3]
-    if value.shape[-1] == 4:
-        out[:3, 3] = turn @ (out[:3, 3] - item.pivot) + item.pivot + item.step * item.extent * part[3:]
-    return out
+        return np.asarray(rotations(item.step * part[:3]) @ value)
+    return item.moved(value, np.concatenate([item.step * part[:3], item.step * item.extent * part[3:]]))
 
 
 def _turn_towards(scene: Scene, pose: F64, generator: np.random.Generator) -> F64:

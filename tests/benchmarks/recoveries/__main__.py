@@ -22,6 +22,7 @@ from edgegrad_addon.animated import data_path
 from tests.benchmarks.recoveries.cases import CASES, Case
 
 TARGET_SAMPLES = 512
+EXPOSURE = 0.7  # stops, of coded targets
 
 
 def values(paths: list[str]) -> NDArray[np.float64]:
@@ -66,17 +67,31 @@ def assign(paths: list[str], numbers: NDArray[np.float64]) -> None:
     bpy.context.view_layer.update()
 
 
-def run(name: str, case: Case, size: int, samples: int, folder: Path) -> str:
-    """Build, render, change and fit a case; return its row."""
-    lost, change = case.build(size)
-    paths, scene = list(lost), bpy.context.scene
-    scene.cycles.samples = TARGET_SAMPLES
-    targets = []
+def render(name: str, case: Case, seed: int, denoised: bool, folder: Path) -> list[str]:
+    """Render the targets by Cycles; return the options that name them."""
+    scene, targets = bpy.context.scene, list[str]()
+    cycles, view, output = scene.cycles, scene.view_settings, scene.render.image_settings
+    cycles.samples, cycles.seed, view.view_transform = TARGET_SAMPLES, seed, "AgX"
+    if case.saved:
+        cycles.samples, cycles.use_adaptive_sampling, cycles.adaptive_threshold = 4096, True, 0.01
+        cycles.use_denoising, cycles.film_exposure = denoised, 2.0**EXPOSURE
+    if case.saved == "agx":
+        output.file_format, output.color_depth, scene.render.dither_intensity = "PNG", "8", 1.0
     for camera in case.cameras:
         scene.camera = bpy.data.objects[camera]
-        scene.render.filepath = str(folder / f"{name}_{camera}.exr")
+        scene.render.filepath = str(folder / f"{name}_{camera}.{'png' if case.saved == 'agx' else 'exr'}")
         bpy.ops.render.render(write_still=True)
         targets += ["--target", f"{camera}={scene.render.filepath}"]
+    cycles.film_exposure = 1.0
+    return targets
+
+
+def run(name: str, size: int, samples: int, seed: int, denoised: bool, folder: Path) -> str:
+    """Build, render, change and fit a case; return its row."""
+    case = CASES[name]
+    lost, change = case.build(size)
+    paths = list(lost)
+    targets = render(name, case, seed, denoised, folder)
     truth = values(paths)
     assign(paths, truth + change)
     before = np.abs(values(paths) - truth)
@@ -87,7 +102,8 @@ def run(name: str, case: Case, size: int, samples: int, folder: Path) -> str:
     bpy.ops.wm.save_as_mainfile(filepath=str(start), copy=True)
     began = time.process_time()
     code = command_line.main(["fit", str(start), *targets, *named, "--iterations", str(case.iterations), "--samples",
-                              str(samples), "--save", str(fitted), "--out", str(out), *case.options])  # fmt: skip
+                              str(samples), "--seed", str(seed), "--save", str(fitted), "--out", str(out),
+                              *case.options])  # fmt: skip
     seconds = time.process_time() - began
     if code:
         return f"| {name} | {case.title} | failed | | {seconds:.0f} |"
@@ -107,13 +123,15 @@ def main() -> None:
     parser.add_argument("cases", nargs="*", help=f"some of {', '.join(CASES)} (default: all)")
     parser.add_argument("--size", type=int, default=128, help="pixels along each side")
     parser.add_argument("--samples", type=int, default=8, help="samples per pixel of each iteration")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the targets and of the fits")
+    parser.add_argument("--noisy", action="store_true", help="leave Cycles' denoising out where it is on by default")
     parser.add_argument("--output", type=Path, default=Path("build/recoveries"), help="folder of the files")
     arguments = parser.parse_args()
     folder = arguments.output.resolve()
     folder.mkdir(parents=True, exist_ok=True)
     rows = []
     for name in arguments.cases or list(CASES):
-        rows.append(run(name, CASES[name], arguments.size, arguments.samples, folder))
+        rows.append(run(name, arguments.size, arguments.samples, arguments.seed, not arguments.noisy, folder))
         print(rows[-1], flush=True)
     print("\n".join(["| case | found | error before | after | CPU seconds |", "|---|---|---|---|---|", *rows]))
 

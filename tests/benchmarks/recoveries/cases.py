@@ -31,6 +31,9 @@ class Case:
         That give a target each.
     options
         Of the command line.
+    saved
+        "": as EXR, with many samples. "exr" or "agx": as Cycles renders by default, denoised, and of an exposure that
+        the fit does not know; as EXR, or as an 8-bit PNG with the view transform AgX.
     """
 
     title: str
@@ -38,6 +41,7 @@ class Case:
     iterations: int = 80
     cameras: tuple[str, ...] = ("Camera",)
     options: tuple[str, ...] = ()
+    saved: str = ""
 
 
 def bones(size: int) -> tuple[Sequence[str], Any]:
@@ -146,9 +150,12 @@ CASES = {
     "bones": Case("rotations of eight bones of a chain", bones, 100, ("Camera", "Front")),
     "face": Case("three shape keys", face, 60),
     "room": Case("place, rotation and focal length of a camera", room, 150),
-    "sun": Case("direction of the sun from a shadow, turbidity of the sky from its light", sun, 80),
+    "sun": Case("direction of the sun from a shadow, turbidity of the sky from its light", sun, 30),
     "cage": Case("eight vertices under a Subdivision modifier", cage, 100, ("Camera", "Side")),
     "nodes": Case("an input of geometry nodes, and a colour", nodes, 100),
+    "exr": Case("the same from an EXR by Cycles' defaults, of unknown exposure", nodes, 100,
+                options=("--exposure", "fit"), saved="exr"),
+    "agx": Case("the same render as an 8-bit AgX PNG", nodes, 100, options=("--exposure", "fit"), saved="agx"),
     "texture": Case("48 x 48 pixels of an 8-bit image on a floor, from two cameras", texture, 100, ("Camera", "Side")),
     "glass": Case("thickness of a pane of glass from its refraction", glass, 60),
 }

@@ -9,7 +9,6 @@ import bpy
 from ..running.current import text_of
 from ..running.fit_job import FitJob, fit_text, trend
 from ..status import STATUS
-from ..write_back.kept import TEXT
 from . import derived, icons
 from .tab import Tab, editable
 from .words import wrapped
@@ -33,19 +32,16 @@ class FitPanel(Tab, bpy.types.Panel):
         settings = context.scene.edgegrad
         column = editable(layout if job is None else layout.column())
         column.prop(settings, "quality")
-        column.prop(settings, "iterations")
-        column.prop(settings, "use_frames")
         if settings.use_frames:
+            column.prop(settings, "use_frames")
             column.prop(settings, "first_frame")
             column.prop(settings, "last_frame")
             column.prop(settings, "frame_smoothness")
-        if job is None:
-            _start(context, layout, settings)
-        else:
+        if job is not None:
             _busy(layout, job)
-        if job is None and bpy.data.texts.get(TEXT) is not None:
-            layout.operator("edgegrad.write_kept_result", icon="FILE_TICK")
-        if STATUS.said and job is None:
+            return
+        _start(context, layout)
+        if STATUS.said:
             wrapped(context, layout, STATUS.said, "ERROR" if STATUS.failed else "INFO")
 
 
@@ -59,17 +55,22 @@ class FitDetailsPanel(Tab, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: Any) -> bool:
-        return STATUS.job is None and not context.scene.edgegrad.use_frames
+        return STATUS.job is None
 
     def draw(self, context: Any) -> None:
         layout, settings = self.begin(), context.scene.edgegrad
+        layout.prop(settings, "iterations")
+        if settings.use_frames:
+            return
+        layout.prop(settings, "use_frames")
         layout.prop(settings, "restarts")
         layout.prop(settings, "uncertainty")
 
 
-def _start(context: Any, layout: Any, settings: Any) -> None:
+def _start(context: Any, layout: Any) -> None:
     """Draw the button Fit, or what is in its way with the button that cures it."""
-    found = derived.obstacle(context)
+    known = derived.start(context)
+    found = known.obstacle
     if found is not None:
         wrapped(context, layout, found.sentence, "ERROR")
         if found.operator:
@@ -80,7 +81,9 @@ def _start(context: Any, layout: Any, settings: Any) -> None:
     column.scale_y = 1.5
     if found is not None:
         column.enabled = False
-    column.operator("edgegrad.fit", text=derived.fit_label(settings), icon="PLAY")
+    column.operator("edgegrad.fit", text=known.label, icon_value=icons.PLAY)
+    if known.kept:
+        layout.operator("edgegrad.write_kept_result", icon="FILE_TICK")
 
 
 def _busy(layout: Any, job: Any) -> None:

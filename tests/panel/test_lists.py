@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,8 @@ import edgegrad_addon
 from edgegrad import images
 from edgegrad_addon import preflight, rows, setups
 from edgegrad_addon.animated.stored import add_row, stored_wanted
-from edgegrad_addon.panel import derived
+from edgegrad_addon.panel import derived, icons
+from edgegrad_addon.panel.parameters import ParameterList
 from edgegrad_addon.problem import Problem
 from edgegrad_addon.properties import request
 from edgegrad_addon.targets import rows as target_rows
@@ -227,7 +229,7 @@ def test_what_the_panel_shows_follows_edits(scene: Any, picture: str) -> None:
     target = scene.edgegrad.targets.add()
     target.camera, target.image = scene.camera, picture
     bpy.context.view_layer.update()
-    assert derived.parameter(row).words == "Lamp: Power" and derived.obstacle(bpy.context) is None
+    assert derived.parameter(row).words == "Lamp: Power" and derived.start(bpy.context).obstacle is None
     lamp.data.energy = 7.5
     bpy.context.view_layer.update()
     assert derived.parameter(row).value == "7.5"
@@ -235,23 +237,23 @@ def test_what_the_panel_shows_follows_edits(scene: Any, picture: str) -> None:
     bpy.context.view_layer.update()
     assert derived.parameter(row).words == "Key: Power"
     row.enabled, row.sensitivity = False, 0.25
-    found = derived.obstacle(bpy.context)
+    found = derived.start(bpy.context).obstacle
     assert found is not None and found.sentence == "Every parameter is switched off"
-    assert derived.parameter(row) == derived.Line("LIGHT", "Key: Power", "7.5", False, 0.25)
+    assert derived.parameter(row) == derived.Line(icons.number("LIGHT"), "Key: Power", "7.5", False, 0.25)
     row.enabled = True
     target.camera = None
-    found = derived.obstacle(bpy.context)
-    assert found is not None and "has no camera" in found.sentence and not derived.picture(target, scene).camera
+    found = derived.start(bpy.context).obstacle
+    assert found is not None and "has no camera" in found.sentence and not derived.picture(target, scene).complete
     target.camera = scene.camera
     scene.render.resolution_x = 99
     bpy.context.view_layer.update()
-    found = derived.obstacle(bpy.context)
+    found = derived.start(bpy.context).obstacle
     assert found is not None and found.operator == "edgegrad.match_render"
     assert derived.picture(target, scene).difference == "Of another aspect: renders are 99 × 10"
     assert derived.picture(target, scene).size == "20 × 10"
     assert derived.picture(target, scene).camera == scene.camera.name
     scene.edgegrad.targets.clear()
-    found = derived.obstacle(bpy.context)
+    found = derived.start(bpy.context).obstacle
     assert found is not None and found.sentence == "There is no target"
 
 
@@ -259,8 +261,7 @@ def test_the_time_of_a_fit_follows_its_numbers(scene: Any, picture: str, monkeyp
     settings = scene.edgegrad
 
     def label() -> str:
-        derived.obstacle(bpy.context)
-        return derived.fit_label(settings)
+        return derived.start(bpy.context).label
 
     scene.edgegrad.targets.add().image = picture
     bpy.context.view_layer.update()
@@ -286,7 +287,7 @@ def test_the_end_of_a_fit_is_not_shown_in_another_file(tmp_path: Path) -> None:
     bpy.ops.wm.save_as_mainfile(filepath=file)
     assert derived.STATUS.said == "Loss 1 → 0.5 in 2 s"
     bpy.ops.wm.open_mainfile(filepath=file)
-    assert derived.STATUS.said == "" and derived.fit_label(bpy.context.scene.edgegrad) == "Fit"
+    assert derived.STATUS.said == "" and derived.start(bpy.context).label == "Fit"
 
 
 def test_removed_rows_leave_their_place_to_others(scene: Any) -> None:
@@ -323,16 +324,32 @@ def test_what_the_panel_shows_is_derived_once(scene: Any, monkeypatch: Any) -> N
     asked: list[None] = []
     plain = preflight.obstacle
     monkeypatch.setattr(preflight, "obstacle", lambda context: (asked.append(None), plain(context))[1])
-    derived.obstacle(bpy.context)
+    derived.start(bpy.context)
     derived.see_pictures()
     asked.clear()
-    derived.obstacle(bpy.context)
+    derived.start(bpy.context)
     for _ in range(5):
         derived.see_pictures()
-        derived.obstacle(bpy.context)
+        derived.start(bpy.context)
     assert len(asked) == 1
     # What was not drawn between two looks is derived anew.
     derived.see_pictures()
     derived.see_pictures()
-    derived.obstacle(bpy.context)
+    derived.start(bpy.context)
     assert len(asked) == 2
+
+
+def test_rows_have_the_names_that_blender_filters_by(scene: Any) -> None:
+    row, lamp = rows.add_kind(scene, "POWER", bpy.data.objects["Lamp"]), bpy.data.objects["Lamp"]
+    add_row(scene, lamp, "location", 1)
+    parameters = scene.edgegrad.parameters
+    assert [one.name for one in parameters] == ["Lamp: Power", "Lamp: Location Y"]
+    lamp.name = "Key"
+    assert [one.name for one in parameters] == ["Key: Power", "Key: Location Y"]
+    if bpy.app.version < (5, 2, 0):
+        asked = SimpleNamespace(filter_name="LOCATION", bitflag_filter_item=1)
+        assert ParameterList.filter_items(asked, bpy.context, scene.edgegrad, "parameters") == ([0, 1], [])
+    else:  # the search of collections and the filter of lists read the same name
+        assert parameters.find("Key: Power") == 0 and parameters.find("Key: Location Y") == 1
+    row.owner = None
+    assert row.name == "(removed): Power"

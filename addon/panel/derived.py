@@ -126,6 +126,8 @@ class Start:
     ----------
     obstacle
         What is in its way (`preflight.obstacle`).
+    quality
+        The quality in words.
     label
         Text of the button Fit, with the time of a fit if it is known.
     kept
@@ -133,6 +135,7 @@ class Start:
     """
 
     obstacle: preflight.Obstacle | None
+    quality: str
     label: str
     kept: bool
 
@@ -147,7 +150,8 @@ def start(context: Any) -> Start:
 
 def _start(context: Any, settings: Any) -> Start:
     known = quality.time_to_go(settings, STATUS.cost)
-    return Start(preflight.obstacle(context), f"Fit   ({known})" if known else "Fit", TEXT in bpy.data.texts)
+    return Start(preflight.obstacle(context), f"Quality: {quality.QUALITIES[settings.quality].label}",
+                 f"Fit   ({known})" if known else "Fit", TEXT in bpy.data.texts)  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -24,15 +24,16 @@ class FitPanel(Tab, bpy.types.Panel):
     bl_order = 2
 
     def draw(self, context: Any) -> None:
-        layout = self.begin()
-        job = STATUS.job
+        layout, job = self.layout, STATUS.job
         if isinstance(job, FitJob):
             _progress(context, layout, job)
             return
-        settings = context.scene.edgegrad
+        settings, known = context.scene.edgegrad, derived.start(context)
         column = editable(layout if job is None else layout.column())
-        column.prop(settings, "quality")
+        # A plain property would have Python find the quality of the numbers at each draw.
+        column.prop_menu_enum(settings, "quality", text=known.quality)
         if settings.use_frames:
+            column.use_property_split, column.use_property_decorate = True, False
             column.prop(settings, "use_frames")
             column.prop(settings, "first_frame")
             column.prop(settings, "last_frame")
@@ -40,7 +41,7 @@ class FitPanel(Tab, bpy.types.Panel):
         if job is not None:
             _busy(layout, job)
             return
-        _start(context, layout)
+        _start(context, layout, known)
         if STATUS.said:
             wrapped(context, layout, STATUS.said, "ERROR" if STATUS.failed else "INFO")
 
@@ -67,9 +68,8 @@ class FitDetailsPanel(Tab, bpy.types.Panel):
         layout.prop(settings, "uncertainty")
 
 
-def _start(context: Any, layout: Any) -> None:
+def _start(context: Any, layout: Any, known: derived.Start) -> None:
     """Draw the button Fit, or what is in its way with the button that cures it."""
-    known = derived.start(context)
     found = known.obstacle
     if found is not None:
         wrapped(context, layout, found.sentence, "ERROR")
@@ -112,7 +112,6 @@ def _progress(context: Any, layout: Any, job: FitJob) -> None:
     if len(job.losses) > 1:
         layout.template_icon(icon_value=icons.loss_curve(job.losses), scale=CURVE_SCALE)
     row = layout.row(align=True)
-    row.use_property_split = False
     row.prop(context.scene.edgegrad, "show_shapes")
     row.operator("edgegrad.show_difference", text="", icon="IMAGE_DATA")
 

@@ -18,6 +18,7 @@ import edgegrad_addon
 from edgegrad import images
 from edgegrad_addon import preflight, rows, setups
 from edgegrad_addon.animated.stored import add_row, stored_wanted
+from edgegrad_addon.operators.parameters import add_of_button
 from edgegrad_addon.panel import derived, icons
 from edgegrad_addon.panel.parameters import ParameterList
 from edgegrad_addon.problem import Problem
@@ -150,12 +151,14 @@ def test_each_obstacle_has_its_cure(scene: Any, picture: str) -> None:
 def test_rows_of_all_kinds_are_one_list(scene: Any) -> None:
     cube, lamp = bpy.data.objects["Cube"], bpy.data.objects["Lamp"]
     select("Cube", "Lamp")
+    bpy.data.materials["Clay"].node_tree.nodes.new("ShaderNodeTexImage").image = bpy.data.images.new("Skin", 4, 4)
     for kind in rows.KINDS:
         bpy.ops.edgegrad.parameters_add(of=kind)
         bpy.ops.edgegrad.parameters_add(of=kind)  # no second row
     add_row(scene, cube, "location", 2)
     assert [rows.title(row)[1:] for row in scene.edgegrad.parameters] == [
-        ("Cube", "Vertices"), ("Clay", "Base Color"), ("Clay", "Emission"), ("Lamp", "Power"), ("Cube", "Location Z")]
+        ("Cube", "Vertices"), ("Clay", "Base Color"), ("Clay", "Emission"), ("Lamp", "Power"), ("Skin", "Pixels"),
+        ("Cube", "Location Z")]  # fmt: skip
     found = request(bpy.context)
     assert found.names.vertices == ("Cube",) and found.names.base_color == found.names.emission == ("Clay",)
     assert found.names.power == ("Lamp",) and [one.path for one in found.animated] == ['objects["Cube"].location[2]']
@@ -353,3 +356,22 @@ def test_rows_have_the_names_that_blender_filters_by(scene: Any) -> None:
         assert parameters.find("Key: Power") == 0 and parameters.find("Key: Location Y") == 1
     row.owner = None
     assert row.name == "(removed): Power"
+
+
+def test_images_of_what_is_selected_become_parameters(scene: Any) -> None:
+    """Also those in groups of nodes; the button of an image's name stands for its pixels."""
+    found = [bpy.data.images.new(name, 4, 2) for name in ("Skin", "Inner", "Grey")]
+    group = bpy.data.node_groups.new("Group", "ShaderNodeTree")
+    group.nodes.new("ShaderNodeTexImage").image = found[1]
+    tree = bpy.data.materials["Clay"].node_tree
+    tree.nodes.new("ShaderNodeTexImage").image = found[0]
+    tree.nodes.new("ShaderNodeGroup").node_tree = group
+    bpy.context.view_layer.objects.active = bpy.data.objects["Cube"]
+    bpy.ops.edgegrad.parameters_add(of="IMAGE")
+    parameters = scene.edgegrad.parameters
+    assert [row.name for row in parameters] == ["Skin: Pixels", "Inner: Pixels"]
+    assert derived.parameter(parameters[0]).value == "4 × 2"
+    assert request(bpy.context).names.image == ("Skin", "Inner")
+    add_of_button(scene, found[2], "name", -1)
+    add_of_button(scene, bpy.data.materials["Clay"], 'node_tree.nodes["Image Texture"].image', -1)
+    assert [row.name for row in parameters] == ["Skin: Pixels", "Inner: Pixels", "Grey: Pixels"]

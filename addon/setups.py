@@ -70,7 +70,8 @@ def materials_of(objects: list[Any]) -> list[Any]:
 
 def images_of(materials: list[Any]) -> list[Any]:
     """Return the images that the nodes of materials show, each once."""
-    images, trees = {}, [one.node_tree for one in materials if one.node_tree is not None]
+    images: dict[Any, None] = {}
+    trees = [one.node_tree for one in materials if one.node_tree is not None]
     while trees:
         for node in trees.pop(0).nodes:
             if node.type == "GROUP" and node.node_tree is not None:

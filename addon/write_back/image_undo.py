@@ -38,7 +38,8 @@ def _restore(*_: Any) -> None:
             continue
         pixels = _known[key]
         if pixels is None:
-            image.reload()
+            image.buffers_free()  # they are read again when they are needed; reload() would replace the packed file
+            image.update_tag()
         elif len(pixels) == image.size[0] * image.size[1] * image.channels:
             image.pixels.foreach_set(pixels)
             image.update()

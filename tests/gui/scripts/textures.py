@@ -13,6 +13,7 @@ from tests.gui.window import OUT, Script, call, key, open_tab, over_viewport, re
 
 FOUND: dict[str, Any] = {}
 SIZE = 16
+SHOWN = "Edgegrad Skin"
 GREY, BLUE = (0.5, 0.5, 0.5, 1.0), (0.1, 0.4, 0.8, 1.0)
 
 
@@ -30,6 +31,12 @@ def paint(color: tuple[float, ...]) -> None:
 def pixels() -> list[float]:
     """All pixels of the image, and whether its file or its packed file has them."""
     return [round(value, 4) for value in skin().pixels] + [float(skin().is_dirty)]
+
+
+def shown(channel: int) -> float:
+    """Mean of a channel of the pixels that a running fit has reached; 0: it shows none yet."""
+    image = bpy.data.images.get(SHOWN)
+    return 0.0 if image is None else float(np.mean(image.pixels[channel :: image.channels]))
 
 
 def put_image() -> None:
@@ -77,10 +84,12 @@ def main() -> Script:
     yield from open_tab("Edgegrad")
     before = pixels()
     yield from fitting()
+    yield from wait_for(lambda: shown(2) > before[2] + 0.02, 60.0)  # it becomes blue
     over_viewport()
     key("Escape")
     yield from ended()
     FOUND["escape"] = {"said": status().said, "same": pixels() == before}
+    FOUND["shown"] = shown(0) < before[0]
     yield from fitting()
     paint((0.9, 0.1, 0.1, 1.0))
     yield from ended()

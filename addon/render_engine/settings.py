@@ -117,7 +117,7 @@ class ShadowTerminatorPanel(EnginePanel, bpy.types.Panel):
     """Offsets of an object's shadow terminator, in the properties of the object."""
 
     bl_idname = "EDGEGRAD_PT_shadow_terminator"
-    bl_label = "Shadow Terminator"
+    bl_label = "Shadow Terminator Offset"
     bl_context = "object"
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
 
@@ -129,8 +129,7 @@ class ShadowTerminatorPanel(EnginePanel, bpy.types.Panel):
     def draw(self, context: Any) -> None:
         layout = self.layout
         layout.use_property_split = True
-        for (holder, name), text in zip(terminator_offsets(context.object), ("Geometry Offset", "Shading Offset"),
-                                        strict=True):  # fmt: skip
+        for (holder, name), text in zip(terminator_offsets(context.object), ("Geometry", "Shading"), strict=True):
             layout.prop(holder, name, text=text)
 
 

@@ -31,7 +31,8 @@ def remember(image: Any) -> None:
 
 
 @persistent
-def _restore(*_: Any) -> None:
+def restore(*_: Any) -> None:
+    """Bring the pixels back that belong to the packed files as they are now."""
     for image in bpy.data.images if _shown else ():
         key = image.session_uid, _packed(image) if image.session_uid in _shown else b""
         if key not in _known or _shown[key[0]] == key[1]:
@@ -52,7 +53,7 @@ def _forget(*_: Any) -> None:
     _shown.clear()
 
 
-_HANDLERS = ((bpy.app.handlers.undo_post, _restore), (bpy.app.handlers.redo_post, _restore),
+_HANDLERS = ((bpy.app.handlers.undo_post, restore), (bpy.app.handlers.redo_post, restore),
              (bpy.app.handlers.load_pre, _forget))  # fmt: skip
 
 

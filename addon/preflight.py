@@ -74,6 +74,6 @@ def _target(row: Any, number: int, scene: Any) -> Obstacle | None:
     if size is not None and not rows.has_aspect(row, scene):
         return Obstacle(f"Picture of '{name}' is {size[0]} × {size[1]}, of another aspect than renders of "
                         f"{rendered[0]} × {rendered[1]}", "edgegrad.match_render", "Match Render to Picture", open_it)
-    if row.kind == "SILHOUETTE" and row.silhouette_object is None and row.silhouette_collection is None:
+    if rows.lacks_object(row):
         return Obstacle(f"Camera '{name}': a silhouette needs an object or a collection; choose it below the targets")
     return None

@@ -9,7 +9,7 @@ from . import quality
 from .animated.stored import PROPERTY, stored_wanted
 from .look.derivative import DIRECTIONS
 from .problem import Problem
-from .rows import KINDS, names_of, switched_on
+from .rows import KINDS, names_of, switched_on, title
 from .session import Request
 from .status import STATUS
 from .targets.film import FrameRange
@@ -36,6 +36,11 @@ TERM_ITEMS = (
 
 def _edited(_: Any, __: Any) -> None:
     STATUS.edits += 1
+
+
+def _line(row: Any) -> str:
+    _, owner, words = title(row)
+    return f"{owner}: {words}"
 
 
 def _is_camera(_: Any, ob: Any) -> bool:
@@ -104,6 +109,8 @@ class TargetItem(bpy.types.PropertyGroup):
 class ParameterItem(bpy.types.PropertyGroup):
     """Values that a fit may change. The row holds the datablock itself, which may be renamed."""
 
+    # Blender's lists filter and sort by names.
+    name: bpy.props.StringProperty(name="Name", get=_line, options={"SKIP_SAVE"})  # type: ignore[valid-type]
     kind: bpy.props.EnumProperty(update=_edited,  # type: ignore[valid-type]
         name="Kind", items=((PROPERTY, "Property", "Any animatable property, by its data path"),
                             *((name, kind.label, "") for name, kind in KINDS.items())))  # fmt: skip

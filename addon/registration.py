@@ -15,6 +15,7 @@ from .panel import parameters as parameters_panel
 from .panel import targets as targets_panel
 from .render_engine import engine, panels, settings, view
 from .running import current
+from .write_back import image_undo
 
 CLASSES: tuple[Any, ...] = (preferences.Preferences, *properties.CLASSES, *targets.CLASSES, *parameters.CLASSES,
                             render.Render, *gradient.CLASSES, *fit.CLASSES, fit_as_field.FitAsField, *kept.CLASSES,
@@ -33,6 +34,7 @@ def register() -> None:
     bpy.types.UI_MT_button_context_menu.append(parameters.draw_in_button_menu)
     icons.register()
     derived.register()
+    image_undo.register()
     _commands.append(bpy.utils.register_cli_command("edgegrad", command_line.main))
 
 
@@ -41,6 +43,7 @@ def unregister() -> None:
     current.shut_down("the add-on was disabled")
     while _commands:
         bpy.utils.unregister_cli_command(_commands.pop())
+    image_undo.unregister()
     derived.unregister()
     icons.unregister()
     bpy.types.UI_MT_button_context_menu.remove(parameters.draw_in_button_menu)

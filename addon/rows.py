@@ -13,6 +13,7 @@ from .animated.stored import PROPERTY, row_name
 from .parameters import Names
 from .problem import Problem
 from .session import Session
+from .write_back.image_pixels import check_image
 from .write_back.values import check_light
 
 
@@ -38,6 +39,7 @@ KINDS = {
     "BASE_COLOR": Kind("Base Color", "MATERIAL", "base_color"),
     "EMISSION": Kind("Emission", "LIGHT_SUN", "emission"),
     "POWER": Kind("Power", "LIGHT", "power"),
+    "IMAGE": Kind("Pixels", "IMAGE_DATA", "image"),
 }
 ICONS = {"MESH": "MESH_DATA", "LIGHT": "LIGHT", "CAMERA": "CAMERA_DATA", "ARMATURE": "ARMATURE_DATA",
          "CURVE": "CURVE_DATA", "LATTICE": "LATTICE_DATA"}  # fmt: skip
@@ -82,6 +84,8 @@ def add_kind(scene: Any, kind: str, owner: Any) -> Any:
             raise Problem(f"{where}: is linked from another file; make it local first")
     elif kind == "POWER":
         check_light(owner, owner.name)
+    elif kind == "IMAGE":
+        check_image(owner, owner.name_full)
     for row in scene.edgegrad.parameters:
         if row.kind == kind and row.owner == owner:
             return row
@@ -131,6 +135,8 @@ def value_text(row: Any) -> str:
         return f"{len(row.owner.data.vertices):,} × 3"
     if row.kind == "POWER":
         return f"{row.owner.data.energy:.4g}"
+    if row.kind == "IMAGE":
+        return f"{row.owner.size[0]} × {row.owner.size[1]}"
     if row.kind != PROPERTY:
         return "3"
     try:

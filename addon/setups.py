@@ -68,6 +68,19 @@ def materials_of(objects: list[Any]) -> list[Any]:
     return list(dict.fromkeys(slots))
 
 
+def images_of(materials: list[Any]) -> list[Any]:
+    """Return the images that the nodes of materials show, each once."""
+    images: dict[Any, None] = {}
+    trees = [one.node_tree for one in materials if one.node_tree is not None]
+    while trees:
+        for node in trees.pop(0).nodes:
+            if node.type == "GROUP" and node.node_tree is not None:
+                trees.append(node.node_tree)
+            elif node.type == "TEX_IMAGE" and node.image is not None:
+                images[node.image] = None
+    return list(images)
+
+
 def fed(material: Any, name: str) -> bool:
     """Whether an input of a material's shader is linked to another node, so that it is not one value."""
     tree = material.node_tree

@@ -75,8 +75,9 @@ def show_state(context: Any, job: FitJob) -> None:
     rendered = job.session.request.samples * (job.session.request.views_per_iteration or len(job.session.targets))
     STATUS.cost = job.pace / rendered
     remember_effects(context.scene, job.session, job.step.effects)
-    if job.file.is_file():
-        _common.show_file(DIFFERENCE, job.file, open_editor=False)
+    for name, file in {DIFFERENCE: job.file, **job.textures}.items():
+        if file.is_file():
+            _common.show_file(name, file, open_editor=False)
 
 
 class _Running:

@@ -16,6 +16,7 @@ from ..look import plan as plans
 from ..look.check import case_of, cases, compared
 from ..look.derivative import Derivative, derivative_of_names, derivative_of_properties
 from ..look.vertex_gradient import ATTRIBUTE, paint, vertex_gradients
+from ..parameters import Names
 from ..problem import Problem
 from ..properties import request
 from ..rows import names_of, switched_on, title
@@ -88,7 +89,7 @@ class GradientColors(InBackground, bpy.types.Operator):
         asked = request(context)
         asked = replace(asked, iterations=1, views_per_iteration=None, animated=(),
                         samples=max(asked.samples, context.scene.edgegrad.look_samples),
-                        names=replace(asked.names, base_color=(), emission=(), power=()))  # fmt: skip
+                        names=Names(vertices=asked.names.vertices))
         if not asked.names.vertices:
             raise Problem("no vertices are among the parameters; add those of a mesh")
         session = Session.prepare(context, asked)

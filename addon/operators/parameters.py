@@ -18,6 +18,7 @@ KINDS = (
     ("BASE_COLOR", "Base Colors of Selected", "The base colors of the selected objects' materials"),
     ("EMISSION", "Emission of Selected", "The emission colors of the selected objects' materials"),
     ("POWER", "Powers of Selected Lights", "The powers, or the strengths, of the selected lights"),
+    ("IMAGE", "Images of Selected", "The pixels of the images that the selected objects' materials show"),
     ("OBJECT", "Active Object", "All properties of the active object, its data, modifiers and shape keys"),
     ("BONES", "Active Bone and Below", "Rotations, and free locations, of the active bone and all bones below it"),
     ("MATERIAL", "Active Material", "All values of the nodes of the active object's material"),
@@ -75,6 +76,8 @@ def _add_kind(context: Any, kind: str) -> str:
         owners, what = setups.selected(context), "mesh"
     elif kind == "POWER":
         owners, what = setups.selected(context, "LIGHT"), "light"
+    elif kind == "IMAGE":
+        owners, what = setups.images_of(setups.materials_of(setups.selected(context))), "mesh with an image"
     else:
         owners, what = setups.materials_of(setups.selected(context)), "mesh with a material"
     if not owners:
@@ -115,8 +118,22 @@ class ParametersAdd(bpy.types.Operator):
         return {"FINISHED"}
 
 
+def add_of_button(scene: Any, owner: Any, path: str, index: int) -> Any:
+    """Add the row of the property that a button shows; the name of an image, as nodes show it, stands for its pixels.
+
+    Raises
+    ------
+    Problem
+        If it can't be fitted.
+    """
+    shown = owner if isinstance(owner, bpy.types.Image) else owner.path_resolve(path)
+    if isinstance(shown, bpy.types.Image):
+        return rows.add_kind(scene, "IMAGE", shown)
+    return add_row(scene, owner, path, index)
+
+
 class ParameterAdd(bpy.types.Operator):
-    """Add the property of this button to the list of what a fit changes"""
+    """Add the property of this button, or the pixels of its image, to the list of what a fit changes"""
 
     bl_idname = "edgegrad.parameter_add"
     bl_label = "Fit with Edgegrad"
@@ -128,7 +145,7 @@ class ParameterAdd(bpy.types.Operator):
         if found is None:
             return _common.refuse(self, Problem("there is no property under the mouse"))
         try:
-            add_row(context.scene, *found)
+            add_of_button(context.scene, *found)
         except _common.EXPECTED as error:
             return _common.refuse(self, error)
         return {"FINISHED"}

@@ -18,13 +18,17 @@ from .. import preflight, quality
 from .. import rows as parameter_rows
 from ..status import STATUS, redraw
 from ..targets import rows as target_rows
+from ..write_back.kept import TEXT
 from . import icons
 
 T = TypeVar("T")
 
 SECONDS = 0.5  # between two looks at the pictures
+NARROW = 300  # pixels at scale 1
 
 _kept: dict[Hashable, Any] = {}
+# Lines of parameters by the pointers of their rows.
+lines: dict[int, Line] = {}
 
 
 class _Seen:
@@ -33,17 +37,14 @@ class _Seen:
     Attributes
     ----------
     rows
-        Numbers of rows by the pointer of a scene's settings.
-    edits
-        Number of edits of rows.
+        Number of edits, of targets and of parameters, by the pointer of a scene's settings.
     pictures
         State of the pictures of all targets.
     drawn
         Whether the panel was drawn since the last look.
     """
 
-    rows: dict[int, tuple[int, int]] = {}  # noqa: RUF012
-    edits: int = 0
+    rows: dict[int, tuple[int, int, int]] = {}  # noqa: RUF012
     pictures: object = None
     drawn: bool = False
 
@@ -60,6 +61,7 @@ def _derived(key: Hashable, make: Callable[[], T]) -> T:
 def forget(*_: Any) -> None:
     """Derive everything anew."""
     _kept.clear()
+    lines.clear()
 
 
 @persistent
@@ -70,9 +72,9 @@ def _leave_file(*_: Any) -> None:
 
 def see_rows(settings: Any) -> None:
     """Forget what is kept if rows were added, removed or edited, of which Blender's handlers do not tell."""
-    rows, scene = (len(settings.targets), len(settings.parameters)), settings.as_pointer()
-    if _Seen.edits != STATUS.edits or _Seen.rows.get(scene) != rows:
-        _Seen.edits, _Seen.rows[scene] = STATUS.edits, rows
+    rows, scene = (STATUS.edits, len(settings.targets), len(settings.parameters)), settings.as_pointer()
+    if _Seen.rows.get(scene) != rows:
+        _Seen.rows[scene] = rows
         forget()
 
 
@@ -116,21 +118,40 @@ def unregister() -> None:
     forget()
 
 
-def obstacle(context: Any) -> preflight.Obstacle | None:
-    """Return what is in the way of a fit (`preflight.obstacle`)."""
+@dataclass(frozen=True)
+class Start:
+    """What the start of a fit needs.
+
+    Attributes
+    ----------
+    obstacle
+        What is in its way (`preflight.obstacle`).
+    quality
+        The quality in words.
+    label
+        Text of the button Fit, with the time of a fit if it is known.
+    kept
+        Whether the file has the result of a fit that could not be written.
+    """
+
+    obstacle: preflight.Obstacle | None
+    quality: str
+    label: str
+    kept: bool
+
+
+def start(context: Any) -> Start:
+    """Return what the start of a fit needs."""
     settings = context.scene.edgegrad
     see_rows(settings)
-    return _derived(("obstacle", settings.as_pointer()), lambda: preflight.obstacle(context))
+    # The end of a job may have changed what is kept in the file.
+    return _derived((settings.as_pointer(), STATUS.cost, STATUS.said), lambda: _start(context, settings))
 
 
-def fit_label(settings: Any) -> str:
-    """Return the text of the button Fit of a scene that `obstacle` has seen, with the time of a fit if it is known."""
-
-    def make() -> str:
-        known = quality.time_to_go(settings, STATUS.cost)
-        return f"Fit   ({known})" if known else "Fit"
-
-    return _derived(("fit", settings.as_pointer(), STATUS.cost), make)
+def _start(context: Any, settings: Any) -> Start:
+    known = quality.time_to_go(settings, STATUS.cost)
+    return Start(preflight.obstacle(context), f"Quality: {quality.QUALITIES[settings.quality].label}",
+                 f"Fit   ({known})" if known else "Fit", TEXT in bpy.data.texts)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -139,7 +160,9 @@ class Line:
 
     Attributes
     ----------
-    icon, words, value
+    icon
+        Number of its icon.
+    words, value
         Of the row and its value.
     enabled
         Whether the row is switched on.
@@ -147,7 +170,7 @@ class Line:
         Effect on the loss, relative to the largest; negative: not known.
     """
 
-    icon: str
+    icon: int
     words: str
     value: str
     enabled: bool
@@ -156,17 +179,18 @@ class Line:
 
 def parameter(row: Any) -> Line:
     """Return the line of a parameter, whose list `see_rows` has seen."""
-    _Seen.drawn = True
     key = row.as_pointer()
-    found: Line | None = _kept.get(key)
+    found = lines.get(key)
     if found is None:
-        found = _kept[key] = _line(row)
+        icon, _, _ = parameter_rows.title(row)
+        value = parameter_rows.value_text(row)
+        found = lines[key] = Line(icons.number(icon), row.name, value, row.enabled, row.sensitivity)
     return found
 
 
-def _line(row: Any) -> Line:
-    icon, owner, words = parameter_rows.title(row)
-    return Line(icon, f"{owner}: {words}", parameter_rows.value_text(row), row.enabled, row.sensitivity)
+def narrow_width(context: Any) -> float:
+    """Return the width of a sidebar, in pixels, below which values and the numbers of bars have no room."""
+    return _derived("narrow", lambda: NARROW * context.preferences.system.ui_scale)
 
 
 @dataclass(frozen=True)
@@ -175,10 +199,14 @@ class Picture:
 
     Attributes
     ----------
-    icon, words
-        Its state, and its name or what is wrong with it.
+    icon
+        Number of the icon of its state.
+    words
+        Its name, or what is wrong with it.
+    complete
+        Whether camera and picture are there, and the object of a silhouette.
     camera
-        Name of the camera; empty: it has none.
+        Name of the camera.
     thumbnail
         Number of its icon; 0: there is none.
     size
@@ -187,8 +215,9 @@ class Picture:
         How its size differs from that of renders; empty: it does not.
     """
 
-    icon: str
+    icon: int
     words: str
+    complete: bool
     camera: str
     thumbnail: int
     size: str
@@ -201,8 +230,9 @@ def picture(row: Any, scene: Any) -> Picture:
 
 
 def _picture(row: Any, scene: Any) -> Picture:
-    camera = "" if row.camera is None else row.camera.name
+    camera = "no camera" if row.camera is None else row.camera.name
     icon, words = target_rows.state(row, scene)
+    complete = row.camera is not None and not target_rows.problem_of(row) and not target_rows.lacks_object(row)
     size, rendered, shown, difference = target_rows.size_of(row), target_rows.render_size(scene), "", ""
     if size is not None:
         shown = f"{size[0]} × {size[1]}"
@@ -211,4 +241,5 @@ def _picture(row: Any, scene: Any) -> Picture:
         else:
             aspect = "" if target_rows.has_aspect(row, scene) else "Of another aspect: "
             difference = f"{aspect}{'r' if aspect else 'R'}enders are {rendered[0]} × {rendered[1]}"
-    return Picture(icon, words, camera, icons.thumbnail(row.image), shown, difference)
+    return Picture(icons.number(icon if complete else "ERROR"), words, complete, camera, icons.thumbnail(row.image),
+                   shown, difference)  # fmt: skip

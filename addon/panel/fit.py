@@ -9,7 +9,6 @@ import bpy
 from ..running.current import text_of
 from ..running.fit_job import FitJob, fit_text, trend
 from ..status import STATUS
-from ..write_back.kept import TEXT
 from . import derived, icons
 from .tab import Tab, editable
 from .words import wrapped
@@ -25,27 +24,25 @@ class FitPanel(Tab, bpy.types.Panel):
     bl_order = 2
 
     def draw(self, context: Any) -> None:
-        layout = self.begin()
-        job = STATUS.job
+        layout, job = self.layout, STATUS.job
         if isinstance(job, FitJob):
             _progress(context, layout, job)
             return
-        settings = context.scene.edgegrad
+        settings, known = context.scene.edgegrad, derived.start(context)
         column = editable(layout if job is None else layout.column())
-        column.prop(settings, "quality")
-        column.prop(settings, "iterations")
-        column.prop(settings, "use_frames")
+        # A plain property would have Python find the quality of the numbers at each draw.
+        column.prop_menu_enum(settings, "quality", text=known.quality)
         if settings.use_frames:
+            column.use_property_split, column.use_property_decorate = True, False
+            column.prop(settings, "use_frames")
             column.prop(settings, "first_frame")
             column.prop(settings, "last_frame")
             column.prop(settings, "frame_smoothness")
-        if job is None:
-            _start(context, layout, settings)
-        else:
+        if job is not None:
             _busy(layout, job)
-        if job is None and bpy.data.texts.get(TEXT) is not None:
-            layout.operator("edgegrad.write_kept_result", icon="FILE_TICK")
-        if STATUS.said and job is None:
+            return
+        _start(context, layout, known)
+        if STATUS.said:
             wrapped(context, layout, STATUS.said, "ERROR" if STATUS.failed else "INFO")
 
 
@@ -59,17 +56,21 @@ class FitDetailsPanel(Tab, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: Any) -> bool:
-        return STATUS.job is None and not context.scene.edgegrad.use_frames
+        return STATUS.job is None
 
     def draw(self, context: Any) -> None:
         layout, settings = self.begin(), context.scene.edgegrad
+        layout.prop(settings, "iterations")
+        if settings.use_frames:
+            return
+        layout.prop(settings, "use_frames")
         layout.prop(settings, "restarts")
         layout.prop(settings, "uncertainty")
 
 
-def _start(context: Any, layout: Any, settings: Any) -> None:
+def _start(context: Any, layout: Any, known: derived.Start) -> None:
     """Draw the button Fit, or what is in its way with the button that cures it."""
-    found = derived.obstacle(context)
+    found = known.obstacle
     if found is not None:
         wrapped(context, layout, found.sentence, "ERROR")
         if found.operator:
@@ -80,7 +81,9 @@ def _start(context: Any, layout: Any, settings: Any) -> None:
     column.scale_y = 1.5
     if found is not None:
         column.enabled = False
-    column.operator("edgegrad.fit", text=derived.fit_label(settings), icon="PLAY")
+    column.operator("edgegrad.fit", text=known.label, icon_value=icons.PLAY)
+    if known.kept:
+        layout.operator("edgegrad.write_kept_result", icon="FILE_TICK")
 
 
 def _busy(layout: Any, job: Any) -> None:
@@ -109,7 +112,6 @@ def _progress(context: Any, layout: Any, job: FitJob) -> None:
     if len(job.losses) > 1:
         layout.template_icon(icon_value=icons.loss_curve(job.losses), scale=CURVE_SCALE)
     row = layout.row(align=True)
-    row.use_property_split = False
     row.prop(context.scene.edgegrad, "show_shapes")
     row.operator("edgegrad.show_difference", text="", icon="IMAGE_DATA")
 

@@ -1,7 +1,8 @@
-"""Pictures in the panel: thumbnails of targets, and the curve of the loss."""
+"""Icons and pictures in the panel: thumbnails of targets, and the curve of the loss."""
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import bpy
@@ -30,6 +31,19 @@ def unregister() -> None:
     if _Held.pictures is not None:
         bpy.utils.previews.remove(_Held.pictures)
     _Held.pictures = None
+
+
+@functools.cache
+def number(name: str) -> int:
+    """Return the number of one of Blender's icons.
+
+    For a button, Blender searches a name among all icons, which takes longer than the rest of a label.
+    """
+    known = bpy.types.UILayout.bl_rna.functions["label"].parameters["icon"].enum_items
+    return int(known[name].value)
+
+
+ADD, REMOVE, MORE, PLAY = map(number, ("ADD", "REMOVE", "DOWNARROW_HLT", "PLAY"))
 
 
 def thumbnail(path: str) -> int:

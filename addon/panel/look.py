@@ -15,7 +15,8 @@ from .words import wrapped
 # Settings that other panels show.
 DRAWN = ("targets", "active_target", "parameters", "active_parameter", "quality", "iterations", "look_samples",
          "direction", "term", "smoothness", "write_to", "show_shapes", "field_resolution", "field_start",
-         "field_values", "restarts", "uncertainty")  # fmt: skip
+         "field_values", "restarts", "uncertainty", "use_frames", "first_frame", "last_frame",
+         "frame_smoothness")  # fmt: skip
 
 
 class LookPanel(Tab, bpy.types.Panel):

@@ -8,10 +8,10 @@ import bpy
 
 from .. import setups
 from ..animated.stored import PROPERTY
-from . import derived
+from . import derived, icons
 from .tab import Tab, editable
 
-NARROW = 300  # width of a sidebar, pixels at scale 1
+ROWS = 4  # of the list, unless it is dragged longer
 
 
 class _Sidebar:
@@ -27,31 +27,29 @@ class ParameterList(bpy.types.UIList):
 
     def draw_item(self, context: Any, layout: Any, data: Any, item: Any, icon: int, active_data: Any,
                   active_property: str) -> None:  # fmt: skip
-        line, narrow = derived.parameter(item), _Sidebar.narrow
+        line, narrow = derived.lines.get(item.as_pointer()) or derived.parameter(item), _Sidebar.narrow
         if not line.enabled:
             layout.active = False
         layout.prop(item, "enabled", text="")
         if narrow and line.effect < 0.0:
-            layout.label(text=line.words, icon=line.icon)
+            layout.label(text=line.words, icon_value=line.icon)
             return
         split = layout.split(factor=0.86 if narrow else 0.76, align=True)
-        split.label(text=line.words, icon=line.icon)
+        split.label(text=line.words, icon_value=line.icon)
         if line.effect >= 0.0:
             split.progress(factor=line.effect, type="BAR", text="" if narrow else f"{line.effect:.0%}")
         else:
             split.label(text=line.value)
 
-    def draw_filter(self, context: Any, layout: Any) -> None:
-        """Draw no more than Blender's own filter by name."""
-        layout.row().prop(self, "filter_name", text="")
+    if bpy.app.version < (5, 2, 0):  # whose own filter does not read names that are made when they are asked for
 
-    def filter_items(self, context: Any, data: Any, propname: str) -> tuple[list[int], list[int]]:
-        """Filter by what the lines show, since the rows have no names."""
-        wanted = self.filter_name.lower()
-        if not wanted:
-            return [], []
-        return [self.bitflag_filter_item if wanted in derived.parameter(item).words.lower() else 0
-                for item in getattr(data, propname)], []  # fmt: skip
+        def filter_items(self, context: Any, data: Any, propname: str) -> tuple[list[int], list[int]]:
+            """Filter by what the lines show."""
+            wanted = self.filter_name.lower()
+            if not wanted:
+                return [], []
+            shown = self.bitflag_filter_item
+            return [shown if wanted in row.name.lower() else 0 for row in getattr(data, propname)], []
 
 
 class SetUpMenu(bpy.types.Menu):
@@ -72,30 +70,24 @@ class ParametersPanel(Tab, bpy.types.Panel):
     bl_label = "Parameters"
     bl_order = 1
 
-    def draw_header_preset(self, context: Any) -> None:
-        """Offer the set-ups in the header, once the list has rows."""
-        if context.scene.edgegrad.parameters:
-            layout = self.layout
-            layout.emboss = "NONE"
-            layout.menu("EDGEGRAD_MT_set_up", text="", icon="PRESET")
-
     def draw(self, context: Any) -> None:
-        layout = editable(self.begin())
-        settings = context.scene.edgegrad
-        if not settings.parameters:
+        layout, settings = editable(self.layout), context.scene.edgegrad
+        parameters = settings.parameters
+        if not parameters:
             column = layout.column(align=True)
             for name, one in setups.SETUPS.items():
                 column.operator("edgegrad.set_up", text=one.label, icon=one.icon).task = name
             layout.operator_menu_enum("edgegrad.parameters_add", "of", text="Add from Selection", icon="ADD")
             return
         derived.see_rows(settings)
-        _Sidebar.narrow = context.region.width < NARROW * context.preferences.system.ui_scale
+        _Sidebar.narrow = context.region.width < derived.narrow_width(context)
         row = layout.row()
-        row.use_property_split = False
-        row.template_list("EDGEGRAD_UL_parameters", "", settings, "parameters", settings, "active_parameter", rows=4)
+        row.template_list("EDGEGRAD_UL_parameters", "", settings, "parameters", settings, "active_parameter",
+                          rows=ROWS, maxrows=ROWS)  # fmt: skip
         column = row.column(align=True)
         column.operator_menu_enum("edgegrad.parameters_add", "of", text="", icon="ADD")
-        column.operator("edgegrad.parameter_remove", text="", icon="REMOVE")
+        column.operator("edgegrad.parameter_remove", text="", icon_value=icons.REMOVE)
+        column.menu("EDGEGRAD_MT_set_up", text="", icon_value=icons.MORE)
 
 
 class ParameterDetailsPanel(Tab, bpy.types.Panel):

@@ -8,7 +8,7 @@ import bpy
 
 from ..operators.targets import FILTER, DropTargets
 from ..targets.draw import draw_details, draw_target
-from . import derived
+from . import derived, icons
 from .tab import Tab, editable
 from .words import wrapped
 
@@ -23,16 +23,13 @@ class TargetList(bpy.types.UIList):
         found, weight = derived.picture(item, context.scene), item.weight
         row = layout.row(align=True)
         split = row.split(factor=0.5, align=True)
-        if found.camera:
-            split.label(text=found.camera)
-        else:
-            split.label(text="no camera", icon="ERROR")
+        split.label(text=found.camera)
         split.label(text=found.words, icon_value=found.thumbnail)
         if item.mask:
-            row.label(text="", icon="MOD_MASK")
+            row.label(icon="MOD_MASK")
         if weight != 1.0:
             row.label(text=f"× {weight:.2g}")
-        row.label(text="", icon=found.icon)
+        row.label(icon_value=found.icon)
 
 
 class CamerasMenu(bpy.types.Menu):
@@ -54,9 +51,10 @@ class TargetsPanel(Tab, bpy.types.Panel):
     bl_order = 0
 
     def draw(self, context: Any) -> None:
-        layout = editable(self.begin())
-        settings = context.scene.edgegrad
-        if not settings.targets:
+        layout, scene = editable(self.layout), context.scene
+        settings = scene.edgegrad
+        targets = settings.targets
+        if not targets:
             wrapped(context, layout, "Drop here the picture that the active camera should see, or open it. Then choose "
                     "below what may change, and press Fit.", "INFO")  # fmt: skip
             column = layout.column()
@@ -65,21 +63,18 @@ class TargetsPanel(Tab, bpy.types.Panel):
             column.operator("edgegrad.cameras_import", icon="CAMERA_DATA")
             return
         derived.see_rows(settings)
-        targets = settings.targets
         several = len(targets) > 1
+        target = targets[min(settings.active_target, len(targets) - 1) if several else 0]
+        found = derived.picture(target, scene)
+        row = layout.row(align=True)
         if several:
-            row = layout.row()
             row.template_list("EDGEGRAD_UL_targets", "", settings, "targets", settings, "active_target", rows=4)
             _list_buttons(row.column(align=True))
-        target = targets[min(settings.active_target, len(targets) - 1)]
-        layout.prop(target, "camera")
-        layout.prop(target, "image")
-        draw_target(layout, target)
-        found = derived.picture(target, context.scene)
-        row = layout.row(align=True)
-        row.label(text=found.size or found.words, icon=found.icon)
-        if not several:  # its fields say all that a line of a list would
+        else:
+            row.label(text=f"{found.camera}: {found.words}", icon_value=found.thumbnail or found.icon)
             _list_buttons(row)
+        if not found.complete:
+            draw_target(editable(self.begin()), target)
         if found.difference:
             column = layout.column(align=True)
             wrapped(context, column, found.difference)
@@ -87,13 +82,13 @@ class TargetsPanel(Tab, bpy.types.Panel):
 
 
 def _list_buttons(layout: Any) -> None:
-    layout.operator("edgegrad.target_add", text="", icon="ADD")
-    layout.operator("edgegrad.target_remove", text="", icon="REMOVE")
-    layout.menu("EDGEGRAD_MT_cameras", text="", icon="DOWNARROW_HLT")
+    layout.operator("edgegrad.target_add", text="", icon_value=icons.ADD)
+    layout.operator("edgegrad.target_remove", text="", icon_value=icons.REMOVE)
+    layout.menu("EDGEGRAD_MT_cameras", text="", icon_value=icons.MORE)
 
 
 class TargetDetailsPanel(Tab, bpy.types.Panel):
-    """Panel with the settings of the active target that are rarely touched."""
+    """Panel with the settings of the active target."""
 
     bl_idname = "EDGEGRAD_PT_target_details"
     bl_label = "Details"
@@ -106,8 +101,14 @@ class TargetDetailsPanel(Tab, bpy.types.Panel):
         return settings.active_target < len(settings.targets)
 
     def draw(self, context: Any) -> None:
-        settings = context.scene.edgegrad
-        draw_details(editable(self.begin()), settings.targets[settings.active_target])
+        settings, layout = context.scene.edgegrad, editable(self.begin())
+        target = settings.targets[settings.active_target]
+        found = derived.picture(target, context.scene)
+        if found.complete:  # else its fields are above
+            draw_target(layout, target)
+        if found.size:
+            layout.label(text=found.size, icon_value=found.icon)
+        draw_details(layout, target)
 
 
 class DroppedPictures(bpy.types.FileHandler):

@@ -5,11 +5,13 @@ from typing import Any
 
 import bpy
 
-from ..export.geometry.visibility import RAYS
+from ..export.geometry.visibility import RAYS, terminator_offsets
 
 ENGINE = "EDGEGRAD"
 # Most samples of the engine (`edgegrad.render`).
 MOST_SAMPLES = 1 << 24
+# Types of objects whose surfaces may have smooth normals.
+SHAPES = ("MESH", "CURVE", "SURFACE", "FONT", "META")
 
 
 class RenderEngineSettings(bpy.types.PropertyGroup):
@@ -110,8 +112,26 @@ class RayVisibilityPanel(EnginePanel, bpy.types.Panel):
         for name in RAYS:
             column.prop(ob, f"visible_{name}")
         layout.prop(ob, "is_holdout")
-        if hasattr(ob, "shadow_terminator_geometry_offset"):
-            layout.prop(ob, "shadow_terminator_geometry_offset")
+
+class ShadowTerminatorPanel(EnginePanel, bpy.types.Panel):
+    """Offsets of an object's shadow terminator, in the properties of the object."""
+
+    bl_idname = "EDGEGRAD_PT_shadow_terminator"
+    bl_label = "Shadow Terminator Offset"
+    bl_context = "object"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        ob = context.object
+        return super().poll(context) and ob is not None and ob.type in SHAPES and bool(terminator_offsets(ob))
+
+    def draw(self, context: Any) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        for (holder, name), text in zip(terminator_offsets(context.object), ("Geometry", "Shading"), strict=True):
+            layout.prop(holder, name, text=text)
 
 
-CLASSES: tuple[Any, ...] = (RenderEngineSettings, SamplingPanel, FilmPanel, PassesPanel, RayVisibilityPanel)
+CLASSES: tuple[Any, ...] = (RenderEngineSettings, SamplingPanel, FilmPanel, PassesPanel, RayVisibilityPanel,
+                            ShadowTerminatorPanel)  # fmt: skip

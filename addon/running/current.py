@@ -49,11 +49,12 @@ def poll(context: Any) -> bool:
     job = STATUS.job
     if job is None:
         return True
-    problem = None if _HELD.guard is None or job.ending is not None else _HELD.guard.problem()
+    running = job.running  # what changes after its end is seen, too, before the result is written
+    problem = None if _HELD.guard is None or job.ending == RESTORE else _HELD.guard.problem(last=not running)
     if problem is not None:
         job.end(RESTORE, problem)
     job.serve()
-    if not job.running:
+    if not running:
         return True
     if time.monotonic() < _HELD.due:
         return False

@@ -16,6 +16,7 @@ from edgegrad.fitting.checkpoints.checkpoint_file import CheckpointError
 from edgegrad.images.code_values import write_codes
 
 from ..session import Session
+from ..write_back.destinations import PixelsOf
 from .job import Job
 
 # Iterations at each end of the recent losses whose means give the trend.
@@ -39,6 +40,8 @@ class FitJob(Job):
         Of all iterations so far.
     file
         File to which the picture of the difference is written now and then.
+    textures
+        Files to which the pixels of fitted images are written then, by the names of the images that show them.
     checkpoint
         File that keeps the state until the fit ends; None: none does. If it is there, and of the same fit, the fit goes
         on from it.
@@ -48,6 +51,10 @@ class FitJob(Job):
         super().__init__("Fit", self._fit)
         self.file, self.checkpoint = file, checkpoint
         self.session = session
+        places = {path: place for path, place in session.destinations.items() if isinstance(place, PixelsOf)}
+        self._pixels = {path: (f"Edgegrad {place.image.name}", place.codes) for path, place in places.items()}
+        self.textures = {name: file.with_name(f"Edgegrad Pixels {k}.png")
+                         for k, (name, _) in enumerate(self._pixels.values())}  # fmt: skip
         self.step: edgegrad.FitStep | None = None
         self.losses: list[float] = []
         self.began = 0  # iterations before this run
@@ -113,7 +120,7 @@ class FitJob(Job):
         return self._drawn != told
 
     def draw(self) -> None:
-        """Write a false-color picture of render minus target, for the last target that was rendered."""
+        """Write a false-color picture of render minus target, for the last target that was rendered, and pixels."""
         began, step = time.monotonic(), self.step
         if step is None:
             return
@@ -122,6 +129,10 @@ class FitJob(Job):
         with contextlib.suppress(OSError):
             if target.shape == step.picture.shape:
                 write_codes(self.file, images.derivative_image(step.picture - target))
+            for path, (name, codes) in self._pixels.items():
+                pixels = np.clip(step.values[path], 0.0, 1.0)
+                shown = pixels if codes else images.linear_to_srgb(pixels)
+                write_codes(self.textures[name], (255.0 * shown + 0.5).astype(np.uint8))
         self._drawn = step.iteration
         ended = time.monotonic()
         self._due = ended + max(NEWS_SECONDS, SHARE * (ended - began))

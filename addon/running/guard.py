@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import time
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -13,6 +15,8 @@ from ..export.geometry.mesh import positions
 from ..session import Session
 
 MODES = {"EDIT": "Edit Mode", "SCULPT": "Sculpt Mode"}
+# How much longer than a look at an image's pixels two looks must be apart.
+SHARE = 50.0
 
 
 class Guard:
@@ -29,6 +33,8 @@ class Guard:
         self._places: list[tuple[str, Any]] = []
         self._meshes: list[tuple[str, Any]] = []
         self._values: list[tuple[str, Callable[[], Any], Any]] = []
+        self._images: dict[str, tuple[tuple[str, ...], bytes]] = {}
+        self._due = 0.0  # when pixels are looked at again
         request = session.request
         as_field = [] if request.field is None else [request.field.object]
         shaped = list(dict.fromkeys((*request.names.vertices, *as_field)))
@@ -45,12 +51,19 @@ class Guard:
         for fieldname, names in (("base_color", request.names.base_color), ("emission_color", request.names.emission)):
             for name in dict.fromkeys(names):
                 self._material(session.export.materials[name], fieldname)
+        for name in dict.fromkeys(request.names.image):
+            image = bpy.data.images[name]
+            self._names.append(("images", name, image.session_uid))
+            self._images[name] = _settings_of(image), _digest(image)
         for one in () if session.driver is None else session.driver.parameters:
             self._value(f"property '{one.path}'", one.read)
         self._driven = session.driver is not None
 
-    def problem(self) -> str | None:
-        """Return what has changed, in words; None: nothing that matters."""
+    def problem(self, last: bool = False) -> str | None:
+        """Return what has changed, in words; None: nothing that matters.
+
+        Pixels of images are looked at now and then, since it takes long, and if this is the `last` call of a fit.
+        """
         if bpy.data.scenes.get(self._scene_name) != self._scene:
             return f"scene '{self._scene_name}' was deleted or renamed"
         for collection, name, uid in self._names:
@@ -65,6 +78,9 @@ class Guard:
             now = positions(self._scene.objects[name].data)
             if now.shape != before.shape or not np.array_equal(now, before, equal_nan=True):
                 return f"the mesh of object '{name}' was edited"
+        found = self._repainted(last)
+        if found is not None:
+            return found
         if self._scene.frame_current != self._frame:
             # Animated things are elsewhere in this frame. Only properties are evaluated while the fit runs.
             return "the frame was changed" if self._driven else None
@@ -80,6 +96,19 @@ class Guard:
                 return f"{label} was changed"
         return None
 
+    def _repainted(self, last: bool) -> str | None:
+        began = time.monotonic()
+        looks = last or began >= self._due
+        for name, (settings, digest) in self._images.items():
+            image = bpy.data.images[name]
+            if _settings_of(image) != settings or (looks and _digest(image) != digest):
+                return f"image '{name}' was changed"
+        if not looks:
+            return None
+        ended = time.monotonic()
+        self._due = ended + SHARE * (ended - began)
+        return None
+
     def _value(self, label: str, read: Callable[[], Any]) -> None:
         self._values.append((label, read, np.array(read())))
 
@@ -93,6 +122,17 @@ class Guard:
             self._value(f"material '{material.name}'", lambda: material.diffuse_color[:])
         else:
             self._value(f"material '{material.name}'", lambda: socket.find(material).default_value[:])
+
+
+def _settings_of(image: Any) -> tuple[str, ...]:
+    """What the colors of an image depend on but its pixels."""
+    return (image.source, image.alpha_mode, image.colorspace_settings.name, *map(str, image.size))
+
+
+def _digest(image: Any) -> bytes:
+    pixels = np.empty(image.size[0] * image.size[1] * image.channels, np.float32)
+    image.pixels.foreach_get(pixels)
+    return hashlib.blake2b(pixels.data, digest_size=16).digest()
 
 
 def _placed(ob: Any) -> tuple[Any, ...]:

@@ -9,7 +9,9 @@ from .frames import is_movie
 
 
 def draw_target(layout: Any, item: Any) -> None:
-    """Draw what a target is, but for its camera and file; a silhouette needs its object or its collection."""
+    """Draw what a target is; a silhouette needs its object or its collection."""
+    layout.prop(item, "camera")
+    layout.prop(item, "image")
     layout.prop(item, "kind")
     if item.kind == "SILHOUETTE":
         layout.prop(item, "silhouette_object")

@@ -106,6 +106,11 @@ def problem_of(row: Any) -> str:
     return "" if is_movie(found[0]) or _size_of(*found) else f"{_name(row)} can't be read"
 
 
+def lacks_object(row: Any) -> bool:
+    """Whether a row is a silhouette of nothing."""
+    return row.kind == "SILHOUETTE" and row.silhouette_object is None and row.silhouette_collection is None
+
+
 def has_aspect(row: Any, scene: Any) -> bool:
     """Whether the picture of a row, as far as its size is known, has the aspect of renders."""
     size = size_of(row)

@@ -12,6 +12,7 @@ from edgegrad.images import linear_to_srgb
 
 from ..export.nodes.images import holds_codes, name_of_codes
 from ..problem import Problem
+from . import image_undo
 
 F64 = NDArray[np.float64]
 
@@ -69,6 +70,8 @@ def write_pixels(image: Any, pixels: F64, codes: bool) -> None:
         raise Problem(f"image '{image.name_full}': has another size than when the fit began; undo that change")
     stored = np.ones((height, width, image.channels), np.float32)
     stored[..., :3] = linear_to_srgb(pixels) if not codes and holds_codes(image) else pixels
+    image_undo.remember(image)
     image.pixels.foreach_set(np.ascontiguousarray(stored[::-1]).ravel())
     image.update()
     image.pack()
+    image_undo.remember(image)

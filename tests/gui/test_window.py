@@ -90,6 +90,17 @@ def test_derivatives_are_shown(run: Any) -> None:
     assert "Traceback" not in log
 
 
+def test_pixels_of_images_are_fitted(run: Any) -> None:
+    found, log = run("textures")
+    assert found["rows"] == ["Skin: Pixels"] and found["shown"] and "Traceback" not in log
+    assert found["escape"] == {"said": "Fit ended; nothing was changed", "same": True}
+    assert "since image 'Skin' was changed" in found["painted"]["said"] and found["painted"]["kept"]
+    for name in ("of a file", "of memory"):
+        one = found[name]
+        assert "Loss" in one["said"] and not one["failed"] and one["packed"], found
+        assert one["changed"] and one["undone"] and one["redone"], found
+
+
 def test_a_fit_as_field_writes_a_mesh(run: Any) -> None:
     found = run("fields")[0]
     assert "Loss" in found["fit"]["said"] and not found["fit"]["failed"], found

@@ -48,10 +48,17 @@ def pixels(name: str) -> Any:
     return np.array(image.pixels[:]).reshape(image.size[1], image.size[0], 4)[::-1, :, :3]
 
 
-@pytest.mark.parametrize("kind", ["VERTICES", "BASE_COLOR", "POWER", "PROPERTY"])
+@pytest.mark.parametrize("kind", ["VERTICES", "BASE_COLOR", "POWER", "IMAGE", "PROPERTY"])
 def test_a_gradient_agrees_with_differences(kind: str, scene: Any) -> None:
     owner = {"BASE_COLOR": bpy.data.materials["Clay"], "POWER": bpy.data.objects["Sun"]}.get(
         kind, bpy.data.objects["Cube"])  # fmt: skip
+    if kind == "IMAGE":
+        owner = bpy.data.images.new("Skin", 8, 8, alpha=False)
+        owner.pixels.foreach_set(np.tile(np.array((0.4, 0.4, 0.4, 1.0), np.float32), 64))
+        tree = bpy.data.materials["Clay"].node_tree
+        node = tree.nodes.new("ShaderNodeTexImage")
+        node.image = owner
+        tree.links.new(node.outputs["Color"], bs.shader(bpy.data.materials["Clay"]).inputs["Color"])
     row = add_row(scene, owner, "location", 0) if kind == "PROPERTY" else rows.add_kind(scene, kind, owner)
     active(scene, row)
     assert bpy.ops.edgegrad.check(samples=16) == {"FINISHED"}

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 from edgegrad import images
 from edgegrad_addon.animated.parameter import Wanted
 from edgegrad_addon.parameters import Names
+from edgegrad_addon.running import guard as guard_module
 from edgegrad_addon.running.guard import Guard
 from edgegrad_addon.session import Picture, Request, Session
 from tests.support.scenes import blender_scenes as bs
@@ -98,3 +100,47 @@ def test_properties_are_watched_at_their_frame(start: Callable[..., Guard]) -> N
     assert guard.problem() is None
     bpy.context.scene.frame_set(7)
     assert guard.problem() == "the frame was changed"
+
+
+def _image() -> Any:
+    """Put an image on the cube."""
+    image = bpy.data.images.new("Skin", 4, 4, alpha=False)
+    tree = bpy.data.materials["Clay"].node_tree
+    node = tree.nodes.new("ShaderNodeTexImage")
+    node.image = image
+    tree.links.new(node.outputs["Color"], socket())
+    return image
+
+
+@pytest.mark.parametrize(("act", "sentence"), [
+    (lambda image: image.pixels.foreach_set(np.full(64, 0.25, np.float32)), "image 'Skin' was changed"),
+    (lambda image: image.scale(2, 2), "image 'Skin' was changed"),
+    (lambda image: setattr(image.colorspace_settings, "name", "Non-Color"), "image 'Skin' was changed"),
+    (lambda image: setattr(image, "name", "Hide"), "image 'Skin' was renamed to 'Hide'"),
+    (lambda image: bpy.data.images.remove(image), "image 'Skin' was deleted"),
+])  # fmt: skip
+def test_changes_of_an_image_are_found(act: Callable[[Any], Any], sentence: str, start: Callable[..., Guard]) -> None:
+    image = _image()
+    guard = start(Names(image=("Skin",)))
+    assert guard.problem(last=True) is None
+    bpy.context.scene.frame_set(7)  # pixels are the same in all frames
+    act(image)
+    assert guard.problem(last=True) == sentence
+
+
+def test_pixels_are_looked_at_now_and_then(start: Callable[..., Guard], monkeypatch: pytest.MonkeyPatch) -> None:
+    _image()
+    guard = start(Names(image=("Skin",)))
+    clock, looks, plain = [100.0], list[str](), guard_module._digest
+
+    def look(image: Any) -> bytes:
+        looks.append(image.name)
+        clock[0] += 0.01
+        return plain(image)
+
+    monkeypatch.setattr(guard_module, "_digest", look)
+    monkeypatch.setattr(guard_module, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    for seconds, count in ((0.0, 1), (0.3, 1), (0.3, 2)):
+        clock[0] += seconds
+        assert guard.problem() is None and len(looks) == count
+    assert guard.problem(last=True) is None and len(looks) == 3

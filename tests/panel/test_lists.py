@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,9 @@ import edgegrad_addon
 from edgegrad import images
 from edgegrad_addon import preflight, rows, setups
 from edgegrad_addon.animated.stored import add_row, stored_wanted
-from edgegrad_addon.panel import derived
+from edgegrad_addon.operators.parameters import add_of_button
+from edgegrad_addon.panel import derived, icons
+from edgegrad_addon.panel.parameters import ParameterList
 from edgegrad_addon.problem import Problem
 from edgegrad_addon.properties import request
 from edgegrad_addon.targets import rows as target_rows
@@ -148,12 +151,14 @@ def test_each_obstacle_has_its_cure(scene: Any, picture: str) -> None:
 def test_rows_of_all_kinds_are_one_list(scene: Any) -> None:
     cube, lamp = bpy.data.objects["Cube"], bpy.data.objects["Lamp"]
     select("Cube", "Lamp")
+    bpy.data.materials["Clay"].node_tree.nodes.new("ShaderNodeTexImage").image = bpy.data.images.new("Skin", 4, 4)
     for kind in rows.KINDS:
         bpy.ops.edgegrad.parameters_add(of=kind)
         bpy.ops.edgegrad.parameters_add(of=kind)  # no second row
     add_row(scene, cube, "location", 2)
     assert [rows.title(row)[1:] for row in scene.edgegrad.parameters] == [
-        ("Cube", "Vertices"), ("Clay", "Base Color"), ("Clay", "Emission"), ("Lamp", "Power"), ("Cube", "Location Z")]
+        ("Cube", "Vertices"), ("Clay", "Base Color"), ("Clay", "Emission"), ("Lamp", "Power"), ("Skin", "Pixels"),
+        ("Cube", "Location Z")]  # fmt: skip
     found = request(bpy.context)
     assert found.names.vertices == ("Cube",) and found.names.base_color == found.names.emission == ("Clay",)
     assert found.names.power == ("Lamp",) and [one.path for one in found.animated] == ['objects["Cube"].location[2]']
@@ -227,7 +232,7 @@ def test_what_the_panel_shows_follows_edits(scene: Any, picture: str) -> None:
     target = scene.edgegrad.targets.add()
     target.camera, target.image = scene.camera, picture
     bpy.context.view_layer.update()
-    assert derived.parameter(row).words == "Lamp: Power" and derived.obstacle(bpy.context) is None
+    assert derived.parameter(row).words == "Lamp: Power" and derived.start(bpy.context).obstacle is None
     lamp.data.energy = 7.5
     bpy.context.view_layer.update()
     assert derived.parameter(row).value == "7.5"
@@ -235,23 +240,23 @@ def test_what_the_panel_shows_follows_edits(scene: Any, picture: str) -> None:
     bpy.context.view_layer.update()
     assert derived.parameter(row).words == "Key: Power"
     row.enabled, row.sensitivity = False, 0.25
-    found = derived.obstacle(bpy.context)
+    found = derived.start(bpy.context).obstacle
     assert found is not None and found.sentence == "Every parameter is switched off"
-    assert derived.parameter(row) == derived.Line("LIGHT", "Key: Power", "7.5", False, 0.25)
+    assert derived.parameter(row) == derived.Line(icons.number("LIGHT"), "Key: Power", "7.5", False, 0.25)
     row.enabled = True
     target.camera = None
-    found = derived.obstacle(bpy.context)
-    assert found is not None and "has no camera" in found.sentence and not derived.picture(target, scene).camera
+    found = derived.start(bpy.context).obstacle
+    assert found is not None and "has no camera" in found.sentence and not derived.picture(target, scene).complete
     target.camera = scene.camera
     scene.render.resolution_x = 99
     bpy.context.view_layer.update()
-    found = derived.obstacle(bpy.context)
+    found = derived.start(bpy.context).obstacle
     assert found is not None and found.operator == "edgegrad.match_render"
     assert derived.picture(target, scene).difference == "Of another aspect: renders are 99 × 10"
     assert derived.picture(target, scene).size == "20 × 10"
     assert derived.picture(target, scene).camera == scene.camera.name
     scene.edgegrad.targets.clear()
-    found = derived.obstacle(bpy.context)
+    found = derived.start(bpy.context).obstacle
     assert found is not None and found.sentence == "There is no target"
 
 
@@ -259,8 +264,7 @@ def test_the_time_of_a_fit_follows_its_numbers(scene: Any, picture: str, monkeyp
     settings = scene.edgegrad
 
     def label() -> str:
-        derived.obstacle(bpy.context)
-        return derived.fit_label(settings)
+        return derived.start(bpy.context).label
 
     scene.edgegrad.targets.add().image = picture
     bpy.context.view_layer.update()
@@ -286,7 +290,7 @@ def test_the_end_of_a_fit_is_not_shown_in_another_file(tmp_path: Path) -> None:
     bpy.ops.wm.save_as_mainfile(filepath=file)
     assert derived.STATUS.said == "Loss 1 → 0.5 in 2 s"
     bpy.ops.wm.open_mainfile(filepath=file)
-    assert derived.STATUS.said == "" and derived.fit_label(bpy.context.scene.edgegrad) == "Fit"
+    assert derived.STATUS.said == "" and derived.start(bpy.context).label == "Fit"
 
 
 def test_removed_rows_leave_their_place_to_others(scene: Any) -> None:
@@ -323,16 +327,51 @@ def test_what_the_panel_shows_is_derived_once(scene: Any, monkeypatch: Any) -> N
     asked: list[None] = []
     plain = preflight.obstacle
     monkeypatch.setattr(preflight, "obstacle", lambda context: (asked.append(None), plain(context))[1])
-    derived.obstacle(bpy.context)
+    derived.start(bpy.context)
     derived.see_pictures()
     asked.clear()
-    derived.obstacle(bpy.context)
+    derived.start(bpy.context)
     for _ in range(5):
         derived.see_pictures()
-        derived.obstacle(bpy.context)
+        derived.start(bpy.context)
     assert len(asked) == 1
     # What was not drawn between two looks is derived anew.
     derived.see_pictures()
     derived.see_pictures()
-    derived.obstacle(bpy.context)
+    derived.start(bpy.context)
     assert len(asked) == 2
+
+
+def test_rows_have_the_names_that_blender_filters_by(scene: Any) -> None:
+    row, lamp = rows.add_kind(scene, "POWER", bpy.data.objects["Lamp"]), bpy.data.objects["Lamp"]
+    add_row(scene, lamp, "location", 1)
+    parameters = scene.edgegrad.parameters
+    assert [one.name for one in parameters] == ["Lamp: Power", "Lamp: Location Y"]
+    lamp.name = "Key"
+    assert [one.name for one in parameters] == ["Key: Power", "Key: Location Y"]
+    if bpy.app.version < (5, 2, 0):
+        asked = SimpleNamespace(filter_name="LOCATION", bitflag_filter_item=1)
+        assert ParameterList.filter_items(asked, bpy.context, scene.edgegrad, "parameters") == ([0, 1], [])
+    else:  # the search of collections and the filter of lists read the same name
+        assert parameters.find("Key: Power") == 0 and parameters.find("Key: Location Y") == 1
+    row.owner = None
+    assert row.name == "(removed): Power"
+
+
+def test_images_of_what_is_selected_become_parameters(scene: Any) -> None:
+    """Also those in groups of nodes; the button of an image's name stands for its pixels."""
+    found = [bpy.data.images.new(name, 4, 2) for name in ("Skin", "Inner", "Grey")]
+    group = bpy.data.node_groups.new("Group", "ShaderNodeTree")
+    group.nodes.new("ShaderNodeTexImage").image = found[1]
+    tree = bpy.data.materials["Clay"].node_tree
+    tree.nodes.new("ShaderNodeTexImage").image = found[0]
+    tree.nodes.new("ShaderNodeGroup").node_tree = group
+    bpy.context.view_layer.objects.active = bpy.data.objects["Cube"]
+    bpy.ops.edgegrad.parameters_add(of="IMAGE")
+    parameters = scene.edgegrad.parameters
+    assert [row.name for row in parameters] == ["Skin: Pixels", "Inner: Pixels"]
+    assert derived.parameter(parameters[0]).value == "4 × 2"
+    assert request(bpy.context).names.image == ("Skin", "Inner")
+    add_of_button(scene, found[2], "name", -1)
+    add_of_button(scene, bpy.data.materials["Clay"], 'node_tree.nodes["Image Texture"].image', -1)
+    assert [row.name for row in parameters] == ["Skin: Pixels", "Inner: Pixels", "Grey: Pixels"]

@@ -17,7 +17,9 @@ from edgegrad import images
 from edgegrad_addon.parameters import Names
 from edgegrad_addon.problem import Problem
 from edgegrad_addon.session import Picture, Request, Session
+from edgegrad_addon.write_back import image_undo
 from edgegrad_addon.write_back.destinations import StoredEntry
+from edgegrad_addon.write_back.image_pixels import write_pixels
 from tests.support.scenes import blender_scenes as bs
 
 SIDE = 4
@@ -67,6 +69,24 @@ def test_pixels_that_are_kept_are_written_later() -> None:
     wanted = np.random.default_rng(5).integers(0, 256, (SIDE, SIDE, 3)) / 255.0
     StoredEntry({"image": "Poster", "codes": True, "pixels": wanted.tolist()}).write()
     assert np.abs(stored(image)[::-1, :, :3] - wanted).max() < 1e-6
+
+
+@pytest.mark.parametrize("saved", [True, False])
+def test_an_undo_brings_pixels_back(saved: bool) -> None:
+    """Those of the packed file, or those that no file has."""
+    _, image = poster(False)
+    packed = stored(image)
+    before = packed if saved else np.roll(packed, 1, axis=0)
+    if not saved:
+        image.pixels.foreach_set(before.ravel())
+    write_pixels(image, np.zeros((SIDE, SIDE, 3)), codes=True)
+    assert stored(image)[..., :3].max() == 0.0
+    # Blender's undo: the packed file is that of before, the pixels are those of after.
+    image.pixels.foreach_set(packed.ravel())
+    image.pack()
+    image.pixels.foreach_set(np.zeros(packed.size, np.float32))
+    image_undo.restore()
+    assert np.array_equal(stored(image), before)
 
 
 def test_images_that_cannot_be_fitted_are_refused_by_name() -> None:

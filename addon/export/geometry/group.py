@@ -63,8 +63,8 @@ class Placed:
 class Terminator(NamedTuple):
     """Blender's offsets of the shadow terminator."""
 
-    geometry: float
-    shading: float
+    geometry: float = 0.0
+    shading: float = 0.0
 
 
 @dataclass

@@ -24,6 +24,7 @@ from .group import Group, Placed, Terminator
 from .memory import Memory
 from .mesh import MeshArrays, evaluated_mesh, read_mesh
 from .normals import coarse_share, given_normals
+from .visibility import terminator_offsets
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -157,12 +158,8 @@ def _shadows_itself(placed: Placed, arrays: MeshArrays) -> bool:
 
 
 def _terminator(ob: Any) -> Terminator:
-    """Read the offsets of the shadow terminator: properties of objects from Blender 5.0 on, of Cycles before."""
-    if hasattr(ob, "shadow_terminator_geometry_offset"):
-        return Terminator(ob.shadow_terminator_geometry_offset, ob.shadow_terminator_shading_offset)
-    cycles = getattr(ob, "cycles", None)
-    return Terminator(float(getattr(cycles, "shadow_terminator_geometry_offset", 0.0)),
-                      float(getattr(cycles, "shadow_terminator_offset", 0.0)))  # fmt: skip
+    """Read the offsets of the shadow terminator."""
+    return Terminator(*(float(getattr(holder, name)) for holder, name in terminator_offsets(ob)))
 
 
 def _materials(group: Group) -> dict[str, Any]:

@@ -28,6 +28,18 @@ def visible_to(ob: Any, holder: Any, view_layer: Any) -> frozenset[str]:
     return frozenset(rays)
 
 
+def terminator_offsets(ob: Any) -> list[tuple[Any, str]]:
+    """List (holder, property) of the offsets of an object's shadow terminator, geometry before shading.
+
+    They are properties of objects from Blender 5.0 on, and of Cycles' settings before; without Cycles there are none.
+    """
+    if hasattr(ob, "shadow_terminator_geometry_offset"):
+        return [(ob, "shadow_terminator_geometry_offset"), (ob, "shadow_terminator_shading_offset")]
+    cycles = getattr(ob, "cycles", None)
+    names = ("shadow_terminator_geometry_offset", "shadow_terminator_offset")
+    return [] if cycles is None else [(cycles, name) for name in names]
+
+
 def is_holdout(holder: Any, view_layer: Any) -> bool:
     """Whether an object (or instancer) is a holdout by itself or by a collection of the view layer."""
     return bool(holder.original.holdout_get(view_layer=view_layer))

@@ -11,8 +11,9 @@ constexpr uint32_t kTileBits = 6;
 // Faces whose normals differ by less than this sine count as coplanar.
 constexpr float kCoplanar = 1e-6f;
 
-// Weights of edges: by the area that they sweep in the picture, or by the light that they may occlude.
-enum EdgeWeightKind : int32_t { kPictureWeight, kLightWeight, kEnvironmentWeight };
+// Weights of edges: by the area that they sweep in the picture, by the light that they may occlude, or by that of
+// their own faces.
+enum EdgeWeightKind : int32_t { kPictureWeight, kLightWeight, kEnvironmentWeight, kBorderWeight };
 
 // Edges [first, first + count) of one mesh, where one instance places them (-1: they stand in the world).
 struct EdgeWeightTask {

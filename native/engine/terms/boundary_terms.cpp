@@ -1,6 +1,8 @@
 #include "engine/terms/boundary_terms.h"
 
 #include <algorithm>
+#include <cstdio>
+#include <cstdlib>
 #include <optional>
 #include <type_traits>
 
@@ -69,6 +71,7 @@ class TermBuilder {
     void add_environment_shadows();
     void add_emitter_outlines();
     void add_indirect_edges();
+    void add_contact_borders();
     // Intersections of surfaces and curves on distance fields
     void add_curves();
     BoundaryTerms take() { return std::move(terms_); }
@@ -137,7 +140,7 @@ void TermBuilder::add(BoundaryKind kind, const Candidates& found, const Segments
     if (factor != 1.0) own.seed ^= kWindowSeed;
     keep(SamplePlan(std::move(sampled), share * samples, share * most_samples(kind), own, kind,
                     options_.two_passes && !known, static_cast<float>(factor)),
-         std::move(lines), options_.camera_sampled_alpha, weights);
+         std::move(lines), kind == kContactBorder ? 0.0f : options_.camera_sampled_alpha, weights);
 }
 
 // The same for kinds whose samples start at the camera.
@@ -258,6 +261,21 @@ void TermBuilder::add_indirect_edges() {
     });
 }
 
+void TermBuilder::add_contact_borders() {
+    if (!decided_.computes(Part::kContactBorders) || !scene_.sampled_borders) return;
+    const FoundEdges found = search(edges_.kept.borders, mesh_sides_, [&](const EdgeList& part) {
+        return border_candidates(scene_, part);
+    });
+    if (!has_edges(Part::kContactBorders, found.size(), found.counts())) return;
+    found.each([&](const SharedCandidates& list, double of_samples, double factor) {
+        const double samples = of_samples * most_samples(kContactBorder);
+        add(
+            kContactBorder, *list,
+            [&] { return over_directions(*list, kDirectionSegments * samples, chains(kContactBorder)); },
+            learned_cells(samples), samples, {}, factor);
+    });
+}
+
 void TermBuilder::add_curves() {
     const Intersections* seen = decided_.forces(Part::kPrimaryEdges) ? nullptr : seen_.get();
     for (CurveTerm& curve : curve_terms(scene_, edges_, options_, motion_, seen, decided_)) {
@@ -300,6 +318,7 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
     builder.add_environment_shadows();
     builder.add_emitter_outlines();
     builder.add_indirect_edges();
+    builder.add_contact_borders();
     builder.add_curves();
     return builder.take();
 }
@@ -327,7 +346,8 @@ double guide_second_passes(const BoundaryTerms& terms) {
         if (plan.passes() < 2) continue;
         const double sample = noise[k++];
         const double needed = sample / static_cast<double>(plan.total(1));
-        plan.thin(std::clamp(kSlack * needed / most, kLeast, 1.0));
+        if (getenv("DBG")) printf("kind %d total %ld %ld noise %g needed/most %g\n", (int)plan.kind(), plan.total(0), plan.total(1), sample, needed / most);
+        if (!(getenv("NOTHIN") && plan.kind() == kContactBorder)) plan.thin(std::clamp(kSlack * needed / most, kLeast, 1.0));
         variance += sample * sample / static_cast<double>(plan.total(1));
     }
     return variance;

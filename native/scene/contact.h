@@ -30,12 +30,16 @@
 // interpolation, and of squares of a checkerboard (scene/textures/jumps.h). Textures that jump elsewhere keep
 // their mesh from the blend (scene/contact_meshes.h).
 //
+// Where no face of y's mesh emits light and the lobes of x are wide, borders do not count at all: samples
+// along edges have what moves over them (boundary/terms/contact_border.h). Then rho is a part of the smaller
+// mesh, for faces of any size.
+//
 // Between x and y there must be no transparent surface, because its share of the light does not move with the
 // blend. Boxes around transparent faces therefore count as borders: a segment to y that is shorter than the
 // distance from y to a box does not meet it. With rho the distance to the nearest border that counts,
 //   b = 1 - s^2 (3 - 2 s),   s = min(r/(kReach rho), 1),
-// so that no border needs samples of its own. kReach trades the error near contact for noise from light of a
-// fixed direction where surfaces do not touch.
+// so that no border that counts needs samples of its own. kReach trades the error near contact for noise from
+// light of a fixed direction where surfaces do not touch.
 #pragma once
 
 #include "scene/cell_borders.h"
@@ -100,7 +104,7 @@ EG_INLINE Vec3 placed_vertex(const SceneView& scene, Int vertex, Int instance) {
 EG_OUTLINE Contact contact(const SceneView& scene, Mask active, Int from, Vec3 x, Vec3 normal, Int to,
                            Int face, Int instance, const Triangle& t, Vec3 y) {
     constexpr float kReach = 1.0f, kSlack = 1e-5f, kRounding = 1e-6f, kMappedReach = 1.0f / 64,
-                    kOpenReach = 0.5f, kSlope = 8.0f;
+                    kSampledReach = 0.5f;
     active = may_blend(scene, active, from, to);
     if (!any(active)) return no_contact();
     const Int receives = gather(scene.mesh_contact, select(active, from, splat(0)));
@@ -151,14 +155,10 @@ EG_OUTLINE Contact contact(const SceneView& scene, Mask active, Int from, Vec3 x
     if (any(gridded))
         for_each_cell_border(scene, gridded, face, t, n, twice_area, y,
                              [&](Mask counts, Float distance, Vec3 in) { border.add(counts, distance, in); });
-    const Mask open = active & sampled;
-    if (any(open)) {
-        const Float size = min(gather(scene.mesh_size, select(open, from, splat(0))),
-                               gather(scene.mesh_size, select(open, to, splat(0))));
-        border.add(open, size * kOpenReach, zero3());
-        const Float height = dot(normal, way);
-        border.add(open & all_count, abs(height) * kSlope,
-                   select(height < 0.0f, -normal, normal) * splat(kSlope));
+    if (any(sampled)) {
+        const Float size = min(gather(scene.mesh_size, select(sampled, from, splat(0))),
+                               gather(scene.mesh_size, select(sampled, to, splat(0))));
+        border.add(sampled, size * kSampledReach, zero3());
     }
     const Mask mapped = active & ((sends & kContactMapped) != 0);
     if (any(mapped)) {

@@ -28,7 +28,8 @@ constexpr float kWide = 0.2f;
 // Whether a texture may make a closure's lobes narrow.
 bool may_be_sharp(const SceneTables& tables, size_t closure) {
     return (tables.closure_flags[closure] & (kHasGlossy | kHasRefraction)) &&
-           (is_textured(tables, closure, kRoughness) || is_textured(tables, closure, kCoatRoughness));
+           (is_textured(tables, closure, kRoughness) || is_textured(tables, closure, kCoatWeight) ||
+            is_textured(tables, closure, kCoatRoughness));
 }
 
 // Grids of one material beyond this number do not count.
@@ -191,7 +192,8 @@ std::vector<int32_t> contact_meshes(const SceneTables& tables, const std::vector
             flags |= others;
         else
             flags = 0;
-        if ((flags & (kContactTo | kContactEmits)) == kContactTo && static_cast<int32_t>(mesh) < tables.first_field())
+        if ((flags & (kContactTo | kContactEmits)) == kContactTo &&
+            static_cast<int32_t>(mesh) < tables.first_field())
             flags |= kContactOpen;
         meshes[mesh] = flags;
         any |= flags;

@@ -87,7 +87,7 @@ constexpr BoundaryKindRow kBoundaryTable[kBoundaryKinds] = {
     {kCrossedLight, Part::kCrossedLights, kLineDirections, 0.5, 0.0625, 2, kLightIntersection},
     {kCrossedSurface, Part::kCrossedSurfaces, kLineDirections, 0.5, 0.0625, 3, kLightIntersection},
     {kTextureBorder, Part::kTextureBorders, kPictureLines, 0.27, 0.18, 1, kTextureBorder},
-    {kContactBorder, Part::kContactBorders, kLineDirections, 0.75, 0.0625, 3, kContactBorder},
+    {kContactBorder, Part::kContactBorders, kLineDirections, 1.5, 0.0625, 3, kContactBorder},
 };
 // Of intersections: whether the occluded surface scatters light, else it emits light; and whether the lines
 // are curves on fields.

@@ -316,9 +316,8 @@ Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool
 }
 
 Candidates border_candidates(const SceneView& scene, const EdgeList& edges) {
-    const std::vector<Run> runs = runs_of(edges, [&](int32_t mesh, bool) {
-        return (scene.mesh_contact[mesh] & kContactOpen) != 0;
-    });
+    const std::vector<Run> runs =
+        runs_of(edges, [&](int32_t mesh, bool) { return (scene.mesh_contact[mesh] & kContactOpen) != 0; });
     return collect(edges, runs, [&](const Run& run, RunWeights& memory, EdgeCounts& counts, const auto& add) {
         EdgeWeightTask task = memory.task(edges, run, kBorderWeight);
         memory.seam.resize(kEdgeBlock);

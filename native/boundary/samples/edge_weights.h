@@ -262,7 +262,9 @@ EG_INLINE Float hiding_weight(const SceneView& scene, const EdgeWeightTask& task
     if (task.kind != kLightWeight) {
         const Vec3 sine = cross(w.oriented[0], w.oriented[1]);
         const Float angle = atan2(sqrt(dot(sine, sine)), dot(w.oriented[0], w.oriented[1]));
-        mass *= select((w.faces == 2) & ~all_sides, angle, splat(kPi));
+        // Sampling does not aim at wedges narrower than kLeastWedge.
+        const Float wide = borders ? max(angle, sqrt(angle * kLeastWedge)) : angle;
+        mass *= select((w.faces == 2) & ~all_sides, wide, splat(kPi));
     } else {
         mass *= hidden_light(scene.lights, task, w, all_sides);
     }

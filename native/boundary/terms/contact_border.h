@@ -61,7 +61,9 @@ EG_OUTLINE int sample_border(const SceneView& scene, const BoundaryTask& task,
     SegmentSample p = sample_edge_segment(scene, task, at, cursor);
     begin_segment(p, s);
     Float density;
-    const Vec3 w = direction_about(task, p, density);
+    p.active = s.active;
+    const Vec3 w = cell_direction(scene, task, p, s.active, density);
+    density = density_about(scene, task, p, s.active, w, density);
     s.towards = -w;
     s.sweep = cross(p.t, w);
     s.distance = splat(0.0f), s.lambda = splat(1.0f);
@@ -114,8 +116,8 @@ EG_OUTLINE int sample_border(const SceneView& scene, const BoundaryTask& task,
     s.view = seen.view;
     s.fixed = seen.fixed;
     turn_to(s.x, -s.view.direction);
-    s.color = seen.weight * receiver.through *
-              ((p.u1 - p.u0) * task.scale / (density * probability * p.density));
+    s.color =
+        seen.weight * receiver.through * ((p.u1 - p.u0) * task.scale / (density * probability * p.density));
     // Queue the paths of both sides
     e.active = s.active;
     const Int path = lane_index() + at, count = splat(static_cast<int>(task.count));

@@ -263,9 +263,8 @@ void TermBuilder::add_indirect_edges() {
 
 void TermBuilder::add_contact_borders() {
     if (!decided_.computes(Part::kContactBorders) || !scene_.sampled_borders) return;
-    const FoundEdges found = search(edges_.kept.borders, mesh_sides_, [&](const EdgeList& part) {
-        return border_candidates(scene_, part);
-    });
+    const FoundEdges found = search(edges_.kept.borders, mesh_sides_,
+                                    [&](const EdgeList& part) { return border_candidates(scene_, part); });
     if (!has_edges(Part::kContactBorders, found.size(), found.counts())) return;
     found.each([&](const SharedCandidates& list, double of_samples, double factor) {
         const double samples = of_samples * most_samples(kContactBorder);
@@ -346,8 +345,11 @@ double guide_second_passes(const BoundaryTerms& terms) {
         if (plan.passes() < 2) continue;
         const double sample = noise[k++];
         const double needed = sample / static_cast<double>(plan.total(1));
-        if (getenv("DBG")) printf("kind %d total %ld %ld noise %g needed/most %g\n", (int)plan.kind(), plan.total(0), plan.total(1), sample, needed / most);
-        if (!(getenv("NOTHIN") && plan.kind() == kContactBorder)) plan.thin(std::clamp(kSlack * needed / most, kLeast, 1.0));
+        if (getenv("DBG"))
+            printf("kind %d total %ld %ld noise %g needed/most %g\n", (int)plan.kind(), plan.total(0),
+                   plan.total(1), sample, needed / most);
+        if (!(getenv("NOTHIN") && plan.kind() == kContactBorder))
+            plan.thin(std::clamp(kSlack * needed / most, kLeast, 1.0));
         variance += sample * sample / static_cast<double>(plan.total(1));
     }
     return variance;

@@ -7,16 +7,15 @@
 // A face on one side alone is that of an outline; what is behind belongs to other terms. Where two faces of a
 // smooth surface meet, both sides nearly cancel, because their paths have the same random numbers.
 //
-// e(u) is uniform on the sampled segment, and w uniform in its cell of the sphere. From there on this is an
-// indirect segment (boundary/terms/indirect.h) with y at e. No factor 1/r remains, since all factors of x's
-// distance cancel with those of the density.
+// e(u) is uniform on the sampled segment. Half of the directions w are those in which the edge is a silhouette
+// (boundary/segment/silhouette.h): there one side alone counts. The others are uniform on the sphere. From
+// there on this is an indirect segment (boundary/terms/indirect.h) with y at e.
 #pragma once
 
 #include "boundary/segment/far_radiance.h"
 #include "boundary/segment/receiver.h"
 #include "boundary/segment/scattering_chain.h"
 #include "boundary/segment/silhouette.h"
-#include "boundary/terms/intersection.h"
 #include "tasks/boundary_task.h"
 #include "tasks/workspace_view.h"
 

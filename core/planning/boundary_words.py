@@ -183,6 +183,10 @@ def indirect(words: SceneWords, max_depth: int) -> Term:
     mirrors = _mirrors(words, "mirrored light")
     curves = words.pairs("surface intersections", "besides edges: the lines where {} pass through each other")
     curves += words.pairs("crossed surfaces", "besides edges: the curves where {} pass through each other")
+    borders = words.computed("contact borders")
+    if borders is not None:
+        curves.append(f"besides: {edge_count(borders.edges.kept)} between faces, since light of a fixed direction "
+                      "moves over them where surfaces nearly touch")
     horizons = words.computed("indirect horizons")
     if horizons is not None:
         curves.append(f"besides edges: the horizons of the faces of {words.mesh_names(horizons)}, where they cut off "

@@ -4,6 +4,7 @@
 #include "boundary/curves/texture_borders.h"
 #include "boundary/fields/field_insides.h"
 #include "boundary/meshes/coplanar_polygons.h"
+#include "engine/decisions/decisions.h"
 #include "scene/contact_meshes.h"
 #include "scene/mesh_instances.h"
 #include "scene/sharp_lobes.h"
@@ -188,6 +189,12 @@ void PreparedScene::blend_near_contact(const SceneTables& tables, const Requeste
     view_.cell_rows = rows_of(contact_materials_->grid_rows);
     mesh_size_ = kept.mesh_sizes.get(true, [&] { return mesh_sizes(tables); });
     view_.mesh_size = mesh_size_->data();
+    // Samples along edges need all kinds of scattered rays to hit the same meshes.
+    const auto any = [&](int32_t bit) {
+        return std::any_of(mesh_contact_->begin(), mesh_contact_->end(), [&](int32_t m) { return m & bit; });
+    };
+    view_.sampled_borders =
+        any(kContactWide) && any(kContactOpen) && partly_met_meshes(tables, kScatteredRays).empty();
     // Behind perfect lobes, points are in material form.
     view_.fixed_direction_surfaces =
         may_be_specular(tables, view_.followed_alpha) ? 1 : kFixedDirectionSurfaces;

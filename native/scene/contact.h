@@ -30,12 +30,16 @@
 // interpolation, and of squares of a checkerboard (scene/textures/jumps.h). Textures that jump elsewhere keep
 // their mesh from the blend (scene/contact_meshes.h).
 //
+// Where no face of y's mesh emits light and the lobes of x are wide, borders do not count at all: samples
+// along edges have what moves over them (boundary/terms/contact_border.h). Then rho is a part of the smaller
+// mesh, for faces of any size.
+//
 // Between x and y there must be no transparent surface, because its share of the light does not move with the
 // blend. Boxes around transparent faces therefore count as borders: a segment to y that is shorter than the
 // distance from y to a box does not meet it. With rho the distance to the nearest border that counts,
 //   b = 1 - s^2 (3 - 2 s),   s = min(r/(kReach rho), 1),
-// so that no border needs samples of its own. kReach trades the error near contact for noise from light of a
-// fixed direction where surfaces do not touch.
+// so that no border that counts needs samples of its own. kReach trades the error near contact for noise from
+// light of a fixed direction where surfaces do not touch.
 #pragma once
 
 #include "scene/cell_borders.h"
@@ -55,6 +59,12 @@ EG_INLINE Mask may_blend(const SceneView& scene, Mask active, Int from, Int to) 
     const Int receives = gather(scene.mesh_contact, select(active, from, splat(0)));
     const Int sends = gather(scene.mesh_contact, select(active, to, splat(0)));
     return active & ((receives & kContactFrom) != 0) & ((sends & kContactTo) != 0);
+}
+
+// Lanes in which samples along edges have what moves over borders (boundary/terms/contact_border.h).
+EG_INLINE Mask borders_are_sampled(const SceneView& scene, Int receives, Int sends) {
+    if (!scene.sampled_borders) return splat(0);
+    return ((receives & kContactWide) != 0) & ((sends & kContactOpen) != 0);
 }
 
 // The nearest border that counts: its distance rho from y, and the gradient of rho.
@@ -93,7 +103,8 @@ EG_INLINE Vec3 placed_vertex(const SceneView& scene, Int vertex, Int instance) {
 // `instance`, to x, on a face of mesh `from` with the normal `normal`.
 EG_OUTLINE Contact contact(const SceneView& scene, Mask active, Int from, Vec3 x, Vec3 normal, Int to,
                            Int face, Int instance, const Triangle& t, Vec3 y) {
-    constexpr float kReach = 1.0f, kSlack = 1e-5f, kRounding = 1e-6f, kMappedReach = 1.0f / 64;
+    constexpr float kReach = 1.0f, kSlack = 1e-5f, kRounding = 1e-6f, kMappedReach = 1.0f / 64,
+                    kSampledReach = 0.5f;
     active = may_blend(scene, active, from, to);
     if (!any(active)) return no_contact();
     const Int receives = gather(scene.mesh_contact, select(active, from, splat(0)));
@@ -103,14 +114,15 @@ EG_OUTLINE Contact contact(const SceneView& scene, Mask active, Int from, Vec3 x
     const Mask all_count = ((receives & kContactBent) != 0) & ((from != to) | ((sends & kContactEmits) != 0));
     const Int polygon =
         scene.face_polygon ? gather(scene.face_polygon, select(active, face, splat(0))) : splat(-1);
+    const Mask sampled = active & borders_are_sampled(scene, receives, sends);
     // Over the triangles of a polygon, coordinates of cells may change in different ways.
     const Mask gridded = active & ((sends & kContactCells) != 0);
-    const Mask grouped = active & (polygon >= 0) & ~gridded;
+    const Mask grouped = active & (polygon >= 0) & ~gridded & ~sampled;
     const Vec3 way = y - x;
     const Vec3 side[3] = {t.p1 - t.p0, t.p2 - t.p1, t.p0 - t.p2};
     const Float square = dot(way, way);
     // In a triangle, rho is at most the length of a side.
-    active &= grouped |
+    active &= grouped | sampled |
               (square < kReach * kReach *
                             max(max(dot(side[0], side[0]), dot(side[1], side[1])), dot(side[2], side[2])));
     if (!any(active)) return no_contact();
@@ -128,7 +140,7 @@ EG_OUTLINE Contact contact(const SceneView& scene, Mask active, Int from, Vec3 x
         const Mask in_front = above > select(all_count, -in_plane, in_plane);
         border.add(counts & (in_front | (through & (behind > in_plane))), dot(in, y - a), in);
     };
-    const Mask alone = active & ~grouped;
+    const Mask alone = active & ~grouped & ~sampled;
     for (int k = 0; k < 3 && any(alone); ++k) add_side(alone, corner[k], side[k]);
     Mask more = active & grouped;
     for (int k = 0; k < kPolygonSides && any(more); ++k) {
@@ -143,6 +155,11 @@ EG_OUTLINE Contact contact(const SceneView& scene, Mask active, Int from, Vec3 x
     if (any(gridded))
         for_each_cell_border(scene, gridded, face, t, n, twice_area, y,
                              [&](Mask counts, Float distance, Vec3 in) { border.add(counts, distance, in); });
+    if (any(sampled)) {
+        const Float size = min(gather(scene.mesh_size, select(sampled, from, splat(0))),
+                               gather(scene.mesh_size, select(sampled, to, splat(0))));
+        border.add(sampled, size * kSampledReach, zero3());
+    }
     const Mask mapped = active & ((sends & kContactMapped) != 0);
     if (any(mapped)) {
         const Float size = min(gather(scene.mesh_size, select(mapped, from, splat(0))),

@@ -21,11 +21,22 @@ bool scatters_through(const SceneTables& tables, size_t closure) {
     return (tables.closure_flags[closure] & kHasRefraction) || kind == kTranslucent || kind == kDisney;
 }
 
+// Samples along edges find lobes of x up to this alpha so rarely that the noise of their borders would be
+// larger than what is gained.
+constexpr float kWide = 0.2f;
+
+// Whether a texture may make a closure's lobes narrow.
+bool may_be_sharp(const SceneTables& tables, size_t closure) {
+    return (tables.closure_flags[closure] & (kHasGlossy | kHasRefraction)) &&
+           (is_textured(tables, closure, kRoughness) || is_textured(tables, closure, kCoatWeight) ||
+            is_textured(tables, closure, kCoatRoughness));
+}
+
 // Grids of one material beyond this number do not count.
 constexpr size_t kMostGrids = 4;
 
 int32_t flags_of(const SceneTables& tables, size_t material, const TextureJumps& jumps) {
-    int32_t flags = kContactFrom | kContactTo;
+    int32_t flags = kContactFrom | kContactTo | kContactWide;
     if (jumps.elsewhere || jumps.grids.size() > kMostGrids) flags &= ~kContactTo;
     if (!jumps.grids.empty()) flags |= kContactCells;
     const auto first = static_cast<size_t>(tables.material_first_closure[material]),
@@ -34,6 +45,7 @@ int32_t flags_of(const SceneTables& tables, size_t material, const TextureJumps&
         if (tables.closure_flags[closure] & kHasNormalMap) flags |= kContactBent | kContactMapped;
         if (tables.closure_flags[closure] & kHasEmission) flags |= kContactEmits;
         if (scatters_through(tables, closure)) flags |= kContactThrough;
+        if (has_sharp_lobe(tables, closure, kWide) || may_be_sharp(tables, closure)) flags &= ~kContactWide;
         const auto least = [&](int32_t column) { return least_value(tables, closure, column); };
         if (may_be_specular(tables, closure, 0.0f, least) ||
             (tables.closure_flags[closure] & kHasTransparency))
@@ -167,7 +179,7 @@ std::vector<int32_t> contact_meshes(const SceneTables& tables, const std::vector
     for (size_t mesh = 0; mesh < meshes.size(); ++mesh) {
         const auto first = static_cast<size_t>(tables.mesh_first_face[mesh]),
                    last = static_cast<size_t>(tables.mesh_first_face[mesh + 1]);
-        int32_t flags = first < last ? kContactFrom | kContactTo : 0;
+        int32_t flags = first < last ? kContactFrom | kContactTo | kContactWide : 0;
         int32_t others = 0;  // bits that one face sets for its mesh
         for (size_t face = first; face < last && flags; ++face) {
             const int32_t material = materials[static_cast<size_t>(tables.face_material[face])];
@@ -176,7 +188,13 @@ std::vector<int32_t> contact_meshes(const SceneTables& tables, const std::vector
             if (!(others & kContactBent) && !is_flat(tables, face)) others |= kContactBent;
             flags &= material;
         }
-        if (flags) flags |= others;
+        if (flags & (kContactFrom | kContactTo))
+            flags |= others;
+        else
+            flags = 0;
+        if ((flags & (kContactTo | kContactEmits)) == kContactTo &&
+            static_cast<int32_t>(mesh) < tables.first_field())
+            flags |= kContactOpen;
         meshes[mesh] = flags;
         any |= flags;
     }

@@ -76,9 +76,10 @@ class LineSurface {
 
 // Bits by mesh (scene/contact.h): light that the mesh receives may have a fixed direction near contact; light
 // that it sends may; some of its shading normals differ from those of its faces; it emits light; it scatters
-// light from behind; normal maps bend its normals; textures jump at borders of cells.
+// light from behind; normal maps bend its normals; textures jump at borders of cells; all of its lobes are
+// wide; samples along its edges have what moves over its borders.
 constexpr int32_t kContactFrom = 1, kContactTo = 2, kContactBent = 4, kContactEmits = 8, kContactThrough = 16,
-                  kContactMapped = 32, kContactCells = 64;
+                  kContactMapped = 32, kContactCells = 64, kContactWide = 128, kContactOpen = 256;
 // What moves a face (SceneView::face_moving).
 constexpr int32_t kVerticesMove = 1, kFieldMoves = 2;
 // Coordinates of the cells at whose borders a texture jumps (scene/textures/jumps.h).
@@ -119,6 +120,7 @@ struct SceneView {
     const float* mesh_size;  // (S) the longest side of a mesh's box, if mesh_contact is not null
     // Number of surfaces, from the camera, that receive light of a fixed direction near contact.
     int32_t fixed_direction_surfaces;
+    bool sampled_borders;  // samples along edges have what moves over the borders of faces near contact
     // (F) the polygon that a face and its coplanar neighbours form, or -1; null: no such polygons. And by
     // polygon (kPolygonSides, 2) the ends of its sides, counter-clockwise, with -1 after the last one.
     const int32_t *face_polygon, *polygon_sides;

@@ -33,6 +33,7 @@ enum BoundaryKind : int32_t {
     kCrossedSurface,         // the same: through surfaces that scatter light
     kTextureBorder,          // boundary/terms/texture_border.h
     kCameraSampledShadow,    // boundary/terms/camera_sampled_shadow.h
+    kContactBorder,          // boundary/terms/contact_border.h
     kBoundaryKinds
 };
 
@@ -88,6 +89,7 @@ constexpr BoundaryKindRow kBoundaryTable[kBoundaryKinds] = {
     {kCrossedSurface, Part::kCrossedSurfaces, kLineDirections, 0.5, 0.0625, 3, kLightIntersection},
     {kTextureBorder, Part::kTextureBorders, kPictureLines, 0.27, 0.18, 1, kTextureBorder},
     {kCameraSampledShadow, Part::kCameraSampledShadows, kWholePicture, 1.0, 0.0625, 2, kCameraSampledShadow},
+    {kContactBorder, Part::kContactBorders, kLineDirections, 1.5, 0.0625, 3, kContactBorder},
 };
 // Of intersections: whether the occluded surface scatters light, else it emits light; and whether the lines
 // are curves on fields.

@@ -42,6 +42,7 @@ enum class Part : int32_t {
     kMirroredShadows,        // shadows that the camera sees by mirrors and glass
     kIndirectEdges,          // edges between two surfaces
     kCameraSampledIndirect,  // the same in sharp lobes, by samples that start at the camera
+    kContactBorders,         // borders of faces near contact, over which light of a fixed direction moves
     kSurfaceIntersections,   // surfaces that pass through each other, as other surfaces see them
     kFieldsBetween,          // distance fields between two surfaces
     kCrossedSurfaces,        // distance fields that pass through surfaces, as other surfaces see them
@@ -114,6 +115,7 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kMirroredShadows, "mirrored shadows", kShadowTerm},
     {Part::kIndirectEdges, "edges between surfaces", kIndirectTerm},
     {Part::kCameraSampledIndirect, "camera-sampled edges", kIndirectTerm},
+    {Part::kContactBorders, "contact borders", kIndirectTerm},
     {Part::kSurfaceIntersections, "surface intersections", kIndirectTerm},
     {Part::kFieldsBetween, "fields between surfaces", kIndirectTerm},
     {Part::kCrossedSurfaces, "crossed surfaces", kIndirectTerm},

@@ -11,8 +11,13 @@ constexpr uint32_t kTileBits = 6;
 // Faces whose normals differ by less than this sine count as coplanar.
 constexpr float kCoplanar = 1e-6f;
 
-// Weights of edges: by the area that they sweep in the picture, or by the light that they may occlude.
-enum EdgeWeightKind : int32_t { kPictureWeight, kLightWeight, kEnvironmentWeight };
+// Narrower wedges of directions in which an edge is a silhouette are not sampled separately if other
+// directions count as well. Rounding would decide whether their directions are inside.
+constexpr float kLeastWedge = 1e-3f;
+
+// Weights of edges: by the area that they sweep in the picture, by the light that they may occlude, or by
+// that of their own faces.
+enum EdgeWeightKind : int32_t { kPictureWeight, kLightWeight, kEnvironmentWeight, kBorderWeight };
 
 // Edges [first, first + count) of one mesh, where one instance places them (-1: they stand in the world).
 struct EdgeWeightTask {

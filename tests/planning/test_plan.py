@@ -103,8 +103,6 @@ ZERO: dict[str, tuple[Scene, list[str], str, int, str]] = {
     "still meshes see the same": (with_floor(box()), ["lights.lamp.power"], "indirect", 3, "stays"),
     "black surfaces pass nothing on": (black(with_floor(box())), [VERTICES], "indirect", 4, "every surface is black"),
     "convex and alone lights nothing": (box(), [VERTICES], "indirect", 4, "'object' is alone and convex"),
-    "two convex bodies": (beside(box()), [VERTICES], "indirect", 4, "'object' and 'beside' are convex and apart"),
-    "a body on a floor": (with_floor(box()), [VERTICES], "indirect", 4, "'object' and 'floor' are convex and apart"),
     "lights on black": (black(box()), ["lights.lamp.power"], "interior", 2, "every surface is black"),
 }
 
@@ -116,6 +114,14 @@ def test_what_is_skipped_is_zero(rule: str) -> None:
     assert not term(made, name).computed and name not in made.needed
     assert any(reason in why for why in term(made, name).why), term(made, name).why
     assert largest(scene, wrt, name, depth) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_borders_count_where_nothing_is_between() -> None:
+    scene = with_floor(box())
+    indirect = term(plan(scene, [VERTICES], max_depth=4), "indirect")
+    assert any("'object' and 'floor' are convex and apart" in why for why in indirect.why), indirect.why
+    assert any("where surfaces nearly touch" in why for why in indirect.why), indirect.why
+    assert indirect.computed and largest(scene, [VERTICES], "indirect", 4) > 0.0
 
 
 def test_a_smooth_body_seen_from_inside_may_hide_light_from_itself() -> None:

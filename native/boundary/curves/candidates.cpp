@@ -315,6 +315,21 @@ Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool
     });
 }
 
+Candidates border_candidates(const SceneView& scene, const EdgeList& edges) {
+    const std::vector<Run> runs =
+        runs_of(edges, [&](int32_t mesh, bool) { return (scene.mesh_contact[mesh] & kContactOpen) != 0; });
+    return collect(edges, runs, [&](const Run& run, RunWeights& memory, EdgeCounts& counts, const auto& add) {
+        EdgeWeightTask task = memory.task(edges, run, kBorderWeight);
+        memory.seam.resize(kEdgeBlock);
+        for (int64_t k = 0; k < run.count; ++k)
+            memory.seam[static_cast<size_t>(k)] = is_seam(edges.tables, run.first + k);
+        task.seam = memory.seam.data();
+        edges.kernels.edge_weights(scene, task);
+        for (int64_t k = 0; k < run.count; ++k)
+            if (keeps(edges.tables, task, run, k, counts)) add(run.first + k, 0.0f, 1.0f, task.mass[k], 0u);
+    });
+}
+
 bool any_fixed_direction(const SceneView& scene, int64_t edge) {
     const uint32_t first = scene.edge_face_first[edge], last = scene.edge_face_first[edge + 1];
     return scene.face_fixed_direction &&

@@ -87,6 +87,10 @@ Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, con
 // meshes are included, because the receiver or the light may move.
 Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool environment);
 
+// Edges of meshes whose faces scatter light of a fixed direction near contact over their borders, which are
+// sampled (scene/contact.h), except flat ones.
+Candidates border_candidates(const SceneView& scene, const EdgeList& edges);
+
 // Edges of emissive faces whose light is parametrised by a fixed direction
 // (shading/lights/fixed_direction_light.h), except flat ones.
 Candidates emitter_candidates(const SceneView& scene, const EdgeList& edges);

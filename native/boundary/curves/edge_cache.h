@@ -77,6 +77,7 @@ struct EdgeCache {
     Kept<std::pair<CameraKey, RequestedMotion>, Candidates> primary;
     Kept<std::pair<std::shared_ptr<const LightList>, Sides>, Candidates> shadow;
     Kept<Sides, Candidates> silhouettes;  // for the environment and for light between surfaces
+    Kept<Sides, Candidates> borders;      // of faces near contact
     Kept<Sides, EdgeTree> tree;
     Kept<bool, SurfaceRegions> regions;
     Kept<bool, CoplanarPolygons> polygons;
@@ -112,7 +113,7 @@ struct EdgeCache {
     // Call after other values have changed. What depends on vertices alone stays valid.
     void clear_values() {
         spare_candidates.give(primary.clear());
-        shadow.clear(), silhouettes.clear();
+        shadow.clear(), silhouettes.clear(), borders.clear();
         lit_outlines.clear(), lit_patches.clear(), seen_crossings.clear(), lit_crossings.clear();
         tree.clear(), regions.clear(), polygons.clear(), cross.clear();
         contact_materials.clear(), contact_meshes.clear(), transparent_boxes.clear();

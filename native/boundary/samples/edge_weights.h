@@ -256,18 +256,21 @@ EG_INLINE Float hiding_weight(const SceneView& scene, const EdgeWeightTask& task
     // A line through a concave edge with both faces on one side runs inside the body.
     constexpr float kHidden = 0.05f, kPi = 3.14159265f;
     // Two faces of different transparency are a shadow boundary from all sides.
-    const Mask all_sides = ~w.same_surface & splat(scene.all_flags & kHasTransparency ? -1 : 0);
+    const bool borders = task.kind == kBorderWeight;
+    const Mask all_sides = ~w.same_surface & splat(borders || scene.all_flags & kHasTransparency ? -1 : 0);
     Float mass = sqrt(dot(w.t, w.t));
-    if (task.kind == kEnvironmentWeight) {
+    if (task.kind != kLightWeight) {
         const Vec3 sine = cross(w.oriented[0], w.oriented[1]);
         const Float angle = atan2(sqrt(dot(sine, sine)), dot(w.oriented[0], w.oriented[1]));
-        mass *= select((w.faces == 2) & ~all_sides, angle, splat(kPi));
+        // Sampling does not aim at wedges narrower than kLeastWedge.
+        const Float wide = borders ? max(angle, sqrt(angle * kLeastWedge)) : angle;
+        mass *= select((w.faces == 2) & ~all_sides, wide, splat(kPi));
     } else {
         mass *= hidden_light(scene.lights, task, w, all_sides);
     }
     const Mask concave =
         (w.faces == 2) & (static_cast<float>(task.solid_side) * dot(w.normal[0], w.third[1]) > 0.0f);
-    return select(w.faces == 0, splat(0.0f), select(concave, kHidden * mass, mass));
+    return select(w.faces == 0, splat(0.0f), select(concave & splat(borders ? 0 : -1), kHidden * mass, mass));
 }
 
 static void edge_weights_kernel(const SceneView& scene, const EdgeWeightTask& task) {

@@ -16,8 +16,8 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 // A task's samples as paths of the path tracer.
-EG_INLINE ImageTask light_paths(const BoundaryTask& task) {
-    return sample_paths(task, 1, hash(task.seed ^ 0x7f4a7c15u));
+EG_INLINE ImageTask light_paths(const BoundaryTask& task, int sides = 1) {
+    return sample_paths(task, sides, hash(task.seed ^ 0x7f4a7c15u));
 }
 
 // Where y is closer to the edge than rounding, the edge lies in y's surface (derivations, F3). Rays then
@@ -47,7 +47,7 @@ EG_INLINE Vec3 leave_contact(const SceneView& scene, Mask touched, Vec3 t, Vec3 
 }
 
 // Samples the segments of an estimator without L(y), then traces the paths of all L(y) together.
-template <auto sample, typename Segment>
+template <auto sample, typename Segment, int kSides>
 EG_INLINE Segment* trace_segments(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                   const DerivativeView& requested) {
     const int count = static_cast<int>(task.count);
@@ -59,32 +59,37 @@ EG_INLINE Segment* trace_segments(const SceneView& scene, const BoundaryTask& ta
         queued = sample(scene, task, requested, at, cursor, work, queued, segments[at / W]);
     // The radiance of lights is known
     if (task.kind == kLightIntersection || task.kind == kCrossedLight) return segments;
-    run_appended(scene, light_paths(task), work, queued, count);
+    run_appended(scene, light_paths(task, kSides), work, queued, kSides * count);
     for (int at = 0; at < count; at += W) {
         BoundarySegment& s = segments[at / W];
         Vec3 light;
         load3(light, work.radiance, at);
+        if constexpr (kSides == 2) {
+            Vec3 other;
+            load3(other, work.radiance, count + at);
+            light = light - other;
+        }
         s.color = s.color * light;
-        s.active &= ~(largest_component(s.color) <= 0.0f);
+        s.active &= ~((kSides == 2 ? size_of(s.color) : largest_component(s.color)) <= 0.0f);
     }
     return segments;
 }
 
 // Forward and reverse mode of such an estimator. sample(scene, task, requested, at, segment, work, queued, s)
 // sets a packet `s` of segments without L(y). It appends their paths to the queue of length `queued` and
-// returns the new length.
-template <auto sample, typename Segment = BoundarySegment>
+// returns the new length. With two sides there are `count` more paths, whose radiance is subtracted.
+template <auto sample, typename Segment = BoundarySegment, int kSides = 1>
 static void lit_segments_forward(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                  const DerivativeView& tangent, Splats& splats) {
-    Segment* segments = trace_segments<sample, Segment>(scene, task, work, tangent);
+    Segment* segments = trace_segments<sample, Segment, kSides>(scene, task, work, tangent);
     for (int at = 0; at < static_cast<int>(task.count); at += W)
         add_to_picture(scene, task, at, tangent, segments[at / W], splats);
 }
 
-template <auto sample, typename Segment = BoundarySegment>
+template <auto sample, typename Segment = BoundarySegment, int kSides = 1>
 static void lit_segments_backward(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                   const float* adjoint, DerivativeView& gradient) {
-    Segment* segments = trace_segments<sample, Segment>(scene, task, work, gradient);
+    Segment* segments = trace_segments<sample, Segment, kSides>(scene, task, work, gradient);
     for (int at = 0; at < static_cast<int>(task.count); at += W)
         add_to_gradient(scene, task, at, adjoint, segments[at / W], gradient);
 }

@@ -5,6 +5,7 @@
 #include "boundary/samples/segment_sampling.h"
 #include "sampling/hemisphere.h"
 #include "tasks/boundary_task.h"
+#include "tasks/edge_weight_task.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -64,10 +65,6 @@ EG_INLINE Float occluder_side(const SceneView& scene, const SegmentSample& p, Ve
     }
     return sigma;
 }
-
-// Narrower wedges are not sampled separately if other directions count as well. Rounding would decide whether
-// their directions are inside.
-constexpr float kLeastWedge = 1e-3f;
 
 // A direction about the edge. u gives its cosine to the edge, and v its azimuth in the two wedges of angle
 // alpha in which both faces are on one side (derivations, E). `density` is per solid angle in the wedges,

@@ -244,6 +244,9 @@ void decide_indirect(const BoundaryFacts& f, Reason black, const std::vector<int
         decided.none(Part::kFieldsBetween, Reason::kNone);
     else
         decided[Part::kFieldsBetween].meshes = std::move(fields);
+    decided.decide(Part::kContactBorders, first_of({rendered, unless(f.scene.sampled_borders, Reason::kNone),
+                                                    unless(!f.scene.convex, Reason::kAlone),
+                                                    unless(moves, Reason::kStill), black, rays}));
     decide(Part::kSurfaceIntersections, m.any_mesh_moves() || contact);
     decide(Part::kCrossedSurfaces, m.any_mesh_moves() || m.any_field_moves() || contact);
     if (f.tables.fields.empty()) decided.none(Part::kCrossedSurfaces, Reason::kNone);

@@ -76,6 +76,7 @@ class TermBuilder {
     void add_environment_shadows();
     void add_emitter_outlines();
     void add_indirect_edges();
+    void add_contact_borders();
     // Intersections of surfaces and curves on distance fields
     void add_curves();
     BoundaryTerms take() { return std::move(terms_); }
@@ -88,6 +89,11 @@ class TermBuilder {
     bool chains(BoundaryKind kind) const { return kBoundaryTable[kind].chains(options_.max_depth); }
     std::vector<int32_t> camera_sampled_materials() const {
         return camera_sampled(scene_, edges_.tables, edges_sampled_);
+    }
+    // The lobes whose light samples of a kind leave to samples that start at the camera
+    CameraSampledAlpha sampled_from_camera(BoundaryKind kind) const {
+        if (kind == kContactBorder) return {};
+        return kind == kShadowBoundary || kind == kEnvironmentShadow ? shadows_sampled_ : edges_sampled_;
     }
     template <typename Key, typename Search>
     FoundEdges search(Kept<Key, Candidates>& kept, const std::type_identity_t<Key>& key, const Search& find) {
@@ -148,8 +154,7 @@ void TermBuilder::add(BoundaryKind kind, const Candidates& found, const Segments
     if (factor != 1.0) own.seed ^= kWindowSeed;
     keep(SamplePlan(std::move(sampled), share * samples, share * most_samples(kind), own, kind,
                     options_.two_passes && !known, static_cast<float>(factor)),
-         std::move(lines),
-         kind == kShadowBoundary || kind == kEnvironmentShadow ? shadows_sampled_ : edges_sampled_, weights);
+         std::move(lines), sampled_from_camera(kind), weights);
 }
 
 // The same for kinds whose samples start at the camera.
@@ -285,6 +290,20 @@ void TermBuilder::add_indirect_edges() {
     });
 }
 
+void TermBuilder::add_contact_borders() {
+    if (!decided_.computes(Part::kContactBorders) || !scene_.sampled_borders) return;
+    const FoundEdges found = search(edges_.kept.borders, mesh_sides_,
+                                    [&](const EdgeList& part) { return border_candidates(scene_, part); });
+    if (!has_edges(Part::kContactBorders, found.size(), found.counts())) return;
+    found.each([&](const SharedCandidates& list, double of_samples, double factor) {
+        const double samples = of_samples * most_samples(kContactBorder);
+        add(
+            kContactBorder, *list,
+            [&] { return over_directions(*list, kDirectionSegments * samples, chains(kContactBorder)); },
+            learned_cells(samples), samples, {}, factor);
+    });
+}
+
 void TermBuilder::add_curves() {
     const Intersections* seen = decided_.forces(Part::kPrimaryEdges) ? nullptr : seen_.get();
     for (CurveTerm& curve : curve_terms(scene_, edges_, options_, motion_, seen, decided_)) {
@@ -328,6 +347,7 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
     builder.add_environment_shadows();
     builder.add_emitter_outlines();
     builder.add_indirect_edges();
+    builder.add_contact_borders();
     builder.add_curves();
     return builder.take();
 }

@@ -1,5 +1,5 @@
-// Directional albedos of GGX surfaces (make_albedo_tables.py), the sheen's coefficients (make_sheen_tables.py),
-// and the channels' sensitivities to thin films (make_film_table.py).
+// Directional albedos of GGX surfaces (make_albedo_tables.py), the sheen's coefficients
+// (make_sheen_tables.py), and the channels' sensitivities to thin films (make_film_table.py).
 #pragma once
 
 namespace edgegrad {

@@ -124,7 +124,7 @@ def test_panel_shows_what_the_kind_of_target_uses(tmp_path: Any) -> None:
             draw_details(layout, row)
             return set(layout.drawn)
 
-        everywhere = {"datablock", "kind", "mask", "weight"}
+        everywhere = {"camera", "image", "datablock", "kind", "mask", "weight"}
         assert drawn() == everywhere | {"alpha", "view", "exposure", "stops"}
         row.exposure, row.image = "exposure", "shot.mp4"
         assert drawn() == everywhere | {"alpha", "view", "exposure", "shared", "use_frame"}

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from edgegrad import Material, Mesh, Scene, SunLight
+from edgegrad.expression import ImageTexture
 from edgegrad.scene.light import DECAYS, Light
 from edgegrad.scene.material import SMOOTH_NORMAL
 from tests.support.scenes.world_sizes import ORDERS
@@ -57,7 +58,11 @@ def amount(light: Light) -> float:
 
 
 def any_negative(scene: Scene) -> bool:
-    return any(amount(light) < 0.0 for light in scene.lights.values())
+    """Whether something may take light away: a light, or an emission by an expression of any sign."""
+    emissions = [m.textures["emission"] for m in scene.materials.values()
+                 if isinstance(m, Material) and "emission" in m.textures]  # fmt: skip
+    return any(amount(light) < 0.0 for light in scene.lights.values()) or not all(
+        isinstance(one, ImageTexture) for one in emissions)
 
 
 def _with_falloff(draw: Draw, light: Light, scale: float) -> Light:

@@ -5,13 +5,12 @@ from typing import Any
 
 import bpy
 
+from ..export.approximated.sizes import WITH_FACES
 from ..export.geometry.visibility import RAYS, terminator_offsets
 
 ENGINE = "EDGEGRAD"
 # Most samples of the engine (`edgegrad.render`).
 MOST_SAMPLES = 1 << 24
-# Types of objects whose surfaces may have smooth normals.
-SHAPES = ("MESH", "CURVE", "SURFACE", "FONT", "META")
 
 
 class RenderEngineSettings(bpy.types.PropertyGroup):
@@ -124,7 +123,7 @@ class ShadowTerminatorPanel(EnginePanel, bpy.types.Panel):
     @classmethod
     def poll(cls, context: Any) -> bool:
         ob = context.object
-        return super().poll(context) and ob is not None and ob.type in SHAPES and bool(terminator_offsets(ob))
+        return super().poll(context) and ob is not None and ob.type in WITH_FACES and bool(terminator_offsets(ob))
 
     def draw(self, context: Any) -> None:
         layout = self.layout

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..export.geometry.mesh import positions
 from ..session import Session
+from ..write_back.image_buffer import pixels_of
 
 MODES = {"EDIT": "Edit Mode", "SCULPT": "Sculpt Mode"}
 # How much longer than a look at an image's pixels two looks must be apart.
@@ -130,9 +131,7 @@ def _settings_of(image: Any) -> tuple[str, ...]:
 
 
 def _digest(image: Any) -> bytes:
-    pixels = np.empty(image.size[0] * image.size[1] * image.channels, np.float32)
-    image.pixels.foreach_get(pixels)
-    return hashlib.blake2b(pixels.data, digest_size=16).digest()
+    return hashlib.blake2b(pixels_of(image).data, digest_size=16).digest()
 
 
 def _placed(ob: Any) -> tuple[Any, ...]:

@@ -14,6 +14,8 @@ import numpy as np
 from bpy.app.handlers import persistent
 from numpy.typing import NDArray
 
+from .image_buffer import pixels_of
+
 # By image, and digest of its packed file: pixels that no file has; None: the file has them.
 _known: dict[tuple[int, bytes], NDArray[np.float32] | None] = {}
 # By image: digest of the packed file that its pixels belong to.
@@ -23,11 +25,7 @@ _shown: dict[int, bytes] = {}
 def remember(image: Any) -> None:
     """Remember the pixels of an image before and after they are replaced; called at both moments."""
     key = image.session_uid, _packed(image)
-    pixels = None
-    if image.is_dirty:
-        pixels = np.empty(image.size[0] * image.size[1] * image.channels, np.float32)
-        image.pixels.foreach_get(pixels)
-    _known[key], _shown[key[0]] = pixels, key[1]
+    _known[key], _shown[key[0]] = pixels_of(image) if image.is_dirty else None, key[1]
 
 
 @persistent

@@ -1,5 +1,5 @@
-// The kernels of boundaries whose samples start at the camera, of one instruction set. They
-// use only parts of other kernels' headers.
+// The kernels of boundaries whose samples start at the camera, of one instruction set. They use only parts of
+// other kernels' headers.
 #if defined(__GNUC__)
 #pragma GCC diagnostic ignored "-Wunused-function"
 #endif

@@ -40,8 +40,6 @@ struct SampleRecord {
     int64_t place(int64_t number) const { return number >> shift; }
 };
 
-// Segments of candidate edges (boundary/curves/candidates.h), and samples [first, first + count) of `total`
-// systematic ones over their summed weight.
 // Largest alpha of camera-sampled lobes, by the side to which they scatter.
 struct CameraSampledAlpha {
     float reflected = 0.0f, transmitted = 0.0f;
@@ -49,6 +47,8 @@ struct CameraSampledAlpha {
     constexpr bool any() const { return reflected > 0.0f || transmitted > 0.0f; }
 };
 
+// Segments of candidate edges (boundary/curves/candidates.h), and samples [first, first + count) of `total`
+// systematic ones over their summed weight.
 struct BoundaryTask {
     const int32_t* edge;
     const int32_t* instance;  // -1: none; null: none has one

@@ -138,7 +138,7 @@ def test_shadows_in_sharp_lobes_agree_with_differences(what: str) -> None:
 
 
 def test_they_have_less_noise_behind_rough_glass() -> None:
-    """The standard deviation of blocks is a fifth or less; of 16 seeds it is known to a fifth."""
+    """The standard deviation of blocks, which is known to a fifth from 16 seeds."""
     need("native")
     scene = over_gloss(metal(0.9), pane=Material(np.full(3, 0.95), kind="GLASS", roughness=0.5, ior=1.3))
 

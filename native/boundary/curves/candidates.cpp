@@ -299,11 +299,14 @@ Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, con
     });
 }
 
-Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool environment) {
-    const std::vector<Run> runs = runs_of(edges, [](int32_t, bool) { return true; });
+namespace {
+
+// Edges of the runs by their weights of a kind. `seams`: flat edges between different surfaces count.
+Candidates weighed_candidates(const SceneView& scene, const EdgeList& edges, const std::vector<Run>& runs,
+                              EdgeWeightKind kind, bool seams) {
     return collect(edges, runs, [&](const Run& run, RunWeights& memory, EdgeCounts& counts, const auto& add) {
-        EdgeWeightTask task = memory.task(edges, run, environment ? kEnvironmentWeight : kLightWeight);
-        if (scene.all_flags & kHasTransparency) {
+        EdgeWeightTask task = memory.task(edges, run, kind);
+        if (seams) {
             memory.seam.resize(kEdgeBlock);
             for (int64_t k = 0; k < run.count; ++k)
                 memory.seam[static_cast<size_t>(k)] = is_seam(edges.tables, run.first + k);
@@ -315,19 +318,17 @@ Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool
     });
 }
 
+}  // namespace
+
+Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool environment) {
+    return weighed_candidates(scene, edges, runs_of(edges, [](int32_t, bool) { return true; }),
+                              environment ? kEnvironmentWeight : kLightWeight,
+                              scene.all_flags & kHasTransparency);
+}
+
 Candidates border_candidates(const SceneView& scene, const EdgeList& edges) {
-    const std::vector<Run> runs =
-        runs_of(edges, [&](int32_t mesh, bool) { return (scene.mesh_contact[mesh] & kContactOpen) != 0; });
-    return collect(edges, runs, [&](const Run& run, RunWeights& memory, EdgeCounts& counts, const auto& add) {
-        EdgeWeightTask task = memory.task(edges, run, kBorderWeight);
-        memory.seam.resize(kEdgeBlock);
-        for (int64_t k = 0; k < run.count; ++k)
-            memory.seam[static_cast<size_t>(k)] = is_seam(edges.tables, run.first + k);
-        task.seam = memory.seam.data();
-        edges.kernels.edge_weights(scene, task);
-        for (int64_t k = 0; k < run.count; ++k)
-            if (keeps(edges.tables, task, run, k, counts)) add(run.first + k, 0.0f, 1.0f, task.mass[k], 0u);
-    });
+    const auto is_open = [&](int32_t mesh, bool) { return (scene.mesh_contact[mesh] & kContactOpen) != 0; };
+    return weighed_candidates(scene, edges, runs_of(edges, is_open), kBorderWeight, true);
 }
 
 bool any_fixed_direction(const SceneView& scene, int64_t edge) {

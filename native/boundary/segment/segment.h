@@ -170,6 +170,13 @@ EG_INLINE Vec3 far_end_blocks(Mode& mode, const SceneView& scene, const Derivati
     return from;
 }
 
+// Prepares the color of samples that start at the camera: in screen form the slide of x is divided by |n .
+// D|.
+EG_INLINE void divide_slide(BoundarySegment& s) {
+    const Float facing = max(-dot(s.x.normal, s.view.across_of), 1e-20f);
+    s.color = select(s.screen_form, s.color * (1.0f / facing), s.color);
+}
+
 // Adds the velocity of x, with g its adjoint. For a slide, n (g . D)/(n . D) is the surface's part of g, and
 // the rest is the ray's. Cancelling n . D with the |n . D| of the color keeps both bounded at grazing views.
 template <typename Mode>

@@ -20,6 +20,7 @@
 #include "boundary/segment/camera_connection.h"
 #include "boundary/segment/camera_subpath.h"
 #include "boundary/segment/far_radiance.h"
+#include "boundary/segment/hiding_edge.h"
 #include "boundary/segment/occluder.h"
 #include "boundary/segment/scattering_chain.h"
 #include "boundary/segment/silhouette.h"
@@ -85,6 +86,12 @@ struct CameraSampledSurface {
     }
 };
 
+// The squared width s^2 of the kernel about a direction that was sampled with this density. A kernel wider
+// than a quarter of the sphere is nearly uniform.
+EG_INLINE Float width2_of(Float density) {
+    return clamp(0.318309886f / max(density, 1e-6f), splat(1e-6f), splat(1.0f));
+}
+
 // Samples a direction of x's lobes that scatter `kinds`: the one of largest density among several samples of
 // one lobe. The density of an edge in the centre of the lobe decreases with the square of the distance of
 // that direction. With a single sample the weight, which is the reciprocal, would have infinite variance.
@@ -103,9 +110,7 @@ EG_INLINE LobeDirection sample_lobe_direction(const CameraSampledSurface& surfac
         densest = select(found, s.pdf, densest);
         around.towards = select(found, s.wi, around.towards);
     }
-    // A kernel wider than a quarter of the sphere is nearly uniform.
-    around.width2 = select(lobe >= 0, clamp(0.318309886f / max(densest, 1e-6f), splat(1e-6f), splat(1.0f)),
-                           around.width2);
+    around.width2 = select(lobe >= 0, width2_of(densest), around.width2);
     return around;
 }
 
@@ -265,6 +270,17 @@ EG_INLINE void leave_followed(const SceneView& scene, Mask seen, Vec3 followed, 
     path.active &= largest_component(path.throughput) > 0.0f;
 }
 
+// Continues such a path to x, from its first vertex by the camera-sampled lobes alone.
+EG_INLINE void walk_by_sharp_lobes(const SceneView& scene, const BoundaryTask& task, const ImageTask& walks,
+                                   PicturePath& begun, BoundarySegment& s) {
+    PathPacket& path = begun.path;
+    if (scene.mesh_contact) begin_fixed_direction_chain(scene, path.active, begun.length, s.fixed);
+    Vec3 followed;
+    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, task.camera_sampled, &s.fixed,
+                      &followed);
+    leave_followed(scene, s.screen_form, followed, path);
+}
+
 // Samples an edge near a direction from x, one of `candidates` (choose_edge_point), and sets it in the
 // segment and in `p`. Returns f |n_s . w|/r^2 over the density of the point.
 template <typename Counts>
@@ -307,11 +323,7 @@ EG_OUTLINE int sample_from_camera(const SceneView& scene, const BoundaryTask& ta
     SegmentSample& p = begun.segment;
     PathPacket& path = begun.path;
     const ImageTask walks = camera_sampled_paths(task);
-    if (scene.mesh_contact) begin_fixed_direction_chain(scene, path.active, begun.length, s.fixed);
-    Vec3 followed;
-    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, task.camera_sampled, &s.fixed,
-                      &followed);
-    leave_followed(scene, s.screen_form, followed, path);
+    walk_by_sharp_lobes(scene, task, walks, begun, s);
     if (!any(path.active)) return queued;
     // Sample an edge in the lobes of x
     const ScatteringPoint x = scattering_point(scene, walks, path, path.active, begun.hit);
@@ -325,14 +337,7 @@ EG_OUTLINE int sample_from_camera(const SceneView& scene, const BoundaryTask& ta
         sample_edge_in_lobes(task, x, surface, kinds, walk, path.vertex, kCameraSampledCandidates, p, s);
     if (!any(s.active)) return queued;
 
-    const Vec3 across = cross(s.towards, p.t);  // t x w
-    // Silhouettes have a side sigma. Transparent faces have a jump of transmittance instead.
-    const Mask clear = transparent_occluder(scene, s.active, s.edge);
-    const Float sigma = select(clear, splat(1.0f), occluder_side(scene, p, across));
-    s.sweep = across * sigma;
-    s.active &= (sigma != 0.0f) & ~on_edge_face(scene, p, x.x);
-    // If x is closer to the edge than rounding, the jump is part of the primary term (derivations, F3c).
-    s.active &= s.reach > 1e-5f * largest_component(s.point);
+    const HidingEdge edge = hide_behind(scene, p, x.x, s);
     // Skip samples outside the picture or beyond the bounce limits
     s.view = place_in_picture(scene, s.active, select(s.screen_form, x.x.position, begun.first), p.random);
     s.active &= s.view.active;
@@ -363,12 +368,7 @@ EG_OUTLINE int sample_from_camera(const SceneView& scene, const BoundaryTask& ta
 
     // Evaluate the sample and queue the path of L(y)
     s.color = path.throughput * value * seen * (x.shader.scale * begun.weight);
-    // The slide of x is divided by |n . D| (boundary/segment/segment.h).
-    const Float facing = max(-dot(s.x.normal, s.view.across_of), 1e-20f);
-    s.color = select(s.screen_form, s.color * (1.0f / facing), s.color);
-    if (any(clear & s.active))
-        s.color = select(
-            clear, s.color * transparent_jump(scene, p, s.active & clear, s.u, across, s.towards), s.color);
+    color_of_jump(scene, p, edge, s);
     return append_scattering(work, queued, s.active, path.path, s.point, s.towards, y.hit, y.aside,
                              y.through * kept_before_start(scene, s.active, y.hit, s.towards, s.reach),
                              y.passed, begun.length + 2, bounces, splat(static_cast<int>(kDiffuseRay)));

@@ -13,6 +13,7 @@
 // no light have no weight.
 #pragma once
 
+#include "boundary/segment/shadow_connection.h"
 #include "boundary/terms/camera_sampled.h"
 #include "shading/lights/environment_samples.h"
 #include "shading/lights/light_radiance.h"
@@ -41,10 +42,10 @@ EG_INLINE ShadowSource choose_source(const SceneView& scene, const SegmentSample
                kind);
     const bool sized = scene.lights.sized_count + scene.lights.sized_distant > 0;
     ShadowSource source;
-    source.environment =
-        active & (sized ? (scene.has_environment ? splat(0.5f) : splat(0.0f)) > pick : splat(-1));
+    const float environment = !sized ? 1.0f : scene.has_environment ? 0.5f : 0.0f;  // its probability
+    source.environment = active & (pick < environment);
     source.table = active & ~source.environment;
-    source.scale = splat(sized && scene.has_environment ? 2.0f : 1.0f);
+    source.scale = splat(environment == 0.5f ? 2.0f : 1.0f);
     source.kinds = select(source.environment, kinds & scene.environment_mask, kinds);
     source.ray_kind = splat(static_cast<int>(kDiffuseRay));
     source.which = which;
@@ -73,8 +74,7 @@ EG_INLINE LobeDirection shadow_direction(const SceneView& scene, const Scatterin
     const auto take = [&](Mask m, Vec3 w, Float pdf) {
         m &= pdf > 0.0f;
         around.towards = select(m, w, around.towards);
-        around.width2 =
-            select(m, clamp(0.318309886f / max(pdf, 1e-6f), splat(1e-6f), splat(1.0f)), around.width2);
+        around.width2 = select(m, width2_of(pdf), around.width2);
     };
     if (any(to_light & source.table)) {
         const LightSample s = sample_light(scene, to_light & source.table, x.x, x.both_sides, bounces, u, v);
@@ -97,11 +97,7 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
     SegmentSample& p = begun.segment;
     PathPacket& path = begun.path;
     const ImageTask walks = sample_paths(task, 1, hash(task.seed ^ 0x5bd1e995u));
-    if (scene.mesh_contact) begin_fixed_direction_chain(scene, path.active, begun.length, s.fixed);
-    Vec3 followed;
-    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, task.camera_sampled, &s.fixed,
-                      &followed);
-    leave_followed(scene, s.screen_form, followed, path);
+    walk_by_sharp_lobes(scene, task, walks, begun, s);
     if (!any(path.active)) return s;
     const ScatteringPoint x = scattering_point(scene, walks, path, path.active, begun.hit);
     const Int sharp = camera_sampled_kinds(x.shader, task.camera_sampled);
@@ -131,14 +127,7 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
         sample_edge_near(task, x, surface, source.kinds, around, kShadowCandidates, meets_light, p, s);
     if (!any(s.active)) return s;
 
-    const Vec3 across = cross(s.towards, p.t);  // t x w
-    // Silhouettes have a side sigma. Transparent faces have a jump of transmittance instead.
-    const Mask clear = transparent_occluder(scene, s.active, s.edge);
-    const Float sigma = select(clear, splat(1.0f), occluder_side(scene, p, across));
-    s.sweep = across * sigma;
-    s.active &= (sigma != 0.0f) & ~on_edge_face(scene, p, x.x);
-    // If x is closer to the edge than rounding, the jump is part of the primary term (derivations, F3c).
-    s.active &= s.reach > 1e-5f * largest_component(s.point);
+    const HidingEdge edge = hide_behind(scene, p, x.x, s);
     if (!any(s.active)) return s;
 
     // Set the light beyond the edge
@@ -146,7 +135,6 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
     Vec3 light = select(source.environment, environment_radiance(scene, s.towards), zero3());
     Vec3 end = s.towards;
     Float far = splat(__builtin_inff());
-    Mask visible = splat(-1);
     s.distance = splat(__builtin_inff());
     s.y.environment = select(source.environment, splat(scene.environment_image.pixels ? -1 : 0), splat(0));
     const Mask on_row = s.active & source.table;
@@ -159,18 +147,12 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
         s.active &= ~on_row | (met.active & met.casts_shadow & (met.distant | (met.r > s.reach)));
         s.y.row = select(on_row, met.row, s.y.row), s.y.kind = select(on_row, met.kind, s.y.kind);
         s.distance = select(near, met.r - s.reach, s.distance);
-        // From inside of a sphere, its edge sees another side of the surface than x does.
-        const Vec3 from_x = x.x.position - l.position, from_e = s.point - l.position;
-        const Float square = l.radius * l.radius;
-        s.active &= ~on_row | (met.kind != splat(static_cast<int>(kSphereLight))) |
-                    ((dot(from_x, from_x) <= square) == (dot(from_e, from_e) <= square));
+        meet_round_light(scene, s);
         light = select(on_row, l.radiance * (light_factor(l, s.towards, met.r) * count), light);
         blockers = select(on_row, met.blockers, blockers);
-        visible = select(on_row, (met.visible_to & source.kinds) != 0, visible);
         end = select(near, s.towards * s.distance, end);
         far = select(near, splat(0.99999f), far);
     }
-    s.active &= visible;
     if (scene.rays_differ || scene.lights.any_linked)
         s.active &= (gather(scene.mesh_mask, mesh_of(scene, edge_face(scene, s.edge))) & blockers) != 0;
     divide_segment(s);
@@ -184,12 +166,7 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
     const Vec3 seen = transmittance(scene, s.active, start, s.point - start, splat(0.99999f), rays) *
                       transmittance(scene, s.active, s.point, end, far, rays);
     s.color = path.throughput * value * seen * light * (x.shader.scale * begun.weight * source.scale);
-    // The slide of x is divided by |n . D| (boundary/segment/segment.h).
-    const Float facing = max(-dot(s.x.normal, s.view.across_of), 1e-20f);
-    s.color = select(s.screen_form, s.color * (1.0f / facing), s.color);
-    if (any(clear & s.active))
-        s.color = select(
-            clear, s.color * transparent_jump(scene, p, s.active & clear, s.u, across, s.towards), s.color);
+    color_of_jump(scene, p, edge, s);
     s.active &= ~(largest_component(s.color) == 0.0f);
     return s;
 }

@@ -95,9 +95,7 @@ EG_OUTLINE DiskSegment sample_disk_intersection(const SceneView& scene, const Bo
     rays.ignored = {p.edge, splat(-1)};
     const Vec3 seen = transmittance(scene, s.active, start, s.point - start, splat(0.99999f), rays);
     s.color = path.throughput * value * light * seen * (x.shader.scale * begun.weight * (p.u1 - p.u0));
-    // The slide of x is divided by |n . D| (boundary/segment/segment.h).
-    const Float facing = max(-dot(s.x.normal, s.view.across_of), 1e-20f);
-    s.color = select(s.screen_form, s.color * (1.0f / facing), s.color);
+    divide_slide(s);
     s.active &= ~(largest_component(s.color) == 0.0f);
     return s;
 }

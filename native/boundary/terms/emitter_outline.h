@@ -123,9 +123,7 @@ EG_OUTLINE BoundarySegment sample_emitter_outline(const SceneView& scene, const 
         transmittance(scene, s.active, start, s.point - start, splat(0.99999f),
                       {splat(1 << kShadowRay), kShadowRay, task.limits.transparent, {s.edge, s.instance}});
     s.color = path.throughput * value * seen * jump * (x.shader.scale * begun.weight);
-    // The slide of x is divided by |n . D| (boundary/segment/segment.h).
-    const Float facing = max(-dot(s.x.normal, s.view.across_of), 1e-20f);
-    s.color = select(s.screen_form, s.color * (1.0f / facing), s.color);
+    divide_slide(s);
     s.active &= ~(largest_component(s.color) == 0.0f);
     return s;
 }

@@ -85,27 +85,6 @@ EG_INLINE ShadowLight sample_light_point(const SceneView& scene, const BoundaryT
     return light;
 }
 
-// Moves y to where the segment from x meets a disk, which faces x. For spheres, drops samples of which only
-// one of e and x is inside: the edge would see another side of the surface than x does.
-EG_INLINE void meet_round_light(const SceneView& scene, BoundarySegment& s) {
-    const Mask on_row = s.active & (s.y.row >= 0);
-    const Mask disk = on_row & (s.y.kind == splat(static_cast<int>(kDiskLight)));
-    const Mask sphere = on_row & (s.y.kind == splat(static_cast<int>(kSphereLight)));
-    if (!any(disk | sphere)) return;
-    const LightRow l = gather_light(scene.lights, select(disk | sphere, s.y.row, splat(0)));
-    Float pdf;
-    if (any(disk)) {
-        const Float way = meet_light(l, kDiskLight, s.x.position, s.towards, pdf);
-        s.distance = select(disk, way - s.reach, s.distance);
-        s.active &= ~disk | (s.distance > 0.0f);
-    }
-    const auto within = [&](Vec3 at) {
-        const Vec3 way = at - l.position;
-        return dot(way, way) <= l.radius * l.radius;
-    };
-    s.active &= ~sphere | (within(s.point) == within(s.x.position));
-}
-
 // The light at an edge (connect_shadow).
 struct LightAtEdge {
     ShadowLight& light;

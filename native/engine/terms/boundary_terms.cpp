@@ -109,6 +109,7 @@ class TermBuilder {
     template <typename Tree>
     void add_from_camera(BoundaryKind kind, const Tree& tree);
     void add_shadows(BoundaryKind kind, const FoundEdges& found, double directions);
+    void add_between(BoundaryKind kind, const FoundEdges& found);
     std::shared_ptr<const EdgeTree> edge_tree(const FoundEdges& found) const;
 
     const SceneView& scene_;
@@ -273,6 +274,16 @@ void TermBuilder::add_emitter_outlines() {
                         [&] { return std::make_shared<EdgeTree>(scene_, edges_.tables, outlines, true); });
 }
 
+// Samples along edges between surfaces, in directions of learned cells.
+void TermBuilder::add_between(BoundaryKind kind, const FoundEdges& found) {
+    found.each([&](const SharedCandidates& list, double of_samples, double factor) {
+        const double samples = of_samples * most_samples(kind);
+        add(
+            kind, *list, [&] { return over_directions(*list, kDirectionSegments * samples, chains(kind)); },
+            learned_cells(samples), samples, {}, factor);
+    });
+}
+
 void TermBuilder::add_indirect_edges() {
     if (!decided_.computes(Part::kIndirectEdges)) return;
     const FoundEdges& found = silhouettes();
@@ -281,13 +292,7 @@ void TermBuilder::add_indirect_edges() {
     if (any && decided_.computes(Part::kCameraSampledIndirect) &&
         decided_.lists_materials(Part::kCameraSampledIndirect, camera_sampled_materials()))
         add_from_camera(kCameraSampledIndirect, [&] { return edge_tree(found); });
-    found.each([&](const SharedCandidates& list, double of_samples, double factor) {
-        const double samples = of_samples * most_samples(kIndirectBoundary);
-        add(
-            kIndirectBoundary, *list,
-            [&] { return over_directions(*list, kDirectionSegments * samples, chains(kIndirectBoundary)); },
-            learned_cells(samples), samples, {}, factor);
-    });
+    add_between(kIndirectBoundary, found);
 }
 
 void TermBuilder::add_contact_borders() {
@@ -295,13 +300,7 @@ void TermBuilder::add_contact_borders() {
     const FoundEdges found = search(edges_.kept.borders, mesh_sides_,
                                     [&](const EdgeList& part) { return border_candidates(scene_, part); });
     if (!has_edges(Part::kContactBorders, found.size(), found.counts())) return;
-    found.each([&](const SharedCandidates& list, double of_samples, double factor) {
-        const double samples = of_samples * most_samples(kContactBorder);
-        add(
-            kContactBorder, *list,
-            [&] { return over_directions(*list, kDirectionSegments * samples, chains(kContactBorder)); },
-            learned_cells(samples), samples, {}, factor);
-    });
+    add_between(kContactBorder, found);
 }
 
 void TermBuilder::add_curves() {

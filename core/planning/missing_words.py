@@ -22,7 +22,6 @@ _ABOUT_MESHES = {
 }
 _ABOUT_LIGHTS = {
     "blurred outlines": "the outlines of {}, suns or disks that an orthographic camera sees through its lens",
-    "mirrored outlines": "the outlines of lights in mirrors and behind glass ({}): they are no edges",
 }
 _ABOUT_MATERIALS = {
     "ray histories": "edges and shadows on {}, whose textures read bounces or lengths of rays: their boundary terms "
@@ -41,6 +40,7 @@ _PIERCED = {
     "field lines": "the curves where the light '{light}' passes through the distance fields {meshes}",
     "parallel disks": "the outline of the light '{light}' where {meshes} pass through it: a disk that faces "
                       "parallel rays",
+    "mirrored lines": "the lines where {meshes} pass through the light '{light}', in mirrors and behind glass",
     "light jumps": "how the light of '{light}' jumps on {meshes} just where they pass through it: its estimate has "
                    "infinite variance",
 }

@@ -68,11 +68,11 @@ class ChainWorkspace {
             block_.lay_out([&](const auto& take) {
                 take(kBlockPaths / 2 + 2 * kMaxWidth, c.segment, c.horizontal, c.length, c.parted, c.face,
                      c.mesh, c.instance, c.closure, c.event, c.b1, c.b2, c.half, c.edge, c.edge_instance, c.u,
-                     c.field, c.crossed_face, c.crossed_instance, c.curve_point, c.outline_normal, c.contact,
-                     c.weight, c.from, c.seen, c.jump, c.by_point, c.by_direction, c.direction, c.by_screen,
-                     c.lit, c.light_row, c.light_kind, c.light_face, c.light_instance, c.light_scatters,
-                     c.light_blockers, c.light_visible_to, c.light_b1, c.light_b2, c.light_place,
-                     c.light_density);
+                     c.field, c.crossed_face, c.crossed_instance, c.outlined_light, c.curve_point,
+                     c.outline_normal, c.contact, c.weight, c.from, c.seen, c.jump, c.by_point,
+                     c.by_direction, c.direction, c.by_screen, c.lit, c.light_row, c.light_kind, c.light_face,
+                     c.light_instance, c.light_scatters, c.light_blockers, c.light_visible_to, c.light_b1,
+                     c.light_b2, c.light_place, c.light_density);
             });
         c.x = camera.x, c.y = camera.y, c.lens_u = camera.lens_u, c.lens_v = camera.lens_v;
         return c;

@@ -29,6 +29,8 @@ constexpr int32_t kNoRay = -1;
 
 // Kinds of scattered rays.
 constexpr int32_t kScatteredRays = 1 << kDiffuseRay | 1 << kGlossyRay | 1 << kTransmissionRay;
+// Those that mirrors and glass scatter.
+constexpr int32_t kBentRays = 1 << kGlossyRay | 1 << kTransmissionRay;
 
 enum CameraKind : int32_t { kPerspective, kOrthographic, kEquirectangular };
 

@@ -29,6 +29,7 @@ enum class Part : int32_t {
     kTextureBorders,         // borders within faces at which textures jump, as the camera sees them
     kFollowedLobes,          // lobes that count as mirrors in the next part
     kMirroredEdges,          // edges that the camera sees by mirrors and glass
+    kMirroredOutlines,       // outlines of lights that the camera sees by mirrors and glass
     kLightShadows,           // edges between a surface and a light
     kEnvironmentShadows,     // edges between a surface and the environment
     kCameraSampledShadows,   // shadows in sharp lobes, by samples that start at the camera
@@ -68,7 +69,7 @@ enum class Part : int32_t {
     kFieldBorders,       // lines where distance fields end at their boxes
     kNarrowFieldLobes,   // what distance fields hide of narrow lobes
     kFieldLines,         // lights that pass through distance fields
-    kMirroredOutlines,   // outlines of lights, in mirrors and behind glass
+    kMirroredLines,      // lights that surfaces pass through, in mirrors and behind glass
     kTurnedNormals,      // smooth glass whose normal map turns rays below interpolated normals
     kTotalReflection,    // borders of total reflection of Refraction closures
     kLongChains,         // chains of too many mirrors
@@ -102,6 +103,7 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kTextureBorders, "texture borders", kPrimaryTerm},
     {Part::kFollowedLobes, "followed lobes", kPrimaryTerm},
     {Part::kMirroredEdges, "mirrored edges", kPrimaryTerm},
+    {Part::kMirroredOutlines, "mirrored outlines", kPrimaryTerm},
     {Part::kLightShadows, "light shadows", kShadowTerm},
     {Part::kEnvironmentShadows, "environment shadows", kShadowTerm},
     {Part::kCameraSampledShadows, "camera-sampled shadows", kShadowTerm},
@@ -140,7 +142,7 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kFieldBorders, "field borders", kPrimaryTerm},
     {Part::kNarrowFieldLobes, "narrow field lobes", kShadowTerm},
     {Part::kFieldLines, "field lines", kPrimaryTerm},
-    {Part::kMirroredOutlines, "mirrored outlines", kPrimaryTerm},
+    {Part::kMirroredLines, "mirrored lines", kPrimaryTerm},
     {Part::kTurnedNormals, "turned normals", kPrimaryTerm},
     {Part::kTotalReflection, "total reflection", kPrimaryTerm},
     {Part::kLongChains, "long chains", kPrimaryTerm},

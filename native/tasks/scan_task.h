@@ -29,8 +29,9 @@ struct ScanTask {
     float scale;                        // weight of the pass
     uint32_t seed;
     // Which edges are computed: edges seen by chains, edges of shadows on surfaces seen by chains, and edges
-    // between such a surface and others that light it.
-    bool edges, lights, surfaces;
+    // between such a surface and others that light it. `outlines`: those of lights of the table seen by
+    // chains.
+    bool edges, lights, surfaces, outlines;
     BounceLimits limits;
     int32_t max_depth;
 };
@@ -53,6 +54,7 @@ struct ChainCrossings {
     float* u;                       // place along the edge
     int32_t* field;                 // the face that stands for a field, whose outline it is; -1: none
     int32_t *crossed_face[2], *crossed_instance[2];  // two surfaces that pass through each other; -1: none
+    int32_t* outlined_light;                         // the row of the light whose outline it is; -1: none
     float* curve_point[3];                           // of outlines and of lines of two surfaces
     float *outline_normal[3], *contact;              // of outlines (sdf/outline_point.h)
     float* weight;                                   // of the random decisions and of the scan lines

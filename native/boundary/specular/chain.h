@@ -46,6 +46,7 @@ struct SpecularChain {
     Vec3 from[kMostChain];       // the vertex that last scattered the ray
     Vec3 direction[kMostChain];  // of the ray, unit
     Vec3 position[kMostChain], normal[kMostChain], smooth[kMostChain];
+    Int lights[kMostChain];  // which lights of the table the ray meets (lights_on_way)
 };
 
 EG_INLINE ChainRay chain_start(const CameraView& camera, const PicturePoint& at, Float& near, Float& far) {
@@ -95,6 +96,20 @@ EG_INLINE Mask may_have(const SceneView& scene, const SurfacePoint& x, Mask acti
     return may;
 }
 
+// A number that says which sized lights of the table meet a ray of `from_mesh` before the distance `far`.
+EG_OUTLINE Int lights_on_way(const SceneView& scene, Mask active, const ChainRay& ray, Int from_mesh,
+                             Float far, Int bounces) {
+    Int sum = splat(0);
+    const Float near = length_of(ray.origin - ray.from);
+    for_each_met_light(
+        scene, active, ray.from, from_mesh, ray.direction, near, near + far, ray.kind, bounces,
+        [&](int row, Mask seen, const LightRow&, Float, Float) EG_INLINE_LAMBDA {
+            sum = sum +
+                  select(seen, splat(static_cast<int>(hash(static_cast<uint32_t>(row) + 1u) >> 1)), splat(0));
+        });
+    return select(active, sum, splat(0));
+}
+
 // Directs the rays of lanes `lit` from x to their lights.
 EG_OUTLINE void look_at_light(const SceneView& scene, Mask lit, const ChainLight& light,
                               const SurfacePoint& x, ChainRay& ray, Float& far) {
@@ -115,7 +130,8 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, Mask a
     ChainCount counted(task.limits, task.max_depth);
     Float near, far;
     ChainRay ray = chain_start(scene.camera, at, near, far);
-    Mask going = active, dead = splat(0), below = dead, bent = dead;
+    Mask going = active, dead = splat(0), below = dead, bent = dead, followed = dead;
+    Int from_mesh = splat(0), bounces = splat(-1);  // before the last one
     for (int level = 0; level < kMostChain && any(going); ++level) {
         const Mask tracing = going & ~dead, to_light = level > choices.lit;
         // Trace the rays to their next surfaces
@@ -140,6 +156,12 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, Mask a
         chain.b1[level] = hit.b1, chain.b2[level] = hit.b2;
         chain.from[level] = ray.from, chain.direction[level] = ray.direction;
         chain.position[level] = x.position;
+        chain.lights[level] = splat(0);
+        const Mask shown = tracing & bent & ~followed & ~to_light;
+        if (task.outlines && any(shown))
+            chain.lights[level] =
+                lights_on_way(scene, shown, ray, from_mesh,
+                              select(hit.hit, hit.distance, splat(__builtin_inff())), bounces);
         const TexturePoint point = texture_point(scene, x, -ray.direction, ray.kind);
         chain.normal[level] = x.normal, chain.smooth[level] = point.normal;
         // Stop where the vertex differs from that of the events
@@ -227,6 +249,9 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, Mask a
             dead |= scatters & ~fine;
             below |= cut;
             bent |= scatters;
+            followed = select(scatters, (event & kEventFollows) != 0, followed);
+            from_mesh = select(scatters, x.mesh, from_mesh);
+            bounces = bounces - scatters;
         }
         if constexpr (kChoose) {
             counted.add(scatters, ray.kind);
@@ -235,24 +260,30 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, Mask a
     }
 }
 
-// The first vertex at which two chains of the same events differ discontinuously; -1 if there is none.
-// Vertices of one region differ if one part of the region occludes another: then the vector between both
-// points is not tangential to the surface, or the normal is discontinuous.
-EG_OUTLINE Int first_difference(const SpecularChain& a, const SpecularChain& b, Mask active) {
+// Lanes in which two chains of the same events differ discontinuously at a vertex. Vertices of one region
+// differ if one part of the region occludes another: then the vector between both points is not tangential to
+// the surface, or the normal is discontinuous.
+EG_INLINE Mask surfaces_differ(const SpecularChain& a, const SpecularChain& b, int level) {
     constexpr float kSteep = 0.5f, kBent = 0.7f, kRounding = 4e-6f;
+    const Mask other =
+        (a.key[level] != b.key[level]) | ((a.key[level] >= 0) & (a.instance[level] != b.instance[level]));
+    const Vec3 way = b.position[level] - a.position[level];
+    const Float distance = sqrt(dot(way, way));
+    const Float off = max(abs(dot(way, a.normal[level])), abs(dot(way, b.normal[level])));
+    const Mask fold = (off > kSteep * distance + kRounding * largest_component(a.position[level])) |
+                      (dot(a.smooth[level], b.smooth[level]) < kBent);
+    return other | ((a.key[level] >= 0) & fold);
+}
+
+// The first vertex at which two chains of the same events differ discontinuously, or before which their rays
+// meet other lights of the table; -1 if there is none.
+EG_OUTLINE Int first_difference(const SpecularChain& a, const SpecularChain& b, Mask active) {
     Int found = splat(-1);
     Mask looking = active;
     for (int level = 0; level < kMostChain; ++level) {
         looking &= (level < a.count) & (level < b.count);
         if (!any(looking)) break;
-        const Mask other =
-            (a.key[level] != b.key[level]) | ((a.key[level] >= 0) & (a.instance[level] != b.instance[level]));
-        const Vec3 way = b.position[level] - a.position[level];
-        const Float distance = sqrt(dot(way, way));
-        const Float off = max(abs(dot(way, a.normal[level])), abs(dot(way, b.normal[level])));
-        const Mask fold = (off > kSteep * distance + kRounding * largest_component(a.position[level])) |
-                          (dot(a.smooth[level], b.smooth[level]) < kBent);
-        const Mask differs = looking & (other | ((a.key[level] >= 0) & fold));
+        const Mask differs = looking & (surfaces_differ(a, b, level) | (a.lights[level] != b.lights[level]));
         found = select(differs, splat(level), found);
         looking &= ~differs;
     }

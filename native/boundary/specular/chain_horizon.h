@@ -42,7 +42,7 @@ EG_INLINE LastVertex last_vertex(const ChainCrossings& c, int at, Mask active) {
 // Crossings with horizons.
 EG_INLINE Mask at_horizon(const ChainCrossings& c, int at, int count) {
     return first_lanes(count - at) & (load(c.edge + at) < 0) & (load(c.field + at) < 0) &
-           (load(c.crossed_face[0] + at) < 0);
+           (load(c.crossed_face[0] + at) < 0) & (load(c.outlined_light + at) < 0);
 }
 
 // Stores the slopes -dg with respect to the continuing rays.

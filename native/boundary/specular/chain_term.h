@@ -21,6 +21,7 @@
 
 #include "boundary/segment/scattering_chain.h"
 #include "boundary/specular/chain_shadow.h"
+#include "boundary/specular/mirrored_outline.h"
 #include "path/recorder.h"
 #include "tasks/boundary_task.h"
 #include "tasks/image_task.h"
@@ -213,6 +214,7 @@ static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task,
         // Find the surfaces on both sides of the edge and behind it
         EdgeSample s = chain_curve(scene, c, at, count, ray.from, ray.origin);
         const Mask lit = first_lanes(count - at) & load(c.lit + at);
+        const Mask shown = fine & ~lit & at_light_outline(c, at, count);
         s.active &= fine & ~lit;
         const Mask horizon = fine & at_horizon(c, at, count), parted = s.active & load(c.parted + at);
         s.active &= ~parted;
@@ -244,6 +246,7 @@ static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task,
             queued = see_onwards(scene, horizon | parted, onwards, p, path, work, queued);
         }
         seen |= horizon;
+        if (any(shown)) seen |= light_outline_jump(scene, task, c, at, shown, onwards, p);
         if (any(lit & fine)) seen |= lit_sides(scene, task, c, at, count, lit & fine, ray, p, work, queued);
         store(c.seen + at, seen);
         if (!any(s.active)) continue;
@@ -275,10 +278,10 @@ static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task,
         Vec3 plus, minus;
         load3(plus, work.radiance, at);
         load3(minus, work.radiance, count + at);
-        const Mask lit = load(c.lit + at);
+        const Mask lit = load(c.lit + at), known = lit | at_light_outline(c, at, count);
         const Vec3 towards_x = select(lit & load(c.light_scatters + at), plus, gray(splat(1.0f)));
         store_jump(c, at, load(c.seen + at),
-                   select(lit, load_jump(c, at) * towards_x, (minus - plus) * load(c.weight + at)));
+                   select(known, load_jump(c, at) * towards_x, (minus - plus) * load(c.weight + at)));
     }
 }
 
@@ -304,17 +307,19 @@ static void chain_forward_kernel(const SceneView& scene, const ChainCrossings& c
         EdgeSample s = chain_curve(scene, c, at, count, from, from);
         const Vec3 jump = load_jump(c, at);
         const Mask jumps = largest_component(jump) > 0.0f, horizon = jumps & at_horizon(c, at, count);
+        const Mask light = jumps & at_light_outline(c, at, count);
         s.active &= jumps;
-        if (!any(s.active | horizon)) continue;
+        if (!any(s.active | horizon | light)) continue;
         Forward mode{scene, tangent};
         const Vec3 unit = {splat(1.0f), splat(0.0f), splat(0.0f)};
         chain_horizon_blocks(mode, scene, tangent, c, at, horizon, unit);
+        light_outline_blocks(mode, scene, tangent, c, at, light, from, unit);
         light_blocks(mode, scene, tangent, c, at, s, from, unit);
         curve_blocks(mode, scene, tangent, c, at, s, unit);
         const Float g = load(work.radiance[0] + at) + mode.value.x;
         const Vec3 value = jump * g;
         for (int i = 0; i < W; ++i) {
-            if (!s.active[i] && !horizon[i]) continue;
+            if (!s.active[i] && !horizon[i] && !light[i]) continue;
             const int32_t n = c.segment[at + i];
             splats.x[n] = c.x[at + i], splats.y[n] = c.y[at + i];
             splats.value[0][n] = value.x[i], splats.value[1][n] = value.y[i], splats.value[2][n] = value.z[i];
@@ -331,7 +336,8 @@ static void chain_backward_kernel(const SceneView& scene, const ChainCrossings& 
         EdgeSample s = chain_curve(scene, c, at, count, from, from);
         const Vec3 jump = load_jump(c, at);
         Mask jumps = largest_component(jump) > 0.0f;
-        jumps &= s.active | at_horizon(c, at, count);
+        const Mask light = at_light_outline(c, at, count);
+        jumps &= s.active | at_horizon(c, at, count) | light;
         const Vec3 a = any(jumps) ? adjoint_at(scene.camera, jumps, select(jumps, load(c.x + at), 0.0f),
                                                select(jumps, load(c.y + at), 0.0f), adjoint)
                                   : zero3();
@@ -342,6 +348,7 @@ static void chain_backward_kernel(const SceneView& scene, const ChainCrossings& 
         if (!any(jumps)) continue;
         Backward mode{scene, gradient, a};
         chain_horizon_blocks(mode, scene, gradient, c, at, jumps & at_horizon(c, at, count), jump);
+        light_outline_blocks(mode, scene, gradient, c, at, jumps & light, from, jump);
         curve_blocks(mode, scene, gradient, c, at, s, jump);
         light_blocks(mode, scene, gradient, c, at, s, from, jump);
     }

@@ -114,6 +114,7 @@ EG_OUTLINE void take(SpecularChain& to, Mask m, const SpecularChain& from) {
         to.position[k] = select(m, from.position[k], to.position[k]);
         to.normal[k] = select(m, from.normal[k], to.normal[k]);
         to.smooth[k] = select(m, from.smooth[k], to.smooth[k]);
+        to.lights[k] = select(m, from.lights[k], to.lights[k]);
     }
 }
 
@@ -150,6 +151,7 @@ EG_INLINE void append_intersection(ChainCrossings& out, int n, int i, int64_t se
     }
     out.edge[n] = curve.edge, out.edge_instance[n] = curve.instance, out.u[n] = curve.u;
     out.field[n] = curve.field, out.contact[n] = curve.contact;
+    out.outlined_light[n] = curve.light;
     for (int k = 0; k < 3; ++k)
         out.curve_point[k][n] = curve.point[k], out.outline_normal[k][n] = curve.normal[k];
     for (int k = 0; k < 2; ++k)
@@ -223,6 +225,9 @@ EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, Inte
     }
     // Find the edge that each ray touches
     const Int level = first_difference(chain_p, chain_q, active);
+    Mask differs[kMostChain];
+    for (int k = 0; k < kMostChain; ++k)
+        if (any(active & (level == k))) differs[k] = surfaces_differ(chain_p, chain_q, k);
     for (int i = 0; i < count; ++i) {
         const int k = level[i];
         if (!active[i] || k < 1) continue;
@@ -237,10 +242,14 @@ EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, Inte
         bool bent = false;
         for (int j = 0; j < seen; ++j) bent |= choices.event[j][i] != kEventPasses;
         if (!bent || chain_p.key[k][i] == kDead || chain_q.key[k][i] == kDead) continue;
-        if (k <= choices.lit[i] && !task.edges) continue;
+        const bool light = chain_p.lights[k][i] != chain_q.lights[k][i] && !differs[k][i];
+        if (k <= choices.lit[i] && !(light ? task.outlines : task.edges)) continue;
         TouchedCurve curve;
-        if (!horizon || parted) curve = touched_curve(scene, task, chain_p, chain_q, seen, i);
-        if (!curve.found() && !horizon && k <= choices.lit[i])
+        if (light)
+            curve = touched_light(scene, chain_p, chain_q, choices, k, i);
+        else if (!horizon || parted)
+            curve = touched_curve(scene, task, chain_p, chain_q, seen, i);
+        if (!curve.found() && !horizon && !light && k <= choices.lit[i])
             curve = touched_crossing(scene, chain_p, chain_q, k, i);
         if (!curve.found() && (!horizon || parted)) continue;
         out.parted[found] = parted ? -1 : 0;

@@ -8,6 +8,7 @@
 
 #include "boundary/samples/crossing_samples.h"
 #include "boundary/specular/chain.h"
+#include "boundary/specular/mirrored_outline.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -21,9 +22,10 @@ struct TouchedCurve {
     struct {
         int32_t face = -1, instance = -1;
     } crossed[2];
-    float off = 3e38f;  // angle by which the ray misses the curve
+    int32_t light = -1;  // the row of a light of the table, whose outline it is; -1: none
+    float off = 3e38f;   // angle by which the ray misses the curve
 
-    bool found() const { return edge >= 0 || field >= 0 || crossed[0].face >= 0; }
+    bool found() const { return edge >= 0 || field >= 0 || crossed[0].face >= 0 || light >= 0; }
 };
 
 // Tries the edges of a face.
@@ -167,6 +169,35 @@ EG_INLINE TouchedCurve touched_crossing(const SceneView& scene, const SpecularCh
     if (!(length(way - ray * along) < reach * along)) return {};
     found.point[0] = static_cast<float>(point.x), found.point[1] = static_cast<float>(point.y),
     found.point[2] = static_cast<float>(point.z);
+    return found;
+}
+
+// The light of the table whose outline the last ray passes, for neighbouring chains that differ only in the
+// lights that they meet before a vertex; no light, if surfaces pass through it there.
+EG_INLINE TouchedCurve touched_light(const SceneView& scene, const SpecularChain& p, const SpecularChain& q,
+                                     const ChainChoices& choices, int level, int i) {
+    // Find what scattered the ray
+    int last = level - 1, bounces = -1;
+    while (last > 0 && choices.event[last][i] == kEventPasses) --last;
+    for (int k = 0; k <= last; ++k) bounces += choices.event[k][i] != kEventPasses;
+    const bool transmits = choices.event[last][i] & kEventTransmits;
+    const int kind = transmits ? kTransmissionRay : kGlossyRay;
+    const LightView& lights = scene.lights;
+    TouchedCurve found;
+    for (int k = 0; k < lights.sized_count + lights.sized_distant; ++k) {
+        const int row = lights.sized[k];
+        if (!shines_along(scene, row, p.mesh[last][i], kind, bounces)) continue;
+        const auto rho = [&](const SpecularChain& c) {
+            const Vec3 &from = c.from[level], &d = c.direction[level];
+            const Vec3 x = {splat(from.x[i]), splat(from.y[i]), splat(from.z[i])};
+            return met_outline(scene, splat(-1), splat(row), x, {splat(d.x[i]), splat(d.y[i]), splat(d.z[i])})
+                .rho[0];
+        };
+        const float a = rho(p), b = rho(q);
+        const float off = __builtin_fabsf(0.5f * (a + b) - 1.0f);
+        if ((a <= 1.0f) == (b <= 1.0f) || !(off < found.off)) continue;
+        found.light = row, found.off = off;
+    }
     return found;
 }
 

@@ -252,6 +252,15 @@ void decide_indirect(const BoundaryFacts& f, Reason black, const std::vector<int
     if (f.tables.fields.empty()) decided.none(Part::kCrossedSurfaces, Reason::kNone);
 }
 
+// The sized lights of the table that mirrors and smooth glass show.
+std::vector<int32_t> lights_in_mirrors(const LightView& lights) {
+    std::vector<int32_t> shown;
+    for (int32_t k = 0; k < lights.sized_count + lights.sized_distant; ++k)
+        if (lights.visible_to[lights.sized[k]] & kBentRays) shown.push_back(lights.sized[k]);
+    std::sort(shown.begin(), shown.end());
+    return shown;
+}
+
 // Decides on edges that the camera sees by mirrors, smooth glass and followed lobes.
 void decide_mirrored(const BoundaryFacts& f, const std::vector<int32_t>& partly_met, Decisions& decided) {
     const SceneView& scene = f.scene;
@@ -275,6 +284,14 @@ void decide_mirrored(const BoundaryFacts& f, const std::vector<int32_t>& partly_
         decided[Part::kFollowedLobes].materials = std::move(followed);
     }
     if (options.terms[kPrimaryTerm]) decide(Part::kMirroredEdges, 2, Reason::kNeeded, f.chains);
+    if (options.terms[kPrimaryTerm]) {
+        std::vector<int32_t> shown = lights_in_mirrors(scene.lights);
+        decide(Part::kMirroredOutlines, 2,
+               first_of({unless(!smooth.empty(), Reason::kNone), unless(!shown.empty(), Reason::kNoLight)}),
+               f.motion.lights || mirrors_turn(f));
+        if (decided.computes(Part::kMirroredOutlines))
+            decided[Part::kMirroredOutlines].lights = std::move(shown);
+    }
     // Such a shadow needs three segments: from the camera to the mirror, to the receiver, and to the light.
     if (options.terms[kShadowTerm])
         decide(Part::kMirroredShadows, 3,
@@ -289,6 +306,25 @@ void decide_mirrored(const BoundaryFacts& f, const std::vector<int32_t>& partly_
 }
 
 }  // namespace
+
+bool mirrors_turn(const BoundaryFacts& f) {
+    const SceneTables& tables = f.tables;
+    if (f.options.max_depth < 2) return false;
+    if (f.motion.camera || f.bends) return true;
+    std::vector<uint8_t> specular(tables.material_used.size(), 0);
+    for (const int32_t m :
+         used_materials(tables, [&](size_t k) { return may_be_specular(tables, k, f.scene.followed_alpha); }))
+        specular[static_cast<size_t>(m)] = 1;
+    const std::vector<uint8_t> moving = moving_surfaces(tables, f.motion);
+    for (size_t mesh = 0; mesh < static_cast<size_t>(tables.visible_meshes); ++mesh) {
+        const auto* first = tables.face_material.data() + tables.mesh_first_face[mesh];
+        const auto* last = tables.face_material.data() + tables.mesh_first_face[mesh + 1];
+        if (moving[mesh] &&
+            std::any_of(first, last, [&](int32_t m) { return specular[static_cast<size_t>(m)] != 0; }))
+            return true;
+    }
+    return false;
+}
 
 void decide_boundaries(const BoundaryFacts& f, Decisions& decided) {
     const RenderOptions& options = f.options;

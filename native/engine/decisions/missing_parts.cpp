@@ -45,7 +45,7 @@ class Search {
           surface_moves_(moving_surfaces(facts.tables, facts.motion)) {
         any_moves_ = motion_.camera || motion_.lights || motion_.rotation || motion_.any_mesh_moves() ||
                      motion_.any_field_moves();
-        chains_turn_ = chains_turn();
+        chains_turn_ = mirrors_turn(facts);
     }
 
     void seen_by_the_camera() {
@@ -133,37 +133,15 @@ class Search {
                           return tables_.closure_kind[k] == kRefraction && may_be_specular(tables_, k);
                       }));
         if (f_.chains && f_.options.max_depth > kMostChain) materials(Part::kLongChains, smooth, kMostChain);
-        std::vector<int32_t> shown;
-        for (const int32_t row : sized_lights(kBentRays))
-            if (chains_turn_ || light_moves(row)) shown.push_back(row);
-        lights(Part::kMirroredOutlines, std::move(shown));
+        pierced(Part::kMirroredLines, [&](size_t row, size_t mesh) {
+            return is_sized(tables_.lights.kind[row]) &&
+                   (chains_turn_ || moving_[mesh] || light_moves(static_cast<int32_t>(row))) &&
+                   (tables_.lights.visible_to[row] & tables_.mesh_mask[mesh] & kBentRays) != 0;
+        });
         if (f_.options.max_depth > 2 && (any_moves_ || f_.chains)) materials(Part::kCaustics, smooth);
     }
 
  private:
-    // The kinds of rays that mirrors and smooth glass show.
-    static constexpr int32_t kBentRays = 1 << kGlossyRay | 1 << kTransmissionRay;
-
-    // Whether rays turn that mirrors and smooth glass show. Else what they show of still things is still.
-    bool chains_turn() const {
-        if (f_.options.max_depth < 2) return false;
-        if (motion_.camera || f_.bends) return true;
-        std::vector<uint8_t> specular(tables_.material_used.size(), 0);
-        for (const int32_t m : used_materials(
-                 tables_, [&](size_t k) { return may_be_specular(tables_, k, f_.scene.followed_alpha); }))
-            specular[static_cast<size_t>(m)] = 1;
-        for (int32_t mesh = 0; mesh < tables_.visible_meshes; ++mesh) {
-            const auto* first =
-                tables_.face_material.data() + tables_.mesh_first_face[static_cast<size_t>(mesh)];
-            const auto* last =
-                tables_.face_material.data() + tables_.mesh_first_face[static_cast<size_t>(mesh) + 1];
-            if (surface_moves_[static_cast<size_t>(mesh)] &&
-                std::any_of(first, last, [&](int32_t m) { return specular[static_cast<size_t>(m)] != 0; }))
-                return true;
-        }
-        return false;
-    }
-
     Decision& miss(Part part, int64_t limit = 0) {
         decided_.decide(part, Reason::kNotEstimated);
         decided_[part].limit = limit;

@@ -57,9 +57,11 @@ bool bends_chains(const SceneTables& t, const Requested& requested) {
 std::unique_ptr<SpecularTerm> SpecularTerm::of(const SceneView& scene, const SceneTables& tables,
                                                const RenderOptions& options, EdgeCache& kept,
                                                Decisions& decided) {
-    constexpr Part kAll[] = {Part::kMirroredEdges, Part::kMirroredShadows, Part::kMirroredLight};
-    const Parts parts{decided.computes(kAll[0]), decided.computes(kAll[1]), decided.computes(kAll[2])};
-    if (!(parts.edges || parts.lights || parts.surfaces)) return nullptr;
+    constexpr Part kAll[] = {Part::kMirroredEdges, Part::kMirroredShadows, Part::kMirroredLight,
+                             Part::kMirroredOutlines};
+    const Parts parts{decided.computes(kAll[0]), decided.computes(kAll[1]), decided.computes(kAll[2]),
+                      decided.computes(kAll[3])};
+    if (!(parts.edges || parts.lights || parts.surfaces || parts.outlines)) return nullptr;
     const FilmRectangle film = specular_bounds(scene, tables);
     if (film.empty()) {
         for (const Part part : kAll)
@@ -74,9 +76,10 @@ std::unique_ptr<SpecularTerm> SpecularTerm::of(const SceneView& scene, const Sce
 SpecularTerm::SpecularTerm(const SceneView& scene, const RenderOptions& options,
                            std::shared_ptr<const SurfaceRegions> regions, const FilmRectangle& film,
                            Parts parts)
-    : SampledTerm(kPrimaryTerm, parts.edges    ? Part::kMirroredEdges
-                                : parts.lights ? Part::kMirroredShadows
-                                               : Part::kMirroredLight),
+    : SampledTerm(kPrimaryTerm, parts.edges      ? Part::kMirroredEdges
+                                : parts.lights   ? Part::kMirroredShadows
+                                : parts.surfaces ? Part::kMirroredLight
+                                                 : Part::kMirroredOutlines),
       options_(options),
       regions_(std::move(regions)),
       parts_(parts),
@@ -99,6 +102,7 @@ void SpecularTerm::find(const TermRun& run, int pass, int64_t first, int64_t cou
     ScanTask scan = plan_.task(pass, first, count);
     scan.region = regions_->region.data(), scan.face_edge = regions_->face_edge.data();
     scan.edges = parts_.edges, scan.lights = parts_.lights, scan.surfaces = parts_.surfaces;
+    scan.outlines = parts_.outlines;
     scan.limits = options_.limits, scan.max_depth = options_.max_depth;
     found.image = {};
     found.image.pixel_count = 1;
@@ -139,8 +143,10 @@ void SpecularTerm::find(const TermRun& run, int pass, int64_t first, int64_t cou
     if (pass > 0 || plan_.passes() == 1) return;
     std::vector<IntersectionSize>& sizes = sizes_[static_cast<size_t>(first / kBoundaryChunk)];
     for (int i = 0; i < found.count; ++i) {
-        if (const float size = length(c.jump, i) * length(c.by_point, i); size > 0.0f)
-            sizes.push_back({(first + c.segment[i]) / kScanLine, size});
+        // Of suns, whose outlines have no place, only the ray's direction counts.
+        const float slope = length(c.by_point, i);
+        const float size = length(c.jump, i) * (slope > 0.0f ? slope : length(c.by_direction, i));
+        if (size > 0.0f) sizes.push_back({(first + c.segment[i]) / kScanLine, size});
     }
 }
 

@@ -35,7 +35,7 @@ class SpecularTerm : public SampledTerm {
 
  private:
     struct Parts {
-        bool edges, lights, surfaces;  // as of a ScanTask
+        bool edges, lights, surfaces, outlines;  // as of a ScanTask
     };
     SpecularTerm(const SceneView& scene, const RenderOptions& options,
                  std::shared_ptr<const SurfaceRegions> regions, const FilmRectangle& film, Parts parts);

@@ -148,6 +148,15 @@ EG_INLINE Float meet_light(const LightRow& l, int kind, Vec3 from, Vec3 w, Float
     }
 }
 
+// Whether a light of the table shines on rays of `kind` and on the mesh that scattered them, which the path
+// has met after `bounces`.
+EG_INLINE bool shines_along(const SceneView& scene, int row, int from_mesh, int kind, int bounces) {
+    const LightView& lights = scene.lights;
+    const int receivers = lights.receivers[row];
+    return (lights.visible_to[row] >> kind & 1) && bounces <= lights.max_bounces[row] &&
+           (receivers < 0 || kind == kCameraRay || (scene.mesh_receivers[from_mesh] >> receivers & 1));
+}
+
 // Visits the sized lights of the table that rays of `kind` along w meet between the distances near and far
 // from the point `from`, if they shine on such rays and on the mesh that scattered them, which the path has
 // met after `bounces`. Lights do not block
@@ -162,13 +171,8 @@ EG_INLINE void for_each_met_light(const SceneView& scene, Mask active, Vec3 from
     for (int k = 0; k < count; ++k) {
         const int row = lights.sized[k];
         Mask seen = active;
-        const int visible_to = lights.visible_to[row], receivers = lights.receivers[row];
-        for (int i = 0; i < W; ++i) seen[i] &= visible_to >> kind[i] & 1 ? -1 : 0;
-        if (lights.max_bounces[row] < kAnyBounces) seen &= bounces <= lights.max_bounces[row];
-        if (receivers >= 0)
-            for (int i = 0; i < W; ++i)
-                if (kind[i] != kCameraRay && !(scene.mesh_receivers[from_mesh[i]] >> receivers & 1))
-                    seen[i] = 0;
+        for (int i = 0; i < W; ++i)
+            seen[i] &= shines_along(scene, row, from_mesh[i], kind[i], bounces[i]) ? -1 : 0;
         if (!any(seen)) continue;
         const int light_kind = lights.kind[lights.light_of_row[row]];
         const LightRow l = gather_light(lights, splat(row));

@@ -65,7 +65,7 @@ EG_INLINE Vec3 scattered_moving(const SceneView& scene, const Surface& surface, 
     const Mask light = active & s.light, environment = active & s.environment, next = active & s.next;
     if (any(light)) {
         const Vec3 f =
-            scattered_light(scene, surface, s.light_visible_to, light, s.of_table, s.light_w).value;
+            scattered_light(scene, surface, s.light_visible_to, light, s.pointlike, s.light_w).value;
         sum = select(light, f * s.light_value, sum);
     }
     if (any(environment))
@@ -195,8 +195,7 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     }
     // Add lights of the table along the ray
     if (scene.lights.sized_count + scene.lights.sized_distant > 0 && any(screen_form))
-        out.light = out.light + lights_met(scene, v, screen_form & ~load(v.arrives_followed) & ~load(v.rim),
-                                           arrival.from, direction);
+        out.light = out.light + lights_met(scene, v, screen_form & ~load(v.rim), arrival.from, direction);
     if (!any(hit)) return out;
 
     // Compute the surface point and the view direction

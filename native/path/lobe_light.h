@@ -28,12 +28,15 @@ struct SharpLobes {
     Float share;  // c
 };
 
+// The microfacets of lobe number k, which is a mirror, the coat or an interface.
+EG_INLINE const Microfacets& facets_of(const Bsdf& f, int k) {
+    return k == kMirrorLobe ? f.mirror.facets : k == kCoatLobe ? f.coat.facets : f.glass.facets;
+}
+
 // Lanes in which lobe number k is sharp and not perfect.
 EG_INLINE Mask is_sharp(const Bsdf& f, int k) {
     if (!f.any_lobe[k] || (k != kMirrorLobe && k != kCoatLobe && k != kInterfaceLobe)) return splat(0);
-    const Microfacets& g = k == kMirrorLobe ? f.mirror.facets
-                           : k == kCoatLobe ? f.coat.facets
-                                            : f.glass.facets;
+    const Microfacets& g = facets_of(f, k);
     return (f.probability[k] > 0.0f) & ~is_smooth(g) & (min(g.ax, g.ay) <= kSharpAlpha);
 }
 
@@ -42,15 +45,16 @@ EG_INLINE Mask any_sharp(const Bsdf& f) {
     return is_sharp(f, kMirrorLobe) | is_sharp(f, kCoatLobe) | is_sharp(f, kInterfaceLobe);
 }
 
-// The lobes of a surface that are sharp and not perfect.
+// The lobes of a surface that are sharp, not perfect and not followed.
 EG_INLINE SharpLobes sharp_lobes(const ShadedSurface& surface, Mask active) {
     SharpLobes out{splat(0), surface.bsdf, splat(0.0f)};
     Bsdf& f = out.bsdf;
-    follow_none(f, active);  // as in scattered_light
     Float sum = splat(0.0f);
     for (int k = 0; k < kLobes; ++k) {
         if (!f.any_lobe[k]) continue;
-        f.probability[k] = select(active & is_sharp(f, k), detach(f.probability[k]), splat(0.0f));
+        Mask sharp = active & is_sharp(f, k);
+        if (any(sharp)) sharp &= ~facets_of(f, k).followed;
+        f.probability[k] = select(sharp, detach(f.probability[k]), splat(0.0f));
         sum = sum + f.probability[k];
     }
     out.active = active & (sum > 1e-3f);

@@ -25,7 +25,6 @@ struct PathPacket {
     Mask touched;     // of recorded paths: has met a requested surface
     Mask past_rim;    // of paths that sample rims: has been scattered along one (path/rim.h)
     Mask led;         // scattered only by perfect and followed lobes (shading/bsdf/followed_lobes.h)
-    Mask followed;    // scattered last by a followed lobe; such rays do not meet lights of the table
     Mask caustic;     // scattered by another lobe, and later by a perfect one
     Mask final_ray;   // finds emission but does not scatter again
     Int bounces;      // counts by kind, 8 bits each: diffuse, glossy, transmission, transparent
@@ -39,9 +38,8 @@ EG_INLINE Int pack_state(const PathPacket& p) {
            ((p.both_sides & 1) << (kSegmentBits + kVertexBits + 4)) |
            ((p.touched & 1) << (kSegmentBits + kVertexBits + 5)) |
            ((p.led & 1) << (kSegmentBits + kVertexBits + 6)) |
-           ((p.followed & 1) << (kSegmentBits + kVertexBits + 7)) |
-           ((p.caustic & 1) << (kSegmentBits + kVertexBits + 8)) |
-           ((p.past_rim & 1) << (kSegmentBits + kVertexBits + 9));
+           ((p.caustic & 1) << (kSegmentBits + kVertexBits + 7)) |
+           ((p.past_rim & 1) << (kSegmentBits + kVertexBits + 8));
 }
 
 EG_INLINE void unpack_state(Int state, PathPacket& p) {
@@ -52,9 +50,8 @@ EG_INLINE void unpack_state(Int state, PathPacket& p) {
     p.both_sides = ((state >> (kSegmentBits + kVertexBits + 4)) & 1) != 0;
     p.touched = ((state >> (kSegmentBits + kVertexBits + 5)) & 1) != 0;
     p.led = ((state >> (kSegmentBits + kVertexBits + 6)) & 1) != 0;
-    p.followed = ((state >> (kSegmentBits + kVertexBits + 7)) & 1) != 0;
-    p.caustic = ((state >> (kSegmentBits + kVertexBits + 8)) & 1) != 0;
-    p.past_rim = ((state >> (kSegmentBits + kVertexBits + 9)) & 1) != 0;
+    p.caustic = ((state >> (kSegmentBits + kVertexBits + 7)) & 1) != 0;
+    p.past_rim = ((state >> (kSegmentBits + kVertexBits + 8)) & 1) != 0;
 }
 
 // Number of bounces of a kind so far (kDiffuseRay, kGlossyRay, kTransmissionRay; 4: transparent).

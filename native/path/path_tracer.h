@@ -133,16 +133,15 @@ EG_INLINE void add_emission(const SceneView& scene, Workspace& work, const PathP
 EG_INLINE void add_sized_lights(const SceneView& scene, Workspace& work, const PathPacket& p,
                                 Float distance) {
     if (work.values && !requests_rows(*work.values)) return;
-    const Mask meets = p.active & ~p.followed;
     const Float near = way_so_far(p);
     const Receiver from = last_receiver(scene, p);
     if (work.values)
-        return for_each_light_along(scene, meets & p.touched, from, p.from_mesh, p.direction, near,
+        return for_each_light_along(scene, p.active & p.touched, from, p.from_mesh, p.direction, near,
                                     near + distance, p.pdf, p.kind, bounces_before_last(p),
                                     [&](int row, Mask seen, Vec3 radiance, Float gain) {
                                         record_met_light(*work.values, p, seen, row, radiance, gain);
                                     });
-    const Vec3 light = lights_along(scene, meets, from, p.from_mesh, p.direction, near, near + distance,
+    const Vec3 light = lights_along(scene, p.active, from, p.from_mesh, p.direction, near, near + distance,
                                     p.pdf, p.kind, bounces_before_last(p));
     const Mask found = p.active & (largest_component(light) > 0.0f);
     if (any(found)) add_radiance(work, p, found, p.throughput * light);
@@ -213,20 +212,15 @@ EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspac
         // Evaluate the closures of all other surfaces
         ShadedSurface surface = shaded_surface(scene, part.active, x, point, shader, normal);
         surface.bsdf.glass.by_slope = vertex && work.vertices->geometry;
-        const bool rims = vertex && work.vertices->rims;
-        RimChoice rim;
-        if (rims) rim = choose_rims(task, part, surface, index);
-        ShadedSurface whole = surface;
         // Record which lobes are followed
         if (vertex && scene.followed_alpha > 0.0f)
             put(vertex->follows, part.active,
                 follow_lobes(surface.bsdf, part.active & part.led, scene.followed_alpha));
         // Scatter some paths along the rims of their transmission lobes
-        if (rims) {
+        if (vertex && work.vertices->rims) {
+            const RimChoice rim = choose_rims(task, part, surface, index);
             if (any(rim.taken)) {
-                const Mask followed =
-                    surface.bsdf.any_lobe[kInterfaceLobe] ? surface.bsdf.glass.facets.followed : splat(0);
-                alive = scatter_at_rim(scene, task, work, part, x, whole, rim, followed, alive, *vertex);
+                alive = scatter_at_rim(scene, task, work, part, x, surface, rim, alive, *vertex);
                 part.active &= ~rim.taken;
                 if (!any(part.active)) return alive;
             }

@@ -44,7 +44,8 @@ EG_OUTLINE RimChoice choose_rims(const ImageTask& task, const PathPacket& p, con
     r.taken = splat(0);
     if (!surface.bsdf.any_lobe[kInterfaceLobe]) return r;
     const Interface& glass = surface.bsdf.glass;
-    const Mask may = p.active & ~p.past_rim & has_rim(glass, surface.bsdf.view);
+    // The domain of a followed lobe moves with it.
+    const Mask may = p.active & ~p.past_rim & ~glass.facets.followed & has_rim(glass, surface.bsdf.view);
     if (!any(may)) return r;
     // Emitter samples do not use these random numbers before the rim.
     Float choice, place;
@@ -58,11 +59,10 @@ EG_OUTLINE RimChoice choose_rims(const ImageTask& task, const PathPacket& p, con
     return r;
 }
 
-// Scatters paths along their rims. Returns the queue's new length. Followed lobes have rims only for lights
-// of the table: the domain of all other light moves with the lobe.
+// Scatters paths along their rims. Returns the queue's new length.
 EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Workspace& work, PathPacket p,
                               const SurfacePoint& x, const ShadedSurface& surface, const RimChoice& r,
-                              Mask followed, int alive, Vertex& vertex) {
+                              int alive, Vertex& vertex) {
     // Evaluate the lobe at its rim
     const Vec3 w = to_world(surface.bsdf, r.sample.w);
     p.active &= r.taken & r.sample.active & (dot(x.normal, w) < 0.0f);
@@ -88,8 +88,6 @@ EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Wor
         }
     }
     // Continue along the rim and record the direction
-    p.active &= ~followed;
-    if (!any(p.active)) return alive;
     const Int kind = splat(static_cast<int>(kTransmissionRay));
     put(vertex.samples, p.active, splat(-1));
     put(vertex.continues, p.active, splat(-1));
@@ -99,7 +97,7 @@ EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Wor
     p.final_ray = next_is_final(task, p, kind);
     p.throughput = p.throughput * f * scale;
     p.past_rim = splat(-1);
-    p.led = p.followed = splat(0);
+    p.led = splat(0);
     p.both_sides = splat(-1);
     leave(p, x, receiving_normal(scene, x, surface.normal), w, kind, splat(kRimDensity));
     return append_paths(work.paths, alive, p);

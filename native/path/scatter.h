@@ -101,7 +101,8 @@ EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPac
     const Vec3* shading = scene.any_terminator ? &receiving : nullptr;
     LightSample s = sample_light_at(scene, p, x, surface, index, vertex != nullptr, shading);
     look_up_emission(scene, s);
-    const BsdfValue f = scattered_light(scene, surface, s.visible_to, s.active, s.row >= 0, s.w);
+    const BsdfValue f =
+        scattered_light(scene, surface, s.visible_to, s.active, is_pointlike(s.row, s.kind), s.w);
     // Recorded light omits the radiance and the BSDF: factors that are zero may have derivatives.
     Vec3 light = s.radiance * f.value * s.geometry;
     if (vertex) {
@@ -282,7 +283,6 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
     // Continue the surviving paths
     p.caustic |= ~p.led & s.specular;
     p.led &= s.specular;
-    p.followed = s.followed;
     leave(p, x, receiving_normal(scene, x, surface.normal), s.wi, s.ray_kind,
           select(s.specular, splat(0.0f), s.pdf));
     return append_paths(work.paths, alive, p);

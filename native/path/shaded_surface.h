@@ -114,18 +114,18 @@ EG_INLINE ShadedSurface shaded_surface(const SceneView& scene, Mask active, cons
             scene.any_dimming};
 }
 
-// Light that a surface scatters from a sample of the lights. Rays of followed lobes cannot find the edges of
-// lights of the table, so followed lobes are evaluated like other rough lobes for these lanes.
+// Light that a surface scatters from a sample of the lights. No ray finds lights without size, so for those
+// lanes followed lobes are evaluated like other rough lobes.
 template <typename Surface>
 EG_INLINE BsdfValue scattered_light(const SceneView& scene, const Surface& surface, Int visible_to,
-                                    Mask active, Mask of_table, Vec3 w) {
+                                    Mask active, Mask pointlike, Vec3 w) {
     const auto value = [&](const Surface& s) EG_INLINE_LAMBDA {
         return scene.lights.any_hidden ? s.evaluate_for(visible_to, active, w) : s.evaluate(active, w);
     };
     if constexpr (requires { surface.bsdf; })
-        if (scene.followed_alpha > 0.0f && any(active & of_table)) {
+        if (scene.followed_alpha > 0.0f && any(active & pointlike)) {
             Surface whole = surface;
-            follow_none(whole.bsdf, of_table);
+            follow_none(whole.bsdf, pointlike);
             return value(whole);
         }
     return value(surface);

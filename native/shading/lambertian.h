@@ -46,7 +46,7 @@ struct Lambertian {
         s.pdf = pdf(density);
         s.weight = albedo * shadowing(s.wi) * (mixed ? density / s.pdf : splat(1.0f));
         s.lobe = splat(0);
-        s.specular = s.transmitted = s.followed = splat(0);
+        s.specular = s.transmitted = splat(0);
         s.half = normal;
         s.ray_kind = splat(static_cast<int>(kDiffuseRay));
         return s;

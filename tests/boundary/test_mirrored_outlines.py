@@ -53,16 +53,22 @@ def behind_glass(light: Light) -> Scene:
     return scene
 
 
+# Its lobe is followed (shading/bsdf/followed_lobes.h).
+NARROW = replace(MIRROR, roughness=0.09)
+COATED = Material(kind="PRINCIPLED", base_color=np.array([0.6, 0.3, 0.2]), roughness=0.6, coat_weight=1.0,
+                  coat_roughness=0.06)  # fmt: skip
+
+
 def wall_lamp(t: float) -> AreaLight:
     return AreaLight(pose(turn(np.pi, 0.0, 0.0), 0.05 + t, 0.1, -1.5), np.array([0.5, 0.4]), "RECTANGLE", 8.0)
 
 
-def lamp_moves(kind: str) -> tuple[Make, list[str]]:
-    return lambda t: over_mirror(LIGHTS[kind](t)), [f"lights.lamp.{field}" for field in FIELDS[kind]]
+def lamp_moves(kind: str, mirror: Material = MIRROR) -> tuple[Make, list[str]]:
+    return lambda t: over_mirror(LIGHTS[kind](t), mirror), [f"lights.lamp.{field}" for field in FIELDS[kind]]
 
 
-def mirror_moves(kind: str) -> tuple[Make, list[str]]:
-    return (lambda t: moved(over_mirror(LIGHTS[kind](0.0)), t, "floor", (0.3, 0.4, 0.2))), ["meshes.floor.vertices"]
+def mirror_moves(kind: str, mirror: Material = MIRROR) -> tuple[Make, list[str]]:
+    return (lambda t: moved(over_mirror(LIGHTS[kind](0.0), mirror), t, "floor", (0.3, 0.4, 0.2))), ["meshes.floor.vertices"]
 
 
 def camera_moves(t: float) -> Scene:
@@ -73,11 +79,15 @@ def camera_moves(t: float) -> Scene:
 CASES: dict[str, tuple[Make, list[str]]] = {
     **{f"{kind} moves": lamp_moves(kind) for kind in LIGHTS},
     **{f"mirror moves: {kind}": mirror_moves(kind) for kind in LIGHTS},
+    **{f"{kind} moves, narrow lobe": lamp_moves(kind, NARROW) for kind in LIGHTS},
+    **{f"narrow lobe moves: {kind}": mirror_moves(kind, NARROW) for kind in LIGHTS},
+    "coat moves": mirror_moves("ellipse", COATED),
+    "lamp moves over a coat": lamp_moves("rectangle", COATED),
     "camera moves": (camera_moves, ["camera.to_world"]),
     "glass moves": (lambda t: moved(behind_glass(wall_lamp(0.0)), t, "ball", (0.5, 0.3, 0.0)), ["meshes.ball.vertices"]),
     "lamp moves behind glass": (lambda t: behind_glass(wall_lamp(t)), ["lights.lamp.to_world"]),
 }
-OPTIONS = {"max_depth": 4, "terms": ("interior", "primary")}
+OPTIONS = {"max_depth": 4}
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -193,11 +193,10 @@ struct SeenLight {
 // surfaces to the camera. `x_goes_on`: the camera path scatters once more after x. `camera_sampled`: lanes in
 // which the camera-sampled lobes of the surface that the camera sees are left out. Left out, too, is the
 // contribution of followed lobes alone, which scan lines estimate (boundary/specular/chain_term.h). It is
-// kept for light `of_table` where the camera sees x, because lights of the table have no edges for scan lines
-// to find.
+// kept for `pointlike` lights, which have no size, where the camera sees x: rays do not meet them.
 EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
                                Mask active, const Closest& x, Vec3 w, Int length, Int light_kinds,
-                               bool x_goes_on, Mask camera_sampled, Mask of_table) {
+                               bool x_goes_on, Mask camera_sampled, Mask pointlike) {
     const bool limited = limits_matter(task.limits, task.max_depth);
     const Vec3 one = {splat(1.0f), splat(1.0f), splat(1.0f)};
     Chain chain{x, w, one, one, splat(0)};
@@ -254,7 +253,7 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
     const Float area = seen.view.area * cosine;
     seen.weight = f * chain.weight * area;
     if (scene.followed_alpha > 0.0f)
-        seen.weight = select((length == 0) & of_table, seen.weight,
+        seen.weight = select((length == 0) & pointlike, seen.weight,
                              without_followed(seen.weight, followed * chain.followed * area));
     seen.active = end.active & (largest_component(seen.weight) > 0.0f);
     return seen;

@@ -130,7 +130,7 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, Mask a
     ChainCount counted(task.limits, task.max_depth);
     Float near, far;
     ChainRay ray = chain_start(scene.camera, at, near, far);
-    Mask going = active, dead = splat(0), below = dead, bent = dead, followed = dead;
+    Mask going = active, dead = splat(0), below = dead, bent = dead;
     Int from_mesh = splat(0), bounces = splat(-1);  // before the last one
     for (int level = 0; level < kMostChain && any(going); ++level) {
         const Mask tracing = going & ~dead, to_light = level > choices.lit;
@@ -157,7 +157,7 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, Mask a
         chain.from[level] = ray.from, chain.direction[level] = ray.direction;
         chain.position[level] = x.position;
         chain.lights[level] = splat(0);
-        const Mask shown = tracing & bent & ~followed & ~to_light;
+        const Mask shown = tracing & bent & ~to_light;
         if (task.outlines && any(shown))
             chain.lights[level] =
                 lights_on_way(scene, shown, ray, from_mesh,
@@ -249,7 +249,6 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, Mask a
             dead |= scatters & ~fine;
             below |= cut;
             bent |= scatters;
-            followed = select(scatters, (event & kEventFollows) != 0, followed);
             from_mesh = select(scatters, x.mesh, from_mesh);
             bounces = bounces - scatters;
         }

@@ -101,8 +101,8 @@ EG_OUTLINE Mask shadow_jump(const SceneView& scene, const ChainCrossings& c, int
     const Vec3 w = way.light.w;
     lit &= scatters.both_sides | (dot(x.normal, w) > 0.0f);
     if (!any(lit)) return lit;
-    // Followed lobes already find all light but that of the light table, by the chain itself.
-    const Mask without = scene.followed_alpha > 0.0f ? light.row < 0 : splat(0);
+    // Followed lobes already find all light but that of lights without size, by the chain itself.
+    const Mask without = scene.followed_alpha > 0.0f ? ~is_pointlike(light.row, light.kind) : splat(0);
     // Evaluate the light that the edge may occlude
     Vec3 value = scatters.evaluate(scene, lit, w, light.visible_to, without) *
                  radiance_of(scene, lit, light, way.light, x.mesh) *

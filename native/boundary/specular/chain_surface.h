@@ -221,11 +221,10 @@ EG_OUTLINE Int choose_event(const SceneView& scene, const ChainSurface& s, Mask 
         count = count + select(v > 0.0f, splat(1.0f), 0.0f);
     }
     Mask lit = left & may_be_lit;
-    // Go on to a light, if there are wide lobes. For lights of the light table followed lobes count as wide,
+    // Go on to a light, if there are wide lobes. For lights without size followed lobes count as wide,
     // because no ray meets these lights.
-    const bool table = scene.lights.kinds & ~(1 << kTriangleLight);
     Bsdf whole = surface.bsdf;
-    if (table) follow_none(whole, left);
+    if (scene.lights.kinds & kPointlikeLights) follow_none(whole, left);
     lit &= has_wide_lobes(whole, left);
     if (any(lit)) {
         const Float chance = select(sum > 0.0f, splat(kLitShare), 1.0f);

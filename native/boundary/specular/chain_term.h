@@ -52,7 +52,6 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
     Int waiting = splat(0);
     Vec3 from_normal = ray.direction;
     Int from_mesh = splat(0);
-    Mask followed = splat(0);
     const Int length = select(active, load(c.length + at), splat(0));
     const Mask horizon = at_horizon(c, at, count), parted = active & load(c.parted + at);
     for (int level = 0; level < kMostChain; ++level) {
@@ -124,7 +123,6 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         passed = select(scatters, Vec3{splat(1.0f), splat(1.0f), splat(1.0f)}, passed);
         from_normal = select(scatters, x.normal, from_normal);
         from_mesh = select(scatters, x.mesh, from_mesh);
-        followed = select(scatters, (event & kEventFollows) != 0, followed);
         counted.add(scatters, ray.kind);
         counted.p.bounces = counted.p.bounces + ((waiting & scatters) << 24);
         counted.p.vertex = counted.p.vertex + ((waiting + 1) & scatters);
@@ -135,7 +133,6 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
     p.throughput = throughput;
     p.from_normal = p.from_receiving = from_normal;
     p.from_mesh = from_mesh;
-    p.followed = followed;
     p.kind = select(active, ray.kind, splat(0));
     return fine;
 }

@@ -109,9 +109,8 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
     if (!task.score && any(s.active)) s.active &= has_adjoint(scene, s.active, s.view.sx, s.view.sy, adjoint);
     if (!any(s.active)) return s;
 
-    // Sample an edge in front of the light. Scan lines have the followed lobes of the first vertex, except
-    // for lights of the table (boundary/segment/scattering_chain.h).
-    const CameraSampledSurface surface(scene, x, s.active, s.screen_form & source.environment);
+    // Sample an edge in front of the light. Scan lines have the followed lobes of the first vertex.
+    const CameraSampledSurface surface(scene, x, s.active, s.screen_form);
     const PathIndex walk = path_index(walks, path.path);
     const LobeDirection around =
         shadow_direction(scene, x, surface, s.active, source, begun.length, walk, path.vertex, p.random);

@@ -69,8 +69,8 @@ EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, cons
 
     // Evaluate the BSDF and the light
     const Int kinds = scene.lights.any_hidden ? light.visible_to : splat(-1);
-    const Vec3 f =
-        brought_at_horizon(scene, s, cut.active, side, light.w, kinds, p.throughput, followed, light.row < 0);
+    const Vec3 f = brought_at_horizon(scene, s, cut.active, side, light.w, kinds, p.throughput, followed,
+                                      ~is_pointlike(light.row, light.kind));
     cut.active &= size_of(f) > 0.0f;
     light.active = cut.active;
     look_up_emission(scene, light);

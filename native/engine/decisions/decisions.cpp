@@ -286,8 +286,7 @@ void decide_mirrored(const BoundaryFacts& f, const std::vector<int32_t>& partly_
     if (options.terms[kPrimaryTerm]) decide(Part::kMirroredEdges, 2, Reason::kNeeded, f.chains);
     if (options.terms[kPrimaryTerm]) {
         std::vector<int32_t> shown = lights_in_mirrors(scene.lights);
-        decide(Part::kMirroredOutlines, 2,
-               first_of({unless(!smooth.empty(), Reason::kNone), unless(!shown.empty(), Reason::kNoLight)}),
+        decide(Part::kMirroredOutlines, 2, unless(!shown.empty(), Reason::kNoLight),
                f.motion.lights || mirrors_turn(f));
         if (decided.computes(Part::kMirroredOutlines))
             decided[Part::kMirroredOutlines].lights = std::move(shown);

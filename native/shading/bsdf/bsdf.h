@@ -174,9 +174,8 @@ struct Direction {
     Vec3 local;  // wi in the frame of the lobes, for lanes of `in_frame`
     Mask in_frame;
     Mask perfect, transmitted;
-    Mask followed;  // of `perfect`
-    Vec3 half;      // of the microfacet, for followed lobes
-    Vec3 value;     // for perfect lobes: f |cos| / probability, without the lobe's probability
+    Vec3 half;   // of the microfacet, for followed lobes
+    Vec3 value;  // for perfect lobes: f |cos| / probability, without the lobe's probability
     Float probability;
     Int ray_kind;
     Int lobe;
@@ -192,7 +191,6 @@ EG_INLINE void follow_sample(const Microfacets& g, Mask m, Vec3 view, Float boun
                      d.value);
     d.probability = select(m, d.probability * density, d.probability);
     d.half = select(m, h, d.half);
-    d.followed |= m;
 }
 
 EG_INLINE void set_direction(const Bsdf& f, Mask m, Vec3 local, Direction& d) {
@@ -225,7 +223,7 @@ EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float choice, Float u_al
     // Initialize the sample
     Direction d;
     d.wi = d.local = f.normal;
-    d.perfect = d.transmitted = d.followed = d.in_frame = splat(0);
+    d.perfect = d.transmitted = d.in_frame = splat(0);
     d.half = f.normal;
     d.value = zero3();
     d.probability = splat(1.0f);
@@ -292,7 +290,6 @@ EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float choice, Float u_al
     s.wi = d.wi;
     s.transmitted = d.transmitted;
     s.specular = d.perfect;
-    s.followed = d.followed;
     s.half = d.half;
     s.lobe = d.lobe;
     s.ray_kind = select(d.transmitted, splat(static_cast<int>(kTransmissionRay)), d.ray_kind);

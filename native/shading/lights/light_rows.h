@@ -30,6 +30,12 @@ EG_INLINE LightRow gather_light(const LightView& lights, Int row) {
             gather(lights.flags, row)};
 }
 
+// The lanes of lights of the table without size, which no ray meets.
+EG_INLINE Mask is_pointlike(Int row, Int kind) {
+    return (row >= 0) & ((kind == splat(static_cast<int>(kPointSource))) |
+                         (kind == splat(static_cast<int>(kDirectionLight))));
+}
+
 // Share of the light that a spot's cone or an area light's grid transmits in the direction -w.
 EG_INLINE Float light_factor(const LightRow& l, Vec3 w) {
     Float factor = splat(1.0f);

@@ -65,8 +65,8 @@ def primary(words: SceneWords) -> Term:
         seen.append(f"besides: all edges that the camera sees by {mirrors}")
     shown = words.computed("mirrored outlines")
     if shown is not None:
-        seen.append(f"besides edges: the outlines of {words.light_names(shown)} that the camera sees by mirrors and "
-                    f"smooth glass ({words.material_names(shown)})")
+        seen.append(f"besides edges: the outlines of {words.light_names(shown)} that the camera sees by "
+                    f"{_mirrors(words, 'mirrored outlines')}")
     computed = edges.computed or bool(seen)
     if edges.reason == "still":
         still = "no vertex is a parameter and the camera stands still"

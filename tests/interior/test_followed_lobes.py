@@ -109,14 +109,15 @@ def test_wider_lobes_under_sized_lights_agree_with_differences() -> None:
     check_agreement(along(over_gloss, ["meshes.ball.vertices"]), **options)
 
 
-def test_sized_lights_in_wider_lobes_have_less_noise() -> None:
-    """Lobes beyond the limit have less noise than the widest that is followed: a fifth, and four fifths if followed."""
+def test_rays_of_followed_lobes_find_sized_lights() -> None:
+    """Within a light the interior term then has no noise. By emitter samples it would have 100 times as much."""
     need("native")
 
-    def noise(roughness: float) -> float:
-        return glossy_ball.noise(glossy_ball.scene("glass", roughness, "sphere", "none"), "all", 64, 6, "ball")
+    def noise(roughness: float, term: str) -> float:
+        return glossy_ball.noise(glossy_ball.scene("metal", roughness, "sphere", "none"), term, 64, 6, "ball")
 
-    assert noise(0.18) < 0.5 * noise(0.1)
+    assert noise(0.14, "interior") < 0.1 * noise(0.15, "interior")
+    assert noise(0.14, "all") < 0.5 * noise(0.15, "all")
 
 
 def coated(coat_roughness: float, moving: str) -> Make:

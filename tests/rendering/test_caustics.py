@@ -106,27 +106,6 @@ def test_a_plan_names_the_caustics_of_glass_whose_index_is_asked_for() -> None:
     assert missing(floor_by_a_mirror(GLASS), "materials.mirror.ior")
 
 
-def test_a_plan_names_outlines_of_lights_in_mirrors_that_move_by_themselves() -> None:
-    """No surface and no camera moves, but the lamp does, and so does its outline in the mirror."""
-    need_every_table()
-    scene = floor_by_a_mirror(MIRROR)
-    scene.lights = {
-        "ball": edgegrad.PointLight(np.array([0.5, 1.0, 0.0]), 10.0, radius=0.1),
-        "rest": edgegrad.PointLight(np.array([0.5, 1.5, 0.0]), 10.0, radius=0.1),
-        "point": edgegrad.PointLight(np.array([0.5, 0.5, 0.0]), 10.0),
-    }
-
-    def named(path: str) -> list[str]:
-        return [s for s in edgegrad.plan(scene, [path], max_depth=2).missing if "outlines of lights in mirrors" in s]
-
-    (sentence,) = named("lights.ball.position")
-    assert "ball" in sentence and "rest" not in sentence and "point" not in sentence
-    assert not named("lights.ball.power")
-    assert not named("lights.point.position")
-    (sentence,) = named("meshes.mirror.vertices")
-    assert "ball" in sentence and "rest" in sentence
-
-
 def noisy(scene: edgegrad.Scene, path: str, max_depth: int = 4) -> list[str]:
     plan = edgegrad.plan(scene, [path], max_depth=max_depth)
     return [why for term in plan.terms for why in term.why if why.startswith("noisy: light that narrow lobes")]

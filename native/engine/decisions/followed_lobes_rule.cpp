@@ -12,18 +12,11 @@
 namespace edgegrad {
 namespace {
 
-// Limits of alpha: in scenes with sized lights of the table, in others with emissive meshes, and in all
-// others. Wider lobes have less noise if they are not followed: edges are sampled along them
-// (boundary/terms/camera_sampled.h), which scan lines find only by chance, and emissive meshes are sampled.
-// Followed lobes leave the light of the table in material form, with the whole noise of narrow lobes, so that
-// less is gained there. Where no lobe is followed, light keeps its direction near contact at more surfaces of
-// a path (fixed_direction_surfaces).
-constexpr float kFollowedByLights = 0.0105f, kFollowedByEmitters = 0.0205f, kFollowedAlpha = kWidestFollowed;
-
-// Whether anything moves that followed lobes see, which excludes lights of the table.
-bool moves(const RequestedMotion& motion) {
-    return motion.camera || motion.rotation || motion.any_mesh_moves() || motion.any_field_moves();
-}
+// Limits of alpha: in scenes with emissive meshes or sized lights of the table, and in all others. Wider lobes
+// have less noise if they are not followed: edges are sampled along them (boundary/terms/camera_sampled.h),
+// which scan lines find only by chance, and lights are sampled. Where no lobe is followed, light keeps its
+// direction near contact at more surfaces of a path (fixed_direction_surfaces).
+constexpr float kFollowedByEmitters = 0.0205f, kFollowedAlpha = kWidestFollowed;
 
 // Whether radiance may jump within a surface: a mesh has a textured material, or textures jump on a field.
 // Fields have no seams.
@@ -70,8 +63,8 @@ bool lights_cross(const EdgeList& edges) {
 // Fields have no other estimator for the light that they hide from narrow lobes.
 float widest_followed(const SceneTables& tables, const LightView& lights) {
     if (!tables.fields.empty()) return kFollowedAlpha;
-    if (lights.sized_count + lights.sized_distant > 0) return kFollowedByLights;
-    return lights.face_light ? kFollowedByEmitters : kFollowedAlpha;
+    const bool sized = lights.face_light || lights.sized_count + lights.sized_distant > 0;
+    return sized ? kFollowedByEmitters : kFollowedAlpha;
 }
 
 }  // namespace
@@ -80,7 +73,7 @@ float followed_alpha(const EdgeList& edges, const RequestedMotion& motion) {
     const SceneTables& tables = edges.tables;
     const LightView& lights = edges.lights->view();
     const float widest = widest_followed(tables, lights);
-    if (!moves(motion) || !may_be_specular(tables, widest) || may_jump_within_surfaces(tables) ||
+    if (!motion.any() || !may_be_specular(tables, widest) || may_jump_within_surfaces(tables) ||
         lights_jump(tables, lights))
         return 0.0f;
     return *edges.kept.cross.get(true, [&] { return lights_cross(edges); }) ? 0.0f : widest;

@@ -2,6 +2,9 @@
 // share and that are no edge of any mesh.
 #pragma once
 
+#include <array>
+#include <vector>
+
 #include "boundary/curves/candidates.h"
 #include "util/double_vector.h"
 

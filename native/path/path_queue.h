@@ -25,7 +25,8 @@ struct PathPacket {
     Mask touched;     // of recorded paths: has met a requested surface
     Mask past_rim;    // of paths that sample rims: has been scattered along one (path/rim.h)
     Mask led;         // scattered only by perfect and followed lobes (shading/bsdf/followed_lobes.h)
-    Mask followed;    // scattered last by a followed lobe; such rays do not meet lights of the table
+    Mask followed;    // scattered last by a followed lobe, or where emitter samples alone find lights of the
+                      // table; such rays do not meet them
     Mask caustic;     // scattered by another lobe, and later by a perfect one
     Mask final_ray;   // finds emission but does not scatter again
     Int bounces;      // counts by kind, 8 bits each: diffuse, glossy, transmission, transparent

@@ -78,7 +78,7 @@ EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Wor
             scene, p.active, x, w, splat(static_cast<int>(kTransmissionRay)), bounces_before(p), r.u, count);
         if (any(s.active)) {
             Vec3 light = gray(select(s.active, scale * count, 0.0f));
-            const Vec3 start = leave_surface(x, w) + terminator_lift(scene, x, surface.normal, w);
+            const Vec3 start = leave_surface(x, w) + terminator_lift(scene, x, unbent_normal(surface), w);
             const Vec3 through =
                 transmittance(scene, s.active & s.casts_shadow, start, select(s.distant, w, s.end - start),
                               select(s.distant, splat(__builtin_inff()), 0.99999f),
@@ -101,7 +101,7 @@ EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Wor
     p.past_rim = splat(-1);
     p.led = p.followed = splat(0);
     p.both_sides = splat(-1);
-    leave(p, x, receiving_normal(scene, x, surface.normal), w, kind, splat(kRimDensity));
+    leave(p, x, receiving_normal(scene, x, unbent_normal(surface)), w, kind, splat(kRimDensity));
     return append_paths(work.paths, alive, p);
 }
 

@@ -13,9 +13,12 @@ struct ShadedSurface {
     Bsdf bsdf;
     Mask transmits;
     const Vec3* smooth;  // the smooth normal, if a normal map may have bent it; else null
-    // The terminator of bent normals is softened for all lobes of `diffuse` closures. In `layered` closures,
-    // which have lobes of both kinds, it is softened for diffuse lobes and sheen alone, as in Cycles.
-    Mask diffuse, layered;
+    // As in Cycles, bent normals shadow `diffuse` closures and the diffuse lobes and sheen of `layered` ones
+    // (bump_shadowing). Other lobes have the normal `gloss`, whose reflections are valid
+    // (valid_mirror_normal; velvet has the shading normal). From behind the smooth surface they scatter no
+    // light of the light table. Translucent closures are shadowed for such light alone.
+    Mask diffuse, layered, translucent;
+    Vec3 gloss;
     Vec3 receiving;   // receiving_normal() (shading/receiving_normal.h)
     bool from_below;  // it may differ from the geometric normal
     Float stretch;    // of the angle of arriving light (shading/terminator_dimming.h)
@@ -25,20 +28,31 @@ struct ShadedSurface {
 
     EG_INLINE Mask both_sides() const { return transmits; }
     EG_INLINE const Vec3* receiver() const { return from_below ? &receiving : nullptr; }
-    EG_INLINE BsdfValue evaluate(Mask active, Vec3 w) const {
+    // `of_table`: lanes with light of the light table.
+    EG_INLINE BsdfValue evaluate(Mask active, Vec3 w, Mask of_table = splat(0)) const {
         BsdfValue f = EDGEGRAD_ISA::evaluate(bsdf, active, w, receiver());
         if (dims) f.value = f.value * terminator_dimming(stretch, dot(normal, w));
         if (!smooth) return f;
-        f.value = f.value * bump_shadowing(*smooth, normal, w, diffuse);
+        const Float shadowing = bump_shadowing(*smooth, normal, w);
+        const Mask shadowed = diffuse | (translucent & of_table), dark = of_table & lacks_gloss(w);
+        f.value = select(dark & ~layered, zero3(), select(shadowed, f.value * shadowing, f.value));
         if (any(active & layered)) {
-            const Vec3 soft = of_wide_lobes(active, w);
-            f.value = select(layered, f.value + soft * softening(w), f.value);
+            const Vec3 wide = of_wide_lobes(active, w);
+            const Vec3 value = select(dark, wide * shadowing, f.value + wide * (shadowing - 1.0f));
+            f.value = select(layered, value, f.value);
         }
         return f;
     }
-    // The factor of bent normals and of dimming for perfect lobes.
+    // Lanes without light of the light table in lobes that are not diffuse.
+    EG_INLINE Mask lacks_gloss(Vec3 w) const { return ~(diffuse | translucent) & leaks(*smooth, gloss, w); }
+    // Lanes that scatter light of the light table otherwise than other light. Emitter samples alone find it.
+    EG_INLINE Mask by_emitters_alone(Vec3 w) const {
+        return smooth ? lacks_gloss(w) | (translucent & ~is_same(*smooth, normal)) : splat(0);
+    }
+    // The factor of bent normals and of dimming for perfect lobes. Like rough ones, they reflect nothing
+    // where their normal points away from the viewer.
     EG_INLINE Float shown(Vec3 w) const {
-        const Float bent = smooth ? bump_shadowing(*smooth, normal, w, diffuse) : splat(1.0f);
+        const Float bent = smooth ? select(bsdf.view.z > 0.0f, splat(1.0f), 0.0f) : splat(1.0f);
         return dims ? bent * terminator_dimming(stretch, dot(normal, w)) : bent;
     }
     // The diffuse lobes and sheen alone, without the factors of bent normals.
@@ -48,16 +62,17 @@ struct ShadedSurface {
         const Vec3 value = EDGEGRAD_ISA::evaluate(wide, active, w, receiver()).value;
         return dims ? value * terminator_dimming(stretch, dot(normal, w)) : value;
     }
-    // What softening the terminator changes in the factor of bent normals.
-    EG_INLINE Float softening(Vec3 w) const {
-        return bump_shadowing(*smooth, normal, w, splat(-1)) - bump_shadowing(*smooth, normal, w, splat(0));
-    }
     // The same for light that is visible only to rays of some kinds (bits 1 << RayKind): evaluates the lobes
     // that scatter those kinds.
     EG_INLINE BsdfValue evaluate_for(Int kinds, Mask active, Vec3 w) const {
-        BsdfValue f = evaluate(active, w);
+        const Mask of_table = (kinds & kOfTable) != 0;
+        BsdfValue f = evaluate(active, w, of_table);
         Vec3 soft = of_wide_lobes(active, w);
-        if (smooth) soft = soft * bump_shadowing(*smooth, normal, w, diffuse | layered);
+        if (smooth) {
+            const Mask shadowed = diffuse | layered | (translucent & of_table);
+            soft = select(shadowed, soft * bump_shadowing(*smooth, normal, w), soft);
+            soft = select(of_table & ~layered & lacks_gloss(w), zero3(), soft);
+        }
         const auto seen = [&](RayKind kind) { return (kinds & (1 << kind)) != 0; };
         // Without a glossy lobe, the rest is rounding and may be negative. Its derivative stays.
         const auto raised = [](Float x) EG_INLINE_LAMBDA { return x + detach(max(-x, splat(0.0f))); };
@@ -72,17 +87,19 @@ struct ShadedSurface {
     }
     // The factor of the rim of its transmission lobe (shading/bsdf/transmission_rim.h). Its value is 0.
     EG_INLINE Vec3 evaluate_rim(Mask active, Vec3 w) const {
-        const Vec3 change = EDGEGRAD_ISA::evaluate_rim(bsdf, active, w);
-        return smooth ? change * detach(bump_shadowing(*smooth, normal, w, diffuse)) : change;
+        return EDGEGRAD_ISA::evaluate_rim(bsdf, active, w);
     }
     EG_INLINE BsdfSample sample(Mask active, Float choice, Float u, Float v) const {
         BsdfSample s = EDGEGRAD_ISA::sample(bsdf, active, choice, u, v);
-        if (smooth || dims) s.weight = s.weight * shown(s.wi);
+        if (dims) s.weight = s.weight * terminator_dimming(stretch, dot(normal, s.wi));
         if (!smooth) return s;
-        const Mask mixed = s.active & layered & ~s.specular;
+        const Mask perfect = s.active & s.specular, mixed = s.active & layered & ~s.specular;
+        if (any(perfect)) s.weight = select(perfect & (bsdf.view.z <= 0.0f), zero3(), s.weight);
+        const Float shadowing = bump_shadowing(*smooth, normal, s.wi);
+        s.weight = select(diffuse, s.weight * shadowing, s.weight);
         if (any(mixed)) {
-            const Vec3 soft = of_wide_lobes(mixed, s.wi) * (softening(s.wi) / max(s.pdf, 1e-30f));
-            s.weight = select(mixed, s.weight + soft, s.weight);
+            const Vec3 wide = of_wide_lobes(mixed, s.wi) * ((shadowing - 1.0f) / max(s.pdf, 1e-30f));
+            s.weight = select(mixed, s.weight + wide, s.weight);
         }
         return s;
     }
@@ -90,25 +107,31 @@ struct ShadedSurface {
 
 EG_INLINE ShadedSurface shaded_surface(const SceneView& scene, Mask active, const SurfacePoint& x,
                                        const TexturePoint& point, const Shader& shader, Vec3 normal) {
+    // The tangent is orthogonal to the smooth normal. Frames project it along theirs.
     Vec3 tangent = zero3();
     if (scene.all_flags & kAnisotropic) {
         const Mask turned = active & has(shader, kAnisotropic);
-        if (any(turned)) tangent = surface_tangent(scene, turned, shader.closure, point, normal);
+        if (any(turned)) tangent = surface_tangent(scene, turned, shader.closure, point, point.normal);
     }
     const Mask transmits = has(shader, kHasRefraction) | (shader.kind == static_cast<int>(kTranslucent)) |
                            (shader.kind == static_cast<int>(kDisney));
     const bool bent = scene.all_flags & kHasNormalMap;
-    const Mask diffuse =
-        is_kind(shader.kind, kDiffuse) | is_kind(shader.kind, kTranslucent) | is_kind(shader.kind, kSheen);
-    const Mask layered = is_kind(shader.kind, kPrincipled);
+    if (bent) {
+        const Mask turned = active & has(shader, kHasNormalMap) & is_kind(shader.kind, kTranslucent);
+        if (any(turned)) normal = select(turned, valid_mirror_normal(normal, x.normal, point.view), normal);
+    }
+    const Bsdf bsdf = make_bsdf(active, shader.kind, shader.flags, material_values(shader.row), normal,
+                                x.normal, tangent, x.side < 0.0f, point.view);
+    const Mask glossy = has(shader, kHasGlossy | kHasRefraction) & ~is_kind(shader.kind, kVelvet);
     return {normal,
-            make_bsdf(active, shader.kind, shader.flags, material_values(shader.row), normal, x.normal,
-                      tangent, x.side < 0.0f, point.view),
+            bsdf,
             transmits,
             bent ? &point.normal : nullptr,
-            diffuse,
-            layered,
-            receiving_normal(scene, x, normal),
+            is_kind(shader.kind, kDiffuse) | is_kind(shader.kind, kSheen),
+            is_kind(shader.kind, kPrincipled),
+            is_kind(shader.kind, kTranslucent),
+            bent && any(active & glossy) ? select(glossy, bsdf.z, normal) : normal,
+            receiving_normal(scene, x, point.normal),
             scene.any_terminator,
             scene.any_dimming ? gather(scene.mesh_dimming, x.mesh) : splat(1.0f),
             scene.any_dimming};
@@ -120,7 +143,9 @@ template <typename Surface>
 EG_INLINE BsdfValue scattered_light(const SceneView& scene, const Surface& surface, Int visible_to,
                                     Mask active, Mask of_table, Vec3 w) {
     const auto value = [&](const Surface& s) EG_INLINE_LAMBDA {
-        return scene.lights.any_hidden ? s.evaluate_for(visible_to, active, w) : s.evaluate(active, w);
+        if (scene.lights.any_hidden) return s.evaluate_for(visible_to, active, w);
+        if constexpr (requires { s.gloss; }) return s.evaluate(active, w, of_table);
+        return s.evaluate(active, w);
     };
     if constexpr (requires { surface.bsdf; })
         if (scene.followed_alpha > 0.0f && any(active & of_table)) {

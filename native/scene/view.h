@@ -29,6 +29,8 @@ constexpr int32_t kNoRay = -1;
 
 // Kinds of scattered rays.
 constexpr int32_t kScatteredRays = 1 << kDiffuseRay | 1 << kGlossyRay | 1 << kTransmissionRay;
+// A bit beside those of the kinds of rays that see a light: it is one of the light table.
+constexpr int32_t kOfTable = 1 << 30;
 
 enum CameraKind : int32_t { kPerspective, kOrthographic, kEquirectangular };
 

@@ -118,15 +118,13 @@ class Search {
 
     void mirrored() {
         if (f_.options.max_depth < 2) return;
+        if (any_moves_ || normals_turn())
+            materials(Part::kTurnedNormals, used_materials(tables_, [&](size_t k) {
+                          return (tables_.closure_flags[k] & kNormalBelow) != 0;
+                      }));
         const std::vector<int32_t> smooth =
             used_materials(tables_, [&](size_t k) { return may_be_specular(tables_, k); });
         if (decided_.computes(Part::kRims)) rim_lines();
-        if (chains_turn_)
-            materials(Part::kTurnedNormals, used_materials(tables_, [&](size_t k) {
-                          constexpr int32_t kBoth = kHasRefraction | kHasNormalMap;
-                          return (tables_.closure_flags[k] & kBoth) == kBoth &&
-                                 may_be_specular(tables_, k, f_.scene.followed_alpha);
-                      }));
         if (smooth.empty()) return;
         if (chains_turn_)
             materials(Part::kTotalReflection, used_materials(tables_, [&](size_t k) {
@@ -143,6 +141,15 @@ class Search {
  private:
     // The kinds of rays that mirrors and smooth glass show.
     static constexpr int32_t kBentRays = 1 << kGlossyRay | 1 << kTransmissionRay;
+
+    // Whether shading normals may turn, or the normals of faces.
+    bool normals_turn() const {
+        for (const char* table :
+             {"normals", "texture_pixels", "texture_attributes", "texture_lookups", "texture_constants"})
+            if (requested_.any(table)) return true;
+        return (requested_.span("closure_params").columns &
+                Requested::columns(kNormalMap, kNormalStrength + 1)) != 0;
+    }
 
     // Whether rays turn that mirrors and smooth glass show. Else what they show of still things is still.
     bool chains_turn() const {

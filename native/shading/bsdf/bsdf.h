@@ -19,16 +19,24 @@ namespace edgegrad::EDGEGRAD_ISA {
 EG_INLINE Mask is_kind(Int kind, ShaderKind k) { return kind == splat(static_cast<int>(k)); }
 
 // The local frame of mirrors. In `anisotropic` lanes the mirror's own x axis is along the tangent, rotated
-// about z by `turns`. The frame itself does not follow the tangent: lobes that are nearly round would have
-// derivatives by its rotation that cancel almost completely.
-EG_INLINE void make_frame(Bsdf& f, Mask anisotropic, Vec3 tangent, Float turns) {
+// about z by `turns`, or about the shading normal in lanes of `layered`, as in Cycles. The frame itself does
+// not follow the tangent: lobes that are nearly round would have derivatives by its rotation that cancel
+// almost completely.
+EG_INLINE void make_frame(Bsdf& f, Mask anisotropic, Mask layered, Vec3 tangent, Float turns) {
     f.z = valid_mirror_normal(f.normal, f.ng, f.wo);
     basis(f.z, f.x, f.y);
     if (any(anisotropic)) {
-        const Float x = dot(f.x, tangent), y = dot(f.y, tangent), length = sqrt(x * x + y * y);
-        const Float unit = 1.0f / max(length, 1e-20f), cosine = x * unit, sine = y * unit;
         Float s, c;
         sincos_turn(fract(turns), s, c);
+        const Vec3 n = f.normal;
+        const Mask before = anisotropic & layered & ((f.z.x != n.x) | (f.z.y != n.y) | (f.z.z != n.z));
+        if (any(before)) {
+            const Vec3 rotated = tangent * c + cross(n, tangent) * s + n * (dot(n, tangent) * (1.0f - c));
+            tangent = select(before, rotated, tangent);
+            s = select(before, splat(0.0f), s), c = select(before, splat(1.0f), c);
+        }
+        const Float x = dot(f.x, tangent), y = dot(f.y, tangent), length = sqrt(x * x + y * y);
+        const Float unit = 1.0f / max(length, 1e-20f), cosine = x * unit, sine = y * unit;
         const Mask known = anisotropic & (length > 1e-10f);
         f.turn_cosine = select(known, cosine * c - sine * s, splat(1.0f));
         f.turn_sine = select(known, sine * c + cosine * s, splat(0.0f));
@@ -57,12 +65,12 @@ EG_INLINE Bsdf make_bsdf(Mask active, Int kind, Int flags, const MaterialValues&
     f.emission = select(active, v.emission, zero3());
     if (any(active & has_flag(flags, kHasGlossy | kHasRefraction))) {
         const Mask anisotropic = active & has_flag(flags, kAnisotropic);
-        make_frame(f, anisotropic, tangent, v.anisotropy_rotation);
+        const Mask principled = active & is_kind(kind, kPrincipled);
+        make_frame(f, anisotropic, principled, tangent, v.anisotropy_rotation);
         f.mirror = no_reflection();
         f.mirror.facets = make_facets(splat(1.0f), splat(1.0f), f.view);
         f.glass = no_interface();
         f.glass.facets = f.mirror.facets;
-        const Mask principled = active & is_kind(kind, kPrincipled);
         if (any(principled)) add_principled(f, principled, v, flags, from_inside);
         const Mask glossy = active & is_kind(kind, kGlossy);
         if (any(glossy)) add_glossy(f, glossy, v, flags);

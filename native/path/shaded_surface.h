@@ -31,17 +31,30 @@ struct ShadedSurface {
     // `of_table`: lanes with light of the light table.
     EG_INLINE BsdfValue evaluate(Mask active, Vec3 w, Mask of_table = splat(0)) const {
         BsdfValue f = EDGEGRAD_ISA::evaluate(bsdf, active, w, receiver());
-        if (dims) f.value = f.value * terminator_dimming(stretch, dot(normal, w));
+        const Float dimmed = dimming(gloss, w);
+        if (dims) f.value = f.value * dimmed;
         if (!smooth) return f;
         const Float shadowing = bump_shadowing(*smooth, normal, w);
         const Mask shadowed = diffuse | (translucent & of_table), dark = of_table & lacks_gloss(w);
         f.value = select(dark & ~layered, zero3(), select(shadowed, f.value * shadowing, f.value));
         if (any(active & layered)) {
             const Vec3 wide = of_wide_lobes(active, w);
-            const Vec3 value = select(dark, wide * shadowing, f.value + wide * (shadowing - 1.0f));
-            f.value = select(layered, value, f.value);
+            const Float kept = shadowing * dimming(normal, w);
+            f.value = select(layered, wide * kept + select(dark, zero3(), without(f.value, wide * dimmed)),
+                             f.value);
         }
         return f;
+    }
+    // What is left of `all` without `part`. Rounding does not make it negative.
+    EG_INLINE static Vec3 without(Vec3 all, Vec3 part) {
+        const auto left = [](Float a, Float b) EG_INLINE_LAMBDA {
+            const Float r = a - b;
+            return r + detach(select((r < 0.0f) & (-r < 1e-5f * b), -r, 0.0f));
+        };
+        return {left(all.x, part.x), left(all.y, part.y), left(all.z, part.z)};
+    }
+    EG_INLINE Float dimming(Vec3 n, Vec3 w) const {
+        return dims ? terminator_dimming(stretch, dot(n, w)) : splat(1.0f);
     }
     // Lanes without light of the light table in lobes that are not diffuse.
     EG_INLINE Mask lacks_gloss(Vec3 w) const { return ~(diffuse | translucent) & leaks(*smooth, gloss, w); }
@@ -53,14 +66,13 @@ struct ShadedSurface {
     // where their normal points away from the viewer.
     EG_INLINE Float shown(Vec3 w) const {
         const Float bent = smooth ? select(bsdf.view.z > 0.0f, splat(1.0f), 0.0f) : splat(1.0f);
-        return dims ? bent * terminator_dimming(stretch, dot(normal, w)) : bent;
+        return dims ? bent * dimming(gloss, w) : bent;
     }
-    // The diffuse lobes and sheen alone, without the factors of bent normals.
+    // The diffuse lobes and sheen alone, without the factors of bent normals and of dimming.
     EG_INLINE Vec3 of_wide_lobes(Mask active, Vec3 w) const {
         Bsdf wide = bsdf;
         wide.any_lobe[kMirrorLobe] = wide.any_lobe[kCoatLobe] = wide.any_lobe[kInterfaceLobe] = false;
-        const Vec3 value = EDGEGRAD_ISA::evaluate(wide, active, w, receiver()).value;
-        return dims ? value * terminator_dimming(stretch, dot(normal, w)) : value;
+        return EDGEGRAD_ISA::evaluate(wide, active, w, receiver()).value;
     }
     // The same for light that is visible only to rays of some kinds (bits 1 << RayKind): evaluates the lobes
     // that scatter those kinds.
@@ -68,6 +80,7 @@ struct ShadedSurface {
         const Mask of_table = (kinds & kOfTable) != 0;
         BsdfValue f = evaluate(active, w, of_table);
         Vec3 soft = of_wide_lobes(active, w);
+        if (dims) soft = soft * dimming(normal, w);
         if (smooth) {
             const Mask shadowed = diffuse | layered | (translucent & of_table);
             soft = select(shadowed, soft * bump_shadowing(*smooth, normal, w), soft);
@@ -91,15 +104,17 @@ struct ShadedSurface {
     }
     EG_INLINE BsdfSample sample(Mask active, Float choice, Float u, Float v) const {
         BsdfSample s = EDGEGRAD_ISA::sample(bsdf, active, choice, u, v);
-        if (dims) s.weight = s.weight * terminator_dimming(stretch, dot(normal, s.wi));
+        const Float dimmed = dimming(gloss, s.wi);
+        if (dims) s.weight = s.weight * dimmed;
         if (!smooth) return s;
         const Mask perfect = s.active & s.specular, mixed = s.active & layered & ~s.specular;
         if (any(perfect)) s.weight = select(perfect & (bsdf.view.z <= 0.0f), zero3(), s.weight);
         const Float shadowing = bump_shadowing(*smooth, normal, s.wi);
         s.weight = select(diffuse, s.weight * shadowing, s.weight);
         if (any(mixed)) {
-            const Vec3 wide = of_wide_lobes(mixed, s.wi) * ((shadowing - 1.0f) / max(s.pdf, 1e-30f));
-            s.weight = select(mixed, s.weight + wide, s.weight);
+            const Vec3 wide = of_wide_lobes(mixed, s.wi) * (1.0f / max(s.pdf, 1e-30f));
+            const Float kept = shadowing * dimming(normal, s.wi);
+            s.weight = select(mixed, wide * kept + without(s.weight, wide * dimmed), s.weight);
         }
         return s;
     }
@@ -120,21 +135,26 @@ EG_INLINE ShadedSurface shaded_surface(const SceneView& scene, Mask active, cons
         const Mask turned = active & has(shader, kHasNormalMap) & is_kind(shader.kind, kTranslucent);
         if (any(turned)) normal = select(turned, valid_mirror_normal(normal, x.normal, point.view), normal);
     }
-    const Bsdf bsdf = make_bsdf(active, shader.kind, shader.flags, material_values(shader.row), normal,
-                                x.normal, tangent, x.side < 0.0f, point.view);
-    const Mask glossy = has(shader, kHasGlossy | kHasRefraction) & ~is_kind(shader.kind, kVelvet);
-    return {normal,
-            bsdf,
-            transmits,
-            bent ? &point.normal : nullptr,
-            is_kind(shader.kind, kDiffuse) | is_kind(shader.kind, kSheen),
-            is_kind(shader.kind, kPrincipled),
-            is_kind(shader.kind, kTranslucent),
-            bent && any(active & glossy) ? select(glossy, bsdf.z, normal) : normal,
-            receiving_normal(scene, x, point.normal),
-            scene.any_terminator,
-            scene.any_dimming ? gather(scene.mesh_dimming, x.mesh) : splat(1.0f),
-            scene.any_dimming};
+    // A copy of the large BSDF would cost time
+    ShadedSurface s = {normal,
+                       make_bsdf(active, shader.kind, shader.flags, material_values(shader.row), normal,
+                                 x.normal, tangent, x.side < 0.0f, point.view),
+                       transmits,
+                       bent ? &point.normal : nullptr,
+                       is_kind(shader.kind, kDiffuse) | is_kind(shader.kind, kSheen),
+                       is_kind(shader.kind, kPrincipled),
+                       is_kind(shader.kind, kTranslucent),
+                       normal,
+                       receiving_normal(scene, x, point.normal),
+                       scene.any_terminator,
+                       scene.any_dimming ? gather(scene.mesh_dimming, x.mesh) : splat(1.0f),
+                       scene.any_dimming};
+    if (bent) {
+        const Mask glossy =
+            active & has(shader, kHasGlossy | kHasRefraction) & ~is_kind(shader.kind, kVelvet);
+        if (any(glossy)) s.gloss = select(glossy, s.bsdf.z, normal);
+    }
+    return s;
 }
 
 // Light that a surface scatters from a sample of the lights. Rays of followed lobes cannot find the edges of

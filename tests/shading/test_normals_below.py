@@ -113,6 +113,17 @@ def test_derivatives_are_differences(name: str, path: str) -> None:
     assert float(np.sum(gradient * along)) == pytest.approx(float(np.sum(adjoint * found)), rel=1e-4, abs=1e-5 * scale)
 
 
+@pytest.mark.parametrize("path", ["materials.bent.textures.normal", "meshes.plane.vertices"])
+def test_normals_that_lean_to_the_side_have_derivatives(path: str) -> None:
+    """The root of the bent normal's equation changes its sign where the normal leans neither to the view nor away."""
+    made = scene("glossy", view=np.array([0.0, -0.6, 0.8]), bend=np.array([-0.9, 0.0, 0.4]))
+    along, step = tangent(path), 4e-3
+    pictures = [picture(changed(made, path, sign * step * along)) for sign in (1, -1)]
+    difference = (pictures[0] - pictures[1]) / (2 * step)
+    found = edgegrad.Renderer(made).render_forward({path: along}, **OPTIONS)
+    np.testing.assert_allclose(found[0, 0], difference, atol=1e-2 * float(np.abs(difference).max()))
+
+
 def test_jumps_are_named() -> None:
     """Where normals begin to point away from the viewer and below the surface, gloss ends with a jump."""
     def named(name: str, blue: float, image: bool = False) -> bool:

@@ -45,8 +45,11 @@ SMOOTH = ["glossy", "translucent", "velvet", "mirror", "glass"]
 SAMPLES, SEEDS = 128, 3
 
 
-def ball(shader: str, color: tuple[float, ...], light: str, smooth: bool) -> Any:
-    """A ball whose normals are all the same, above a floor, in the sun or under a sky."""
+def ball(shader: str, color: tuple[float, ...], light: str, faces: str) -> Any:
+    """A ball whose normals are all the same, above a floor, in the sun or under a sky.
+
+    Its faces are flat, smooth, or smooth with light that is dimmed at grazing angles.
+    """
     scene = bs.empty(48)
     cycles = scene.cycles
     cycles.samples, cycles.max_bounces = SAMPLES, 3
@@ -66,9 +69,11 @@ def ball(shader: str, color: tuple[float, ...], light: str, smooth: bool) -> Any
     bent.space, bent.inputs["Color"].default_value = "WORLD", color
     tree.links.new(bent.outputs[0], bs.shader(made).inputs["Normal"])
     bpy.ops.mesh.primitive_uv_sphere_add(segments=32, ring_count=16)
-    if smooth:
+    if faces != "flat":
         bpy.ops.object.shade_smooth()
         bs.offset_shadow_rays(bpy.context.object, 0.0)
+    if faces == "dimmed":
+        bs.offset_shading(bpy.context.object, 0.3)
     bpy.context.object.data.materials.append(made)
     bs.add("Floor", bs.plane("Floor", 20.0, bs.material("Floor")), (0.0, 0.0, -1.0))
     return scene
@@ -91,15 +96,16 @@ def compare(scene: Any, folder: Path) -> tuple[float, float]:
     return float(np.sqrt(np.mean(difference**2))) / scale, float(np.sqrt(variance)) / scale
 
 
-CASES = [(shader, "sun", False) for shader in SHADERS]
-CASES += [(shader, "sky", False) for shader in SHADERS if shader not in LAYERED]
-CASES += [(shader, light, True) for shader in SMOOTH for light in ("sky", "sun")]
+CASES = [(shader, "sun", "flat") for shader in SHADERS]
+CASES += [(shader, "sky", "flat") for shader in SHADERS if shader not in LAYERED]
+CASES += [(shader, light, "smooth") for shader in SMOOTH for light in ("sky", "sun")]
+CASES += [("mirror", "sky", "dimmed"), ("glossy", "sky", "dimmed"), ("principled", "sun", "dimmed")]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("color", [UP, ASIDE], ids=["up", "aside"])
-@pytest.mark.parametrize(("shader", "light", "smooth"), CASES)
-def test_shading_is_that_of_cycles(shader: str, light: str, smooth: bool, color: Any, tmp_path: Path) -> None:
-    difference, noise = compare(ball(shader, color, light, smooth), tmp_path)
+@pytest.mark.parametrize(("shader", "light", "faces"), CASES)
+def test_shading_is_that_of_cycles(shader: str, light: str, faces: str, color: Any, tmp_path: Path) -> None:
+    difference, noise = compare(ball(shader, color, light, faces), tmp_path)
     # Shadow rays at the terminator of smooth meshes start in slightly other places.
-    assert difference < 2.0 * noise + (0.01 if smooth and light == "sun" else 0.001)
+    assert difference < 2.0 * noise + (0.01 if faces != "flat" and light == "sun" else 0.001)

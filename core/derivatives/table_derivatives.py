@@ -254,7 +254,7 @@ def _with_lobes(scene: Scene, tables: Tables, fields: Mapping[str, Collection[st
         material = scene.materials[name]
         for k, part in enumerate(material.parts if isinstance(material, Mixture) else (name,)):
             if part in fields:
-                flags[first + k] = material_table.flags(scene.closures(name)[k], fields[part]) & kept
+                flags[first + k] = material_table.flags(scene.closures(name)[k], fields[part], scene.images) & kept
     if np.array_equal(flags, tables.materials.flags):
         return tables
     return replace(tables, materials=replace(tables.materials, flags=flags))

@@ -66,7 +66,7 @@ def _computed(words: SceneWords) -> Iterator[str]:
         yield f"only paths that meet {listed(surfaces)} are recorded"
     rims = words.computed("rims")
     if rims is not None:
-        yield f"besides: the directions beyond which rough glass ({words.material_names(rims)}) transmits no light"
+        yield f"besides: the directions beyond which lobes of {words.material_names(rims)} scatter no light"
     shares = words.computed("transparency")
     if shares is not None:
         yield (f"the transmittance of {words.material_names(shares)} changes, on the way to lights and between "

@@ -30,8 +30,8 @@ _ABOUT_MATERIALS = {
     "stepped shadows": "shadows of borders at which textures may make the transmittance of {} jump: they are no edges",
     "clear absorption": "how absorption in meshes with transparent surfaces ({}) changes with their shape, and its "
                         "shadows",
-    "turned normals": "the borders where a normal map of smooth glass ({}) turns rays below interpolated normals, or "
-                      "normals away from the viewer",
+    "turned normals": "the borders where normals of {} begin to point both away from the viewer and below the surface: "
+                      "gloss ends there",
     "narrow field lobes": "what distance fields hide of the light of narrow lobes ({}): hardly any sample finds it, so "
                           "that the derivative may lack it; make these surfaces rougher, or mirrors (roughness 0)",
     "total reflection": "borders of total reflection of Refraction shaders ({})",
@@ -70,7 +70,7 @@ def missing(words: SceneWords, share: float | None) -> list[str]:
             out.append("most of what edges seen through the lens contribute: its aperture is so much larger than its "
                        "distance of focus that nearly all of their samples miss the picture")
         elif part == "rim lines":
-            out.append(f"lines on rough glass ({words.material_names(decision)}) beyond which it transmits no light "
+            out.append(f"lines on {words.material_names(decision)} beyond which their lobes scatter no light "
                        f"of lights without size ({words.light_names(decision)})")
         elif part == "caustics":
             out.append(_caustics(words.material_names(decision), share))

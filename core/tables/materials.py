@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..expression import Bump, Combine, DisplacedBump, ImageTexture, NormalMap, nodes_of
+from ..scene.image import Image
 from ..scene.material import KINDS, SHAPED, SMOOTH_NORMAL, Material, Mixture
 from ..scene.scene import Scene
 
@@ -44,7 +46,7 @@ WIDTH = 40
 
 # Bits of `MaterialTable.flags`: what may occur in a shader.
 (DIFFUSE, GLOSSY, TRANSPARENCY, EMISSION, NORMAL_MAP, MULTISCATTER, TWO_SIDED, REFRACTION, LAMBERTIAN, ANISOTROPIC,
- BECKMANN, PHONG, NORMAL_IN_WORLD, ABSORPTION, THIN_FILM) = (1 << k for k in range(15))  # fmt: skip
+ BECKMANN, PHONG, NORMAL_IN_WORLD, ABSORPTION, THIN_FILM, NORMAL_BELOW) = (1 << k for k in range(16))  # fmt: skip
 
 
 @dataclass
@@ -88,7 +90,7 @@ def material_table(scene: Scene, area_lights: list[NDArray[np.float64]]) -> Mate
     return MaterialTable(
         np.array(first, np.int32),
         np.array([KINDS.index(closure.kind) for closure, _, _ in closures], np.int32),
-        np.array([flags(closure) & kept for closure, _, _ in closures], np.int32),
+        np.array([flags(closure, images=scene.images) & kept for closure, _, _ in closures], np.int32),
         params,
         {name: tuple(rows) for name, rows in closures_of.items()},
     )
@@ -104,7 +106,7 @@ def excluded_flags(scene: Scene) -> int:
     return LAMBERTIAN if any(mesh.terminator_shading > 0.0 for mesh in scene.meshes.values()) else 0
 
 
-def flags(m: Material, asked: Collection[str] = ()) -> int:
+def flags(m: Material, asked: Collection[str] = (), images: Mapping[str, Image] = {}) -> int:
     """Bits of what may occur in a shader: its kind's lobes whose weights are not zero everywhere.
 
     Fields that are `asked` for count as if they weren't zero: a lobe's weight has a derivative where it is 0.
@@ -136,6 +138,8 @@ def flags(m: Material, asked: Collection[str] = ()) -> int:
         out |= NORMAL_MAP
         if "normal" in m.textures and m.normal_space == "WORLD":
             out |= NORMAL_IN_WORLD
+        if (out & (GLOSSY | REFRACTION) or m.kind == "TRANSLUCENT") and _may_point_below(m, images):
+            out |= NORMAL_BELOW
     # The compensation's tables are those of GGX.
     if m.multiscatter and m.distribution == "GGX":
         out |= MULTISCATTER
@@ -152,3 +156,21 @@ def flags(m: Material, asked: Collection[str] = ()) -> int:
     if m.kind in ("PRINCIPLED", "DIFFUSE") and not out & (GLOSSY | REFRACTION) and not may("diffuse_roughness"):
         out |= LAMBERTIAN
     return out
+
+
+def _may_point_below(m: Material, images: Mapping[str, Image]) -> bool:
+    """Whether shading normals may point below the smooth surface.
+
+    Those of bumps do not. Those of maps in tangent space do where the blue of an image or a constant is below 0.5.
+    """
+    normal = m.textures.get("normal")
+    if normal is None:
+        return False
+    nodes = list(nodes_of(normal))
+    mapped = m.normal_space != "WORLD" or any(isinstance(node, NormalMap) for node in nodes)
+    if not mapped:
+        return not any(isinstance(node, (Bump, DisplacedBump)) for node in nodes)
+    if isinstance(normal, Combine) and isinstance(normal.z, float) and normal.z < 0.5:
+        return True
+    read = [images[node.image].pixels for node in nodes if isinstance(node, ImageTexture) and node.image in images]
+    return any(float(pixels[..., min(2, pixels.shape[2] - 1)].min()) < 0.5 for pixels in read)

@@ -141,7 +141,7 @@ void Engine::DerivativeCall::begin_interior(const RenderOptions& options, const 
     if (decided.decide(Part::kRims, options.max_depth < 2 ? Reason::kNotRendered : still)) {
         rims = std::make_unique<RimTerm>(scene.camera, own, recording);
         decided[Part::kRims].materials =
-            used_materials(t, [&](size_t closure) { return may_refract_roughly(t, closure); });
+            used_materials(t, [&](size_t closure) { return may_have_rim(t, closure); });
     }
     decided.decide(Part::kContact, interior && scene.mesh_contact ? Reason::kNeeded : Reason::kNone);
     if (interior && options.max_depth > 2)

@@ -133,15 +133,16 @@ EG_INLINE void add_emission(const SceneView& scene, Workspace& work, const PathP
 EG_INLINE void add_sized_lights(const SceneView& scene, Workspace& work, const PathPacket& p,
                                 Float distance) {
     if (work.values && !requests_rows(*work.values)) return;
+    const Mask meets = p.active & ~p.unlit;
     const Float near = way_so_far(p);
     const Receiver from = last_receiver(scene, p);
     if (work.values)
-        return for_each_light_along(scene, p.active & p.touched, from, p.from_mesh, p.direction, near,
+        return for_each_light_along(scene, meets & p.touched, from, p.from_mesh, p.direction, near,
                                     near + distance, p.pdf, p.kind, bounces_before_last(p),
                                     [&](int row, Mask seen, Vec3 radiance, Float gain) {
                                         record_met_light(*work.values, p, seen, row, radiance, gain);
                                     });
-    const Vec3 light = lights_along(scene, p.active, from, p.from_mesh, p.direction, near, near + distance,
+    const Vec3 light = lights_along(scene, meets, from, p.from_mesh, p.direction, near, near + distance,
                                     p.pdf, p.kind, bounces_before_last(p));
     const Mask found = p.active & (largest_component(light) > 0.0f);
     if (any(found)) add_radiance(work, p, found, p.throughput * light);

@@ -1,5 +1,6 @@
-// Paths that are scattered once along the rim of a transmission lobe (shading/bsdf/transmission_rim.h). They
-// estimate the derivative due to the motion of rims,
+// Paths that are scattered once along the rim of a transmission lobe (shading/bsdf/transmission_rim.h) or of
+// a rough diffuse lobe (shading/bsdf/diffuse_rim.h). They estimate the derivative due to the motion of rims,
+// for transmission lobes
 //   dL = sign(1 - eta) int f |n.w| L(w) (dg/dtheta)/eta dphi   over the rim g(w) = 0   (derivations, O).
 //
 // The paths are recorded like those of the interior term, with `VertexMemory::rims`. At a surface whose lobe
@@ -30,10 +31,11 @@ constexpr float kRimDensity = 1e18f;
 // The lanes that are scattered along a rim here.
 struct RimChoice {
     Mask taken;
-    Float others;  // weight of the lanes that are scattered otherwise
-    Float u;       // remainder of the random number of the choice
-    Float chance;  // probability of the choice
-    RimSample sample;
+    Float others;      // weight of the lanes that are scattered otherwise
+    Float u;           // remainder of the random number of the choice
+    Float chance;      // probability of the choice
+    Mask diffuse;      // the rim of the diffuse lobe
+    RimSample sample;  // in world space
 };
 
 EG_OUTLINE RimChoice choose_rims(const ImageTask& task, const PathPacket& p, const ShadedSurface& surface,
@@ -41,11 +43,13 @@ EG_OUTLINE RimChoice choose_rims(const ImageTask& task, const PathPacket& p, con
     RimChoice r;
     r.others = splat(1.0f);
     r.u = r.chance = splat(0.0f);
-    r.taken = splat(0);
-    if (!surface.bsdf.any_lobe[kInterfaceLobe]) return r;
-    const Interface& glass = surface.bsdf.glass;
+    r.taken = r.diffuse = splat(0);
+    r.sample = {splat(0), surface.normal, splat(1.0f)};
+    const Bsdf& f = surface.bsdf;
     // The domain of a followed lobe moves with it.
-    const Mask may = p.active & ~p.past_rim & ~glass.facets.followed & has_rim(glass, surface.bsdf.view);
+    Mask through = splat(0);
+    if (f.any_lobe[kInterfaceLobe]) through = ~f.glass.facets.followed & has_rim(f.glass, f.view);
+    const Mask diffuse = has_diffuse_rim(f), may = p.active & ~p.past_rim & (through | diffuse);
     if (!any(may)) return r;
     // Emitter samples do not use these random numbers before the rim.
     Float choice, place;
@@ -55,7 +59,18 @@ EG_OUTLINE RimChoice choose_rims(const ImageTask& task, const PathPacket& p, con
     r.taken = may & (choice < r.chance);
     r.u = choice / max(r.chance, kRimChance);
     r.others = select(may & ~r.taken, splat(1.0f / (1.0f - kRimChance)), 1.0f);
-    r.sample = sample_rim(glass, surface.bsdf.view, place);
+    // Choose one of two rims
+    const Mask both = through & diffuse;
+    r.diffuse = diffuse & (~both | (r.u < 0.5f));
+    r.u = select(both, fract(2.0f * r.u), r.u);
+    r.chance = select(both, 0.5f * r.chance, r.chance);
+    if (any(may & r.diffuse)) r.sample = sample_diffuse_rim(f, place);
+    if (any(may & ~r.diffuse)) {
+        const RimSample s = sample_rim(f.glass, f.view, place);
+        const Vec3 w = to_world(f, s.w);
+        r.sample = {select(r.diffuse, r.sample.active, s.active), select(r.diffuse, r.sample.w, w),
+                    select(r.diffuse, r.sample.pdf, s.pdf)};
+    }
     return r;
 }
 
@@ -64,21 +79,27 @@ EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Wor
                               const SurfacePoint& x, const ShadedSurface& surface, const RimChoice& r,
                               int alive, Vertex& vertex) {
     // Evaluate the lobe at its rim
-    const Vec3 w = to_world(surface.bsdf, r.sample.w);
-    p.active &= r.taken & r.sample.active & (dot(x.normal, w) < 0.0f);
-    const Vec3 f = rim_value(surface.bsdf.glass, surface.bsdf.view, r.sample.w);
+    const Vec3 w = r.sample.w;
+    const Bsdf& bsdf = surface.bsdf;
+    const Float side = dot(x.normal, w);
+    p.active &= r.taken & r.sample.active & select(r.diffuse, side > 0.0f, side < 0.0f);
+    Vec3 f = diffuse_rim_value(bsdf, w);
+    if (any(p.active & ~r.diffuse))
+        f = select(r.diffuse, f, rim_value(bsdf.glass, bsdf.view, to_local(bsdf, w)));
+    f = f * surface.kept_at_rim(w);
     p.active &= largest_component(f) > 0.0f;
     if (!any(p.active)) return alive;
-    const Float scale = 1.0f / (r.sample.pdf * max(r.chance, kRimChance));
+    const Int kind =
+        select(r.diffuse, splat(static_cast<int>(kDiffuseRay)), splat(static_cast<int>(kTransmissionRay)));
+    const Float scale = 1.0f / (r.sample.pdf * max(r.chance, 0.5f * kRimChance));
     put(vertex.rim, p.active, splat(-1));
     // Sample the lights of the table along the rim
     if (scene.lights.sized_count + scene.lights.sized_distant > 0) {
         Float count;
-        const LightSample s = sample_met_light(
-            scene, p.active, x, w, splat(static_cast<int>(kTransmissionRay)), bounces_before(p), r.u, count);
+        const LightSample s = sample_met_light(scene, p.active, x, w, kind, bounces_before(p), r.u, count);
         if (any(s.active)) {
             Vec3 light = gray(select(s.active, scale * count, 0.0f));
-            const Vec3 start = leave_surface(x, w) + terminator_lift(scene, x, surface.normal, w);
+            const Vec3 start = leave_surface(x, w) + terminator_lift(scene, x, unbent_normal(surface), w);
             const Vec3 through =
                 transmittance(scene, s.active & s.casts_shadow, start, select(s.distant, w, s.end - start),
                               select(s.distant, splat(__builtin_inff()), 0.99999f),
@@ -88,18 +109,17 @@ EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Wor
         }
     }
     // Continue along the rim and record the direction
-    const Int kind = splat(static_cast<int>(kTransmissionRay));
     put(vertex.samples, p.active, splat(-1));
     put(vertex.continues, p.active, splat(-1));
-    put(vertex.transmitted, p.active, splat(-1));
+    put(vertex.transmitted, p.active, ~r.diffuse);
     put3(vertex.next_direction, p.active, w);
     put(vertex.next_scale, p.active, scale);
     p.final_ray = next_is_final(task, p, kind);
     p.throughput = p.throughput * f * scale;
     p.past_rim = splat(-1);
     p.led = splat(0);
-    p.both_sides = splat(-1);
-    leave(p, x, receiving_normal(scene, x, surface.normal), w, kind, splat(kRimDensity));
+    p.both_sides = surface.both_sides() | ~r.diffuse;
+    leave(p, x, receiving_normal(scene, x, unbent_normal(surface)), w, kind, splat(kRimDensity));
     return append_paths(work.paths, alive, p);
 }
 

@@ -85,6 +85,14 @@ EG_INLINE LightSample sample_light_at(const SceneView& scene, const PathPacket& 
     return sample_light(scene, p.active, x, p.both_sides, bounces_before(p), u, v, shading);
 }
 
+// The normal of the shadow terminator, which normal maps do not bend.
+template <typename Surface>
+EG_INLINE Vec3 unbent_normal(const Surface& surface) {
+    if constexpr (requires { surface.smooth; })
+        if (surface.smooth) return *surface.smooth;
+    return surface.normal;
+}
+
 // Emitter samples from below the triangle's plane (receiving_normal). BSDF samples cannot find their light,
 // but as in Cycles they share its weight, which dims large lights there.
 EG_INLINE Mask below_plane(const SurfacePoint& x, Vec3 receiving, Vec3 w) {
@@ -97,7 +105,7 @@ template <typename Surface>
 EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPacket& p, const SurfacePoint& x,
                           const Surface& surface, Mask alone, const PathIndex& index, Vertex* vertex) {
     // Sample a light and evaluate the BSDF
-    const Vec3 receiving = receiving_normal(scene, x, surface.normal);
+    const Vec3 receiving = receiving_normal(scene, x, unbent_normal(surface));
     const Vec3* shading = scene.any_terminator ? &receiving : nullptr;
     LightSample s = sample_light_at(scene, p, x, surface, index, vertex != nullptr, shading);
     look_up_emission(scene, s);
@@ -118,12 +126,13 @@ EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPac
     // Combine with BSDF samples, except for lights of the table: recorded paths find those by emitter samples
     // alone
     Mask found = ~alone & (vertex ? s.row < 0 : splat(-1));
+    if constexpr (requires { surface.gloss; }) found &= (s.row < 0) | ~surface.by_emitters_alone(s.w);
     if (shading) found |= below_plane(x, receiving, s.w);
     const Mask shared = s.active & found & (s.pdf > 0.0f);
     if (any(shared)) light = light * select(shared, power_heuristic(s.pdf, f.pdf), 1.0f);
     // Trace the shadow rays
     if (!scene.convex) {
-        const Vec3 start = leave_surface(x, s.w) + terminator_lift(scene, x, surface.normal, s.w);
+        const Vec3 start = leave_surface(x, s.w) + terminator_lift(scene, x, unbent_normal(surface), s.w);
         const Vec3 direction = select(s.distant, s.w, s.end - start);
         const Float far = select(s.distant, splat(__builtin_inff()), 0.99999f);
         const Vec3 through = transmittance(scene, s.active & s.casts_shadow, start, direction, far,
@@ -149,7 +158,7 @@ EG_OUTLINE void add_environment_light(const SceneView& scene, Workspace& work, c
     sobol_pair(index.stream, index.own, vertex_pair(p.vertex, kVertexEnvironment), u, v);
     const EnvironmentSample s = sample_environment(scene, p.active, u, v);
     Mask above = p.both_sides | (dot(x.normal, s.w) > 0.0f);
-    if (scene.any_terminator) above |= dot(receiving_normal(scene, x, surface.normal), s.w) > 0.0f;
+    if (scene.any_terminator) above |= dot(receiving_normal(scene, x, unbent_normal(surface)), s.w) > 0.0f;
     Mask active = p.active & (s.pdf > 0.0f) & above;
     const BsdfValue f = surface.evaluate(active, s.w);
     const Float scale = power_heuristic(s.pdf, f.pdf) / max(s.pdf, 1e-37f);
@@ -160,7 +169,7 @@ EG_OUTLINE void add_environment_light(const SceneView& scene, Workspace& work, c
     if (!any(active)) return;
     // Trace the shadow rays
     if (!scene.convex) {
-        const Vec3 start = leave_surface(x, s.w) + terminator_lift(scene, x, surface.normal, s.w);
+        const Vec3 start = leave_surface(x, s.w) + terminator_lift(scene, x, unbent_normal(surface), s.w);
         light = light * transmittance(scene, active, start, s.w, splat(__builtin_inff()),
                                       shadow_rays(work, vertex, kRayToEnvironment, splat(1 << kShadowRay)));
     }
@@ -283,7 +292,10 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
     // Continue the surviving paths
     p.caustic |= ~p.led & s.specular;
     p.led &= s.specular;
-    leave(p, x, receiving_normal(scene, x, surface.normal), s.wi, s.ray_kind,
+    p.unlit = splat(0);
+    if constexpr (requires { surface.gloss; })
+        if (!vertex) p.unlit = ~s.specular & surface.by_emitters_alone(s.wi);
+    leave(p, x, receiving_normal(scene, x, unbent_normal(surface)), s.wi, s.ray_kind,
           select(s.specular, splat(0.0f), s.pdf));
     return append_paths(work.paths, alive, p);
 }

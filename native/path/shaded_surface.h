@@ -13,9 +13,12 @@ struct ShadedSurface {
     Bsdf bsdf;
     Mask transmits;
     const Vec3* smooth;  // the smooth normal, if a normal map may have bent it; else null
-    // The terminator of bent normals is softened for all lobes of `diffuse` closures. In `layered` closures,
-    // which have lobes of both kinds, it is softened for diffuse lobes and sheen alone, as in Cycles.
-    Mask diffuse, layered;
+    // As in Cycles, bent normals shadow `diffuse` closures and the diffuse lobes and sheen of `layered` ones
+    // (bump_shadowing). Other lobes have the normal `gloss`, whose reflections are valid
+    // (valid_mirror_normal; velvet has the shading normal). From behind the smooth surface they scatter no
+    // light of the light table. Translucent closures are shadowed for such light alone.
+    Mask diffuse, layered, translucent;
+    Vec3 gloss;
     Vec3 receiving;   // receiving_normal() (shading/receiving_normal.h)
     bool from_below;  // it may differ from the geometric normal
     Float stretch;    // of the angle of arriving light (shading/terminator_dimming.h)
@@ -25,39 +28,64 @@ struct ShadedSurface {
 
     EG_INLINE Mask both_sides() const { return transmits; }
     EG_INLINE const Vec3* receiver() const { return from_below ? &receiving : nullptr; }
-    EG_INLINE BsdfValue evaluate(Mask active, Vec3 w) const {
+    // `of_table`: lanes with light of the light table.
+    EG_INLINE BsdfValue evaluate(Mask active, Vec3 w, Mask of_table = splat(0)) const {
         BsdfValue f = EDGEGRAD_ISA::evaluate(bsdf, active, w, receiver());
-        if (dims) f.value = f.value * terminator_dimming(stretch, dot(normal, w));
+        const Float dimmed = dimming(gloss, w);
+        if (dims) f.value = f.value * dimmed;
         if (!smooth) return f;
-        f.value = f.value * bump_shadowing(*smooth, normal, w, diffuse);
+        const Float shadowing = bump_shadowing(*smooth, normal, w);
+        const Mask shadowed = diffuse | (translucent & of_table), dark = of_table & lacks_gloss(w);
+        f.value = select(dark & ~layered, zero3(), select(shadowed, f.value * shadowing, f.value));
         if (any(active & layered)) {
-            const Vec3 soft = of_wide_lobes(active, w);
-            f.value = select(layered, f.value + soft * softening(w), f.value);
+            const Vec3 wide = of_wide_lobes(active, w);
+            const Float kept = shadowing * dimming(normal, w);
+            f.value = select(layered, wide * kept + select(dark, zero3(), without(f.value, wide * dimmed)),
+                             f.value);
         }
         return f;
     }
-    // The factor of bent normals and of dimming for perfect lobes.
-    EG_INLINE Float shown(Vec3 w) const {
-        const Float bent = smooth ? bump_shadowing(*smooth, normal, w, diffuse) : splat(1.0f);
-        return dims ? bent * terminator_dimming(stretch, dot(normal, w)) : bent;
+    // What is left of `all` without `part`. Rounding does not make it negative.
+    EG_INLINE static Vec3 without(Vec3 all, Vec3 part) {
+        const auto left = [](Float a, Float b) EG_INLINE_LAMBDA {
+            const Float r = a - b;
+            return r + detach(select((r < 0.0f) & (-r < 1e-5f * b), -r, 0.0f));
+        };
+        return {left(all.x, part.x), left(all.y, part.y), left(all.z, part.z)};
     }
-    // The diffuse lobes and sheen alone, without the factors of bent normals.
+    EG_INLINE Float dimming(Vec3 n, Vec3 w) const {
+        return dims ? terminator_dimming(stretch, dot(n, w)) : splat(1.0f);
+    }
+    // Lanes without light of the light table in lobes that are not diffuse.
+    EG_INLINE Mask lacks_gloss(Vec3 w) const { return ~(diffuse | translucent) & leaks(*smooth, gloss, w); }
+    // Lanes that scatter light of the light table otherwise than other light. Emitter samples alone find it.
+    EG_INLINE Mask by_emitters_alone(Vec3 w) const {
+        return smooth ? lacks_gloss(w) | (translucent & ~is_same(*smooth, normal)) : splat(0);
+    }
+    // The factor of bent normals and of dimming for perfect lobes. Like rough ones, they reflect nothing
+    // where their normal points away from the viewer.
+    EG_INLINE Float shown(Vec3 w) const {
+        const Float bent = smooth ? select(bsdf.view.z > 0.0f, splat(1.0f), 0.0f) : splat(1.0f);
+        return dims ? bent * dimming(gloss, w) : bent;
+    }
+    // The diffuse lobes and sheen alone, without the factors of bent normals and of dimming.
     EG_INLINE Vec3 of_wide_lobes(Mask active, Vec3 w) const {
         Bsdf wide = bsdf;
         wide.any_lobe[kMirrorLobe] = wide.any_lobe[kCoatLobe] = wide.any_lobe[kInterfaceLobe] = false;
-        const Vec3 value = EDGEGRAD_ISA::evaluate(wide, active, w, receiver()).value;
-        return dims ? value * terminator_dimming(stretch, dot(normal, w)) : value;
-    }
-    // What softening the terminator changes in the factor of bent normals.
-    EG_INLINE Float softening(Vec3 w) const {
-        return bump_shadowing(*smooth, normal, w, splat(-1)) - bump_shadowing(*smooth, normal, w, splat(0));
+        return EDGEGRAD_ISA::evaluate(wide, active, w, receiver()).value;
     }
     // The same for light that is visible only to rays of some kinds (bits 1 << RayKind): evaluates the lobes
     // that scatter those kinds.
     EG_INLINE BsdfValue evaluate_for(Int kinds, Mask active, Vec3 w) const {
-        BsdfValue f = evaluate(active, w);
+        const Mask of_table = (kinds & kOfTable) != 0;
+        BsdfValue f = evaluate(active, w, of_table);
         Vec3 soft = of_wide_lobes(active, w);
-        if (smooth) soft = soft * bump_shadowing(*smooth, normal, w, diffuse | layered);
+        if (dims) soft = soft * dimming(normal, w);
+        if (smooth) {
+            const Mask shadowed = diffuse | layered | (translucent & of_table);
+            soft = select(shadowed, soft * bump_shadowing(*smooth, normal, w), soft);
+            soft = select(of_table & ~layered & lacks_gloss(w), zero3(), soft);
+        }
         const auto seen = [&](RayKind kind) { return (kinds & (1 << kind)) != 0; };
         // Without a glossy lobe, the rest is rounding and may be negative. Its derivative stays.
         const auto raised = [](Float x) EG_INLINE_LAMBDA { return x + detach(max(-x, splat(0.0f))); };
@@ -70,19 +98,32 @@ struct ShadedSurface {
         f.value = select(upper, above, below);
         return f;
     }
-    // The factor of the rim of its transmission lobe (shading/bsdf/transmission_rim.h). Its value is 0.
+    // The factor of the rims of its lobes (evaluate_rim in shading/bsdf/bsdf.h). Its value is 0.
     EG_INLINE Vec3 evaluate_rim(Mask active, Vec3 w) const {
-        const Vec3 change = EDGEGRAD_ISA::evaluate_rim(bsdf, active, w);
-        return smooth ? change * detach(bump_shadowing(*smooth, normal, w, diffuse)) : change;
+        return EDGEGRAD_ISA::evaluate_rim(bsdf, active, w) * detach(kept_at_rim(w));
+    }
+    // The part of the light that bent normals and dimming leave inside a rim.
+    EG_INLINE Float kept_at_rim(Vec3 w) const {
+        const Mask reflects = dot(bsdf.ng, w) > 0.0f;
+        const Vec3 inside = w + normal * splat(1e-3f);
+        Float kept = splat(1.0f);
+        if (dims) kept = dimming(normal, inside);
+        if (smooth) kept = kept * bump_shadowing(*smooth, normal, inside);
+        return select(reflects, kept, splat(1.0f));
     }
     EG_INLINE BsdfSample sample(Mask active, Float choice, Float u, Float v) const {
         BsdfSample s = EDGEGRAD_ISA::sample(bsdf, active, choice, u, v);
-        if (smooth || dims) s.weight = s.weight * shown(s.wi);
+        const Float dimmed = dimming(gloss, s.wi);
+        if (dims) s.weight = s.weight * dimmed;
         if (!smooth) return s;
-        const Mask mixed = s.active & layered & ~s.specular;
+        const Mask perfect = s.active & s.specular, mixed = s.active & layered & ~s.specular;
+        if (any(perfect)) s.weight = select(perfect & (bsdf.view.z <= 0.0f), zero3(), s.weight);
+        const Float shadowing = bump_shadowing(*smooth, normal, s.wi);
+        s.weight = select(diffuse, s.weight * shadowing, s.weight);
         if (any(mixed)) {
-            const Vec3 soft = of_wide_lobes(mixed, s.wi) * (softening(s.wi) / max(s.pdf, 1e-30f));
-            s.weight = select(mixed, s.weight + soft, s.weight);
+            const Vec3 wide = of_wide_lobes(mixed, s.wi) * (1.0f / max(s.pdf, 1e-30f));
+            const Float kept = shadowing * dimming(normal, s.wi);
+            s.weight = select(mixed, wide * kept + without(s.weight, wide * dimmed), s.weight);
         }
         return s;
     }
@@ -90,28 +131,39 @@ struct ShadedSurface {
 
 EG_INLINE ShadedSurface shaded_surface(const SceneView& scene, Mask active, const SurfacePoint& x,
                                        const TexturePoint& point, const Shader& shader, Vec3 normal) {
+    // The tangent is orthogonal to the smooth normal. Frames project it along theirs.
     Vec3 tangent = zero3();
     if (scene.all_flags & kAnisotropic) {
         const Mask turned = active & has(shader, kAnisotropic);
-        if (any(turned)) tangent = surface_tangent(scene, turned, shader.closure, point, normal);
+        if (any(turned)) tangent = surface_tangent(scene, turned, shader.closure, point, point.normal);
     }
     const Mask transmits = has(shader, kHasRefraction) | (shader.kind == static_cast<int>(kTranslucent)) |
                            (shader.kind == static_cast<int>(kDisney));
     const bool bent = scene.all_flags & kHasNormalMap;
-    const Mask diffuse =
-        is_kind(shader.kind, kDiffuse) | is_kind(shader.kind, kTranslucent) | is_kind(shader.kind, kSheen);
-    const Mask layered = is_kind(shader.kind, kPrincipled);
-    return {normal,
-            make_bsdf(active, shader.kind, shader.flags, material_values(shader.row), normal, x.normal,
-                      tangent, x.side < 0.0f, point.view),
-            transmits,
-            bent ? &point.normal : nullptr,
-            diffuse,
-            layered,
-            receiving_normal(scene, x, normal),
-            scene.any_terminator,
-            scene.any_dimming ? gather(scene.mesh_dimming, x.mesh) : splat(1.0f),
-            scene.any_dimming};
+    if (bent) {
+        const Mask turned = active & has(shader, kHasNormalMap) & is_kind(shader.kind, kTranslucent);
+        if (any(turned)) normal = select(turned, valid_mirror_normal(normal, x.normal, point.view), normal);
+    }
+    // A copy of the large BSDF would cost time
+    ShadedSurface s = {normal,
+                       make_bsdf(active, shader.kind, shader.flags, material_values(shader.row), normal,
+                                 x.normal, tangent, x.side < 0.0f, point.view),
+                       transmits,
+                       bent ? &point.normal : nullptr,
+                       is_kind(shader.kind, kDiffuse) | is_kind(shader.kind, kSheen),
+                       is_kind(shader.kind, kPrincipled),
+                       is_kind(shader.kind, kTranslucent),
+                       normal,
+                       receiving_normal(scene, x, point.normal),
+                       scene.any_terminator,
+                       scene.any_dimming ? gather(scene.mesh_dimming, x.mesh) : splat(1.0f),
+                       scene.any_dimming};
+    if (bent) {
+        const Mask glossy =
+            active & has(shader, kHasGlossy | kHasRefraction) & ~is_kind(shader.kind, kVelvet);
+        if (any(glossy)) s.gloss = select(glossy, s.bsdf.z, normal);
+    }
+    return s;
 }
 
 // Light that a surface scatters from a sample of the lights. No ray finds lights without size, so for those
@@ -120,7 +172,9 @@ template <typename Surface>
 EG_INLINE BsdfValue scattered_light(const SceneView& scene, const Surface& surface, Int visible_to,
                                     Mask active, Mask pointlike, Vec3 w) {
     const auto value = [&](const Surface& s) EG_INLINE_LAMBDA {
-        return scene.lights.any_hidden ? s.evaluate_for(visible_to, active, w) : s.evaluate(active, w);
+        if (scene.lights.any_hidden) return s.evaluate_for(visible_to, active, w);
+        if constexpr (requires { s.gloss; }) return s.evaluate(active, w, (visible_to & kOfTable) != 0);
+        return s.evaluate(active, w);
     };
     if constexpr (requires { surface.bsdf; })
         if (scene.followed_alpha > 0.0f && any(active & pointlike)) {

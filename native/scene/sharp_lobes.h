@@ -28,6 +28,21 @@ inline bool may_refract_roughly(const SceneTables& tables, size_t closure) {
            (row[kRoughness] > 0.0f || is_textured(tables, closure, kRoughness));
 }
 
+// Returns whether a closure may have a rough diffuse lobe with a rim (shading/bsdf/diffuse_rim.h), which only
+// shading normals of their own can have.
+inline bool may_have_diffuse_rim(const SceneTables& tables, size_t closure) {
+    const float* row = tables.closure_params.data() + closure * kMaterialParams;
+    const int32_t kind = tables.closure_kind[closure];
+    return (kind == kDiffuse || kind == kPrincipled) &&
+           (row[kDiffuseRoughness] > 0.0f || is_textured(tables, closure, kDiffuseRoughness)) &&
+           (!tables.corner_normal.empty() || (tables.closure_flags[closure] & kHasNormalMap));
+}
+
+// Returns whether any lobe of a closure may have a rim (path/rim.h).
+inline bool may_have_rim(const SceneTables& tables, size_t closure) {
+    return may_refract_roughly(tables, closure) || may_have_diffuse_rim(tables, closure);
+}
+
 // Returns whether a closure may be a perfect mirror or perfectly smooth glass, or may have a followed lobe
 // with an alpha up to `followed` (shading/bsdf/followed_lobes.h). least(column) is a lower bound of a
 // roughness.

@@ -31,6 +31,8 @@ constexpr int32_t kNoRay = -1;
 constexpr int32_t kScatteredRays = 1 << kDiffuseRay | 1 << kGlossyRay | 1 << kTransmissionRay;
 // Those that mirrors and glass scatter.
 constexpr int32_t kBentRays = 1 << kGlossyRay | 1 << kTransmissionRay;
+// A bit beside those of the kinds of rays that see a light: it is one of the light table.
+constexpr int32_t kOfTable = 1 << 30;
 
 enum CameraKind : int32_t { kPerspective, kOrthographic, kEquirectangular };
 

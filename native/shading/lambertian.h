@@ -26,9 +26,9 @@ struct Lambertian {
         return mixed ? 0.5f * cosine_density + 0.25f * kInvPi : cosine_density;
     }
     EG_INLINE Float shadowing(Vec3 w) const {
-        return smooth ? bump_shadowing(*smooth, normal, w, splat(-1)) : splat(1.0f);
+        return smooth ? bump_shadowing(*smooth, normal, w) : splat(1.0f);
     }
-    EG_INLINE BsdfValue evaluate(Mask active, Vec3 w) const {
+    EG_INLINE BsdfValue evaluate(Mask active, Vec3 w, Mask /*of_table*/ = splat(0)) const {
         const Float density = select(active, max(dot(normal, w), 0.0f) * kInvPi, 0.0f);
         return {albedo * (density * shadowing(w)), pdf(density)};
     }

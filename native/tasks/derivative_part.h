@@ -70,7 +70,7 @@ enum class Part : int32_t {
     kNarrowFieldLobes,   // what distance fields hide of narrow lobes
     kFieldLines,         // lights that pass through distance fields
     kMirroredLines,      // lights that surfaces pass through, in mirrors and behind glass
-    kTurnedNormals,      // smooth glass whose normal map turns rays below interpolated normals
+    kTurnedNormals,      // gloss whose normals turn away from the viewer, below the surface
     kTotalReflection,    // borders of total reflection of Refraction closures
     kLongChains,         // chains of too many mirrors
     kCaustics,

@@ -143,20 +143,26 @@ EG_INLINE Vec3 mapped_normal(const SceneView& scene, Mask active, const UvMap& m
     return select(active & t.known, r, point.normal);
 }
 
-// Factor of light along wi on a bent normal. It removes light from behind the smooth surface and softens the
-// terminator of diffuse closures (Conty Estevez, Lecocq and Stein 2019, "A Microfacet-Based Shadowing
+EG_INLINE Mask is_same(Vec3 a, Vec3 b) { return (a.x == b.x) & (a.y == b.y) & (a.z == b.z); }
+
+// Whether light along wi would pass from one side of the smooth surface to the other, or back, by reflection
+// or refraction at the bent normal.
+EG_INLINE Mask leaks(Vec3 smooth, Vec3 bent, Vec3 wi) {
+    return ~is_same(smooth, bent) & (dot(smooth, wi) * dot(smooth, bent) * dot(bent, wi) < 0.0f);
+}
+
+// Factor of light along wi on the bent normal of a diffuse lobe. It removes light from behind the smooth
+// surface and softens the terminator (Conty Estevez, Lecocq and Stein 2019, "A Microfacet-Based Shadowing
 // Function to Solve the Bump Terminator Problem").
-EG_INLINE Float bump_shadowing(Vec3 smooth, Vec3 bent, Vec3 wi, Mask diffuse) {
-    const Float cos_i = dot(smooth, wi), cos_d = dot(smooth, bent), cos_bent = dot(bent, wi);
-    const Mask same = (smooth.x == bent.x) & (smooth.y == bent.y) & (smooth.z == bent.z);
-    const Mask leaks = cos_i * cos_d * cos_bent < 0.0f;
+EG_INLINE Float bump_shadowing(Vec3 smooth, Vec3 bent, Vec3 wi) {
+    const Float cos_i = dot(smooth, wi), cos_d = dot(smooth, bent);
     const Float i2 = min(cos_i * cos_i, splat(1.0f)), d2 = min(cos_d * cos_d, splat(1.0f));
     const Float alpha2 = min(0.125f * (1.0f / max(d2, 1e-12f) - 1.0f), splat(1.0f));
     // Smith's G1 of GGX.
     const Float g = 2.0f / (1.0f + sqrt(1.0f + alpha2 * (1.0f / max(i2, 1e-12f) - 1.0f)));
-    Float r = select(diffuse & (d2 < 1.0f), select(i2 < 1e-12f, splat(0.0f), g), 1.0f);
-    r = select(leaks, splat(0.0f), r);
-    return select(same, splat(1.0f), r);
+    Float r = select(d2 < 1.0f, select(i2 < 1e-12f, splat(0.0f), g), 1.0f);
+    r = select(leaks(smooth, bent, wi), splat(0.0f), r);
+    return select(is_same(smooth, bent), splat(1.0f), r);
 }
 
 // Unit direction of anisotropy, orthogonal to the normal n: along u of the closure's UV map, or, without one,

@@ -42,7 +42,7 @@ def test_flags_of_materials() -> None:
              "kEmissionTwoSided": "TWO_SIDED", "kHasRefraction": "REFRACTION", "kLambertian": "LAMBERTIAN",
              "kAnisotropic": "ANISOTROPIC", "kBeckmann": "BECKMANN", "kPhong": "PHONG",
              "kNormalInWorld": "NORMAL_IN_WORLD", "kHasAbsorption": "ABSORPTION",
-             "kThinFilm": "THIN_FILM"}  # fmt: skip
+             "kThinFilm": "THIN_FILM", "kNormalBelow": "NORMAL_BELOW"}  # fmt: skip
     found = constants("material_params.h", "ClosureFlag")
     assert {name: getattr(materials, word) for name, word in names.items() if name in found} == found
 

@@ -199,6 +199,10 @@ class Closure:
         if node.type == "NORMAL_MAP" and node.space == "TANGENT":
             self._map_normal(node, found.groups)
             return
+        if self.node.type == "BSDF_PRINCIPLED" and node.type != "BUMP":
+            # Cycles counts the densities of diffuse samples there in some of the estimates of gloss only.
+            self.note(f"where the normals of node '{label(node, found.groups)}' point below the surface, Cycles itself "
+                      "makes the gloss over a diffuse base too bright")  # fmt: skip
         try:
             value = self.reader.value(socket, self.groups)
         except Unreadable as error:

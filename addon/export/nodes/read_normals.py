@@ -38,9 +38,6 @@ def _bump(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
 
 @reads("NORMAL_MAP")
 def _normal_map(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    if node.space != "TANGENT":
-        reader.note(f"node '{label(node, groups)}': where its normals point below the surface, mirrors, gloss and "
-                    "glass are dark, which Cycles lights by normals that are bent back")  # fmt: skip
     if node.space in ("OBJECT", "BLENDER_OBJECT"):
         raise UnreadableNormal(f"node '{label(node, groups)}' (a normal map in object space)")
     color, strength = reader.get(node, "Color", groups), reader.get(node, "Strength", groups)

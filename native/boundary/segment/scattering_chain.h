@@ -175,7 +175,7 @@ EG_INLINE Mask scatters_within_limits(const BoundaryTask& task, Mask active, con
     if (!limits_matter(task.limits, task.max_depth) || !any(active)) return active;
     Float choice, unused;
     sobol_pair(random.stream, random.sample, vertex_pair(vertex, kVertexSurvival), choice, unused);
-    const Vec3 all = evaluate(kinds), diffuse = evaluate(kinds & (1 << kDiffuseRay));
+    const Vec3 all = evaluate(kinds), diffuse = evaluate(kinds & (1 << kDiffuseRay | kOfTable));
     bounces = add_bounce(bounces, active, bounce_kind(x, w, all, diffuse, choice));
     return active & within_limits(task.limits, bounces);
 }

@@ -145,9 +145,6 @@ EG_OUTLINE Mask scatter_chain(const SceneView& scene, const ChainSurface& s, Mas
     const Mask above = select(transmitted, side < 0.0f, side > 0.0f);
     const Mask fine = shines & above & (shown > 0.0f);
     below = shines & ~above;
-    // A normal map removes light from below the plane of a normal that is the face's up to rounding
-    constexpr float kSameNormal = 0.999999f, kInPlane = 1e-4f;
-    below |= shines & ~fine & (abs(side) < kInPlane) & (dot(s.point.normal, s.x.normal) > kSameNormal);
     value = select(below, next.value, next.value * shown);
     ray.origin = select(scatters, leave_surface(s.x, next.wi), ray.origin);
     ray.direction = select(scatters, next.wi, ray.direction);

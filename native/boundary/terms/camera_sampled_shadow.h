@@ -46,7 +46,7 @@ EG_INLINE ShadowSource choose_source(const SceneView& scene, const SegmentSample
     source.environment = active & (pick < environment);
     source.table = active & ~source.environment;
     source.scale = splat(environment == 0.5f ? 2.0f : 1.0f);
-    source.kinds = select(source.environment, kinds & scene.environment_mask, kinds);
+    source.kinds = select(source.environment, kinds & scene.environment_mask, kinds | kOfTable);
     source.ray_kind = splat(static_cast<int>(kDiffuseRay));
     source.which = which;
     if (scene.lights.any_hidden && any(source.table)) {
@@ -54,7 +54,7 @@ EG_INLINE ShadowSource choose_source(const SceneView& scene, const SegmentSample
                                   select(kind < 2.0f / 3.0f, splat(static_cast<int>(kGlossyRay)),
                                          splat(static_cast<int>(kTransmissionRay))));
         source.ray_kind = select(source.table, chosen, source.ray_kind);
-        source.kinds = select(source.table, kinds & ray_mask(chosen), source.kinds);
+        source.kinds = select(source.table, (kinds & ray_mask(chosen)) | kOfTable, source.kinds);
         source.scale = select(source.table, source.scale * 3.0f, source.scale);
     }
     return source;
@@ -103,7 +103,7 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
     const Int sharp = camera_sampled_kinds(x.shader, task.camera_sampled);
     const ShadowSource source =
         choose_source(scene, p, x.x.active, select(s.screen_form, sharp, splat(kScatteredRays)));
-    s.active = x.x.active & (source.kinds != 0);
+    s.active = x.x.active & ((source.kinds & kScatteredRays) != 0);
     s.view = place_in_picture(scene, s.active, select(s.screen_form, x.x.position, begun.first), p.random);
     s.active &= s.view.active;
     if (!task.score && any(s.active)) s.active &= has_adjoint(scene, s.active, s.view.sx, s.view.sy, adjoint);

@@ -83,14 +83,14 @@ EG_OUTLINE DiskSegment sample_disk_intersection(const SceneView& scene, const Bo
 
     // Evaluate the BSDF and the light
     const CameraSampledSurface surface(scene, x, s.active, splat(0));
-    const Int kinds = scene.lights.any_hidden ? links.visible_to : splat(kScatteredRays);
+    const Int kinds = links.visible_to;
     const Vec3 value = surface.evaluate(s.active, s.towards, kinds) * (1.0f / max(r2, 1e-30f));
     const Vec3 light =
         l.radiance * light_factor(l, s.towards, s.reach) *
         stopped_by(scene, s.active, pair.hider, pair.hider_instance, s.point, -s.towards, kShadowRay);
     s.active &= (largest_component(value) > 0.0f) & (largest_component(light) > 0.0f);
     if (!any(s.active)) return s;
-    const Vec3 start = leave_surface(x.x, s.towards) + terminator_lift(scene, x.x, x.normal, s.towards);
+    const Vec3 start = leave_surface(x.x, s.towards) + terminator_lift(scene, x.x, x.point.normal, s.towards);
     PassingRays rays{links.blockers};
     rays.ignored = {p.edge, splat(-1)};
     const Vec3 seen = transmittance(scene, s.active, start, s.point - start, splat(0.99999f), rays);

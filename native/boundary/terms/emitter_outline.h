@@ -118,7 +118,7 @@ EG_OUTLINE BoundarySegment sample_emitter_outline(const SceneView& scene, const 
     if (!any(s.active)) return s;
 
     // Evaluate the transmittance and the jump
-    const Vec3 start = leave_surface(x.x, s.towards) + terminator_lift(scene, x.x, x.normal, s.towards);
+    const Vec3 start = leave_surface(x.x, s.towards) + terminator_lift(scene, x.x, x.point.normal, s.towards);
     const Vec3 seen =
         transmittance(scene, s.active, start, s.point - start, splat(0.99999f),
                       {splat(1 << kShadowRay), kShadowRay, task.limits.transparent, {s.edge, s.instance}});

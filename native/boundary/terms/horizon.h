@@ -68,7 +68,7 @@ EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, cons
     if (!any(cut.active)) return;
 
     // Evaluate the BSDF and the light
-    const Int kinds = scene.lights.any_hidden ? light.visible_to : splat(-1);
+    const Int kinds = light.visible_to;
     const Vec3 f = brought_at_horizon(scene, s, cut.active, side, light.w, kinds, p.throughput, followed,
                                       ~is_pointlike(light.row, light.kind));
     cut.active &= size_of(f) > 0.0f;
@@ -77,7 +77,7 @@ EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, cons
     cut.color = f * light.radiance * light.geometry;
     cut.active &= size_of(cut.color) > 0.0f;
     if (!any(cut.active)) return;
-    const Vec3 start = leave_surface(s.x, side.normal) + terminator_lift(scene, s.x, s.normal, light.w);
+    const Vec3 start = leave_surface(s.x, side.normal) + terminator_lift(scene, s.x, s.point.normal, light.w);
     const Vec3 direction = select(light.distant, light.w, light.end - start);
     const Float far = select(light.distant, splat(__builtin_inff()), 0.99999f);
     const Vec3 through =

@@ -12,10 +12,11 @@
 namespace edgegrad {
 namespace {
 
-// Limits of alpha: in scenes with emissive meshes or sized lights of the table, and in all others. Wider lobes
-// have less noise if they are not followed: edges are sampled along them (boundary/terms/camera_sampled.h),
-// which scan lines find only by chance, and lights are sampled. Where no lobe is followed, light keeps its
-// direction near contact at more surfaces of a path (fixed_direction_surfaces).
+// Limits of alpha: in scenes with emissive meshes or sized lights of the table, and in all others. Wider
+// lobes have less noise if they are not followed: edges are sampled along them
+// (boundary/terms/camera_sampled.h), which scan lines find only by chance, and lights are sampled. Where no
+// lobe is followed, light keeps its direction near contact at more surfaces of a path
+// (fixed_direction_surfaces).
 constexpr float kFollowedByEmitters = 0.0205f, kFollowedAlpha = kWidestFollowed;
 
 // Whether radiance may jump within a surface: a mesh has a textured material, or textures jump on a field.
@@ -43,9 +44,13 @@ bool may_jump_within_surfaces(const SceneTables& tables) {
     return false;
 }
 
-// Whether light of the table may jump within faces: at borders of spots without blend, and, for lights
-// without size, where smooth-shaded faces turn away from them.
+// Whether light of the table may jump within faces: at borders of spots without blend, for lights without
+// size where smooth-shaded faces turn away from them, and behind smooth surfaces whose normals a map bends.
 bool lights_jump(const SceneTables& tables, const LightView& lights) {
+    const auto& flags = tables.closure_flags;
+    if (lights.sized_count + lights.sized_distant > 0 &&
+        std::any_of(flags.begin(), flags.end(), [](int32_t f) { return (f & kHasNormalMap) != 0; }))
+        return true;
     if ((lights.kinds & kPointlikeLights) && !tables.corner_normal.empty()) return true;
     return !hard_cones(tables.lights).empty();
 }

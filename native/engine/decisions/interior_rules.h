@@ -19,7 +19,7 @@ bool is_black(const SceneView& scene, int32_t material);
 // Whether all visible surfaces scatter no light. They may emit.
 bool all_black(const SceneView& scene, const SceneTables& tables);
 
-// Whether rims of transmission lobes may move (path/rim.h).
+// Whether rims of transmission and diffuse lobes may move (path/rim.h).
 bool rims_move(const SceneView& scene, const SceneTables& tables, const Requested& requested);
 
 // Whether the width of a closure's lobes is requested, or where they point.

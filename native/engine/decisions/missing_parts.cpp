@@ -118,15 +118,13 @@ class Search {
 
     void mirrored() {
         if (f_.options.max_depth < 2) return;
+        if (any_moves_ || normals_turn())
+            materials(Part::kTurnedNormals, used_materials(tables_, [&](size_t k) {
+                          return (tables_.closure_flags[k] & kNormalBelow) != 0;
+                      }));
         const std::vector<int32_t> smooth =
             used_materials(tables_, [&](size_t k) { return may_be_specular(tables_, k); });
         if (decided_.computes(Part::kRims)) rim_lines();
-        if (chains_turn_)
-            materials(Part::kTurnedNormals, used_materials(tables_, [&](size_t k) {
-                          constexpr int32_t kBoth = kHasRefraction | kHasNormalMap;
-                          return (tables_.closure_flags[k] & kBoth) == kBoth &&
-                                 may_be_specular(tables_, k, f_.scene.followed_alpha);
-                      }));
         if (smooth.empty()) return;
         if (chains_turn_)
             materials(Part::kTotalReflection, used_materials(tables_, [&](size_t k) {
@@ -142,6 +140,15 @@ class Search {
     }
 
  private:
+    // Whether shading normals may turn, or the normals of faces.
+    bool normals_turn() const {
+        for (const char* table :
+             {"normals", "texture_pixels", "texture_attributes", "texture_lookups", "texture_constants"})
+            if (requested_.any(table)) return true;
+        return (requested_.span("closure_params").columns &
+                Requested::columns(kNormalMap, kNormalStrength + 1)) != 0;
+    }
+
     Decision& miss(Part part, int64_t limit = 0) {
         decided_.decide(part, Reason::kNotEstimated);
         decided_[part].limit = limit;
@@ -293,12 +300,12 @@ class Search {
         decided_.found(part, tables_, lines);
     }
 
-    // For lights without size, rims of transmission lobes are lines on the glass.
+    // For lights without size, rims of lobes are lines on the surface.
     void rim_lines() {
         std::vector<int32_t> found;
         for (size_t row = 0; row < tables_.lights.kind.size(); ++row)
             if (!is_sized(tables_.lights.kind[row]) &&
-                (tables_.lights.visible_to[row] & (1 << kTransmissionRay)))
+                (tables_.lights.visible_to[row] & (1 << kTransmissionRay | 1 << kDiffuseRay)))
                 found.push_back(static_cast<int32_t>(row));
         if (found.empty()) return;
         lights(Part::kRimLines, std::move(found));

@@ -11,6 +11,7 @@
 #pragma once
 
 #include "scene/view.h"
+#include "shading/bsdf/diffuse_rim.h"
 #include "shading/bsdf/followed_lobes.h"
 #include "shading/bsdf/principled.h"
 
@@ -19,16 +20,24 @@ namespace edgegrad::EDGEGRAD_ISA {
 EG_INLINE Mask is_kind(Int kind, ShaderKind k) { return kind == splat(static_cast<int>(k)); }
 
 // The local frame of mirrors. In `anisotropic` lanes the mirror's own x axis is along the tangent, rotated
-// about z by `turns`. The frame itself does not follow the tangent: lobes that are nearly round would have
-// derivatives by its rotation that cancel almost completely.
-EG_INLINE void make_frame(Bsdf& f, Mask anisotropic, Vec3 tangent, Float turns) {
+// about z by `turns`, or about the shading normal in lanes of `layered`, as in Cycles. The frame itself does
+// not follow the tangent: lobes that are nearly round would have derivatives by its rotation that cancel
+// almost completely.
+EG_INLINE void make_frame(Bsdf& f, Mask anisotropic, Mask layered, Vec3 tangent, Float turns) {
     f.z = valid_mirror_normal(f.normal, f.ng, f.wo);
     basis(f.z, f.x, f.y);
     if (any(anisotropic)) {
-        const Float x = dot(f.x, tangent), y = dot(f.y, tangent), length = sqrt(x * x + y * y);
-        const Float unit = 1.0f / max(length, 1e-20f), cosine = x * unit, sine = y * unit;
         Float s, c;
         sincos_turn(fract(turns), s, c);
+        const Vec3 n = f.normal;
+        const Mask before = anisotropic & layered & ((f.z.x != n.x) | (f.z.y != n.y) | (f.z.z != n.z));
+        if (any(before)) {
+            const Vec3 rotated = tangent * c + cross(n, tangent) * s + n * (dot(n, tangent) * (1.0f - c));
+            tangent = select(before, rotated, tangent);
+            s = select(before, splat(0.0f), s), c = select(before, splat(1.0f), c);
+        }
+        const Float x = dot(f.x, tangent), y = dot(f.y, tangent), length = sqrt(x * x + y * y);
+        const Float unit = 1.0f / max(length, 1e-20f), cosine = x * unit, sine = y * unit;
         const Mask known = anisotropic & (length > 1e-10f);
         f.turn_cosine = select(known, cosine * c - sine * s, splat(1.0f));
         f.turn_sine = select(known, sine * c + cosine * s, splat(0.0f));
@@ -57,12 +66,12 @@ EG_INLINE Bsdf make_bsdf(Mask active, Int kind, Int flags, const MaterialValues&
     f.emission = select(active, v.emission, zero3());
     if (any(active & has_flag(flags, kHasGlossy | kHasRefraction))) {
         const Mask anisotropic = active & has_flag(flags, kAnisotropic);
-        make_frame(f, anisotropic, tangent, v.anisotropy_rotation);
+        const Mask principled = active & is_kind(kind, kPrincipled);
+        make_frame(f, anisotropic, principled, tangent, v.anisotropy_rotation);
         f.mirror = no_reflection();
         f.mirror.facets = make_facets(splat(1.0f), splat(1.0f), f.view);
         f.glass = no_interface();
         f.glass.facets = f.mirror.facets;
-        const Mask principled = active & is_kind(kind, kPrincipled);
         if (any(principled)) add_principled(f, principled, v, flags, from_inside);
         const Mask glossy = active & is_kind(kind, kGlossy);
         if (any(glossy)) add_glossy(f, glossy, v, flags);
@@ -161,11 +170,16 @@ EG_INLINE BsdfValue evaluate(const Bsdf& f, Mask active, Vec3 wi, const Vec3* re
     return sum;
 }
 
-// The factor of the rim of the transmission lobe (shading/bsdf/transmission_rim.h). Its value is 0.
+// The factor of the rims of the diffuse lobe, above the plane of ng, and of the transmission lobe, below it
+// (shading/bsdf/diffuse_rim.h, shading/bsdf/transmission_rim.h). Its value is 0.
 EG_INLINE Vec3 evaluate_rim(const Bsdf& f, Mask active, Vec3 wi) {
-    const Mask under = active & (dot(f.ng, wi) < 0.0f);
-    if (!f.any_lobe[kInterfaceLobe] || !any(under)) return zero3();
-    return select(under, rim_change(f.glass, f.view, to_local(f, wi)), zero3());
+    const Float side = detach(dot(f.ng, wi));
+    const Mask above = active & (side > 0.0f) & has_diffuse_rim(f), under = active & (side < 0.0f);
+    Vec3 change = zero3();
+    if (any(above)) change = select(above, diffuse_rim_change(f, wi), change);
+    if (f.any_lobe[kInterfaceLobe] && any(under))
+        change = select(under, rim_change(f.glass, f.view, to_local(f, wi)), change);
+    return change;
 }
 
 // Directions sampled from one kind of lobe, for the lanes that chose it.

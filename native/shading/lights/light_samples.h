@@ -81,7 +81,7 @@ EG_INLINE LightSample no_light_sample(Mask is_triangle, Mask is_row, Int index, 
     s.share = splat(1.0f);
     s.casts_shadow = splat(-1);
     s.blockers = splat(1 << kShadowRay);
-    s.visible_to = splat(-1);
+    s.visible_to = select(is_row, splat(-1), splat(~kOfTable));
     s.face = select(is_triangle, index, splat(-1));
     s.row = select(is_row, index, splat(-1));
     s.kind = kind;
@@ -99,7 +99,8 @@ EG_INLINE void take_links(const LightView& lights, Mask is_row, Int row, Int fla
             if (!(flags[i] & kLightCastsShadow)) s.casts_shadow[i] = 0;
         }
     }
-    if (lights.any_hidden) s.visible_to = select(is_row, gather(lights.visible_to, row), s.visible_to);
+    if (lights.any_hidden)
+        s.visible_to = select(is_row, gather(lights.visible_to, row) | kOfTable, s.visible_to);
 }
 
 // Samples one light and a direction to it, for the point x. Lights that cannot contribute are inactive.

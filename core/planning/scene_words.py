@@ -6,25 +6,29 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from ..derivatives.decisions import Decision, Decisions
+from ..scene.fixed_scene import FixedScene
 from ..scene.names import listed, sentence_each
-from ..scene.scene import Scene
 
 
 @dataclass(frozen=True)
 class SceneWords:
     """The decisions on a derivative, with the names of what they are about. Fields are numbered behind the meshes."""
 
-    scene: Scene
-    meshes: Sequence[str]
+    scene: FixedScene
     lights: Sequence[str]
     materials: Sequence[str]
     by_part: Mapping[str, Decision]
 
     @staticmethod
-    def of(scene: Scene, decided: Decisions) -> SceneWords:
+    def of(scene: FixedScene, decided: Decisions) -> SceneWords:
         """Of the decisions on a derivative of a scene."""
-        return SceneWords(scene, [*scene.meshes, *scene.fields], list(scene.lights), list(scene.materials),
+        return SceneWords(scene, list(scene.lights), list(scene.materials),
                           {decision.part: decision for decision in decided})
+
+    @property
+    def meshes(self) -> Sequence[str]:
+        """Names of the meshes, then of the fields."""
+        return self.scene.shape_names
 
     def computed(self, part: str) -> Decision | None:
         """The decision on a part that is computed; else None."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import fields
 from functools import cached_property
 
@@ -16,6 +16,11 @@ class FixedScene(Scene):
     def of(scene: Scene) -> FixedScene:
         """Wrap the objects of a scene without copying them; they must not change while the result is in use."""
         return FixedScene(**{f.name: getattr(scene, f.name) for f in fields(Scene)})
+
+    @cached_property
+    def shape_names(self) -> Sequence[str]:
+        """Names of the meshes, then of the fields: the order in which the engine numbers them."""
+        return [*self.meshes, *self.fields]
 
     @cached_property
     def used_materials(self) -> list[str]:

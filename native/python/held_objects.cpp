@@ -22,29 +22,28 @@ using nb::literals::operator""_a;
 namespace edgegrad {
 namespace {
 
-// Mixes a word into a fingerprint. Two arrays that differ in one word never have the same one.
-uint64_t mixed(uint64_t sum, uint64_t word) {
-    sum = (sum ^ word) * 0xff51afd7ed558ccdull;
-    return sum ^ (sum >> 32);
-}
+// Random bits, so that a change of any bit of a word changes all bits of its product.
+constexpr uint64_t kFirstKey = 0xa0761d6478bd642full, kSecondKey = 0xe7037ed1a0b428dbull;
+constexpr uint64_t kNextKey = 0x9e3779b97f4a7c15ull;
 
-uint64_t mixed(uint64_t sum, const char* at, size_t size) {
-    uint64_t word = 0;
-    // Four sums at a time: each waits for its last product.
-    uint64_t sums[4] = {sum, 1, 2, 3};
-    for (; size >= 32; size -= 32)
-        for (uint64_t& lane : sums) {
-            std::memcpy(&word, at, 8);
-            lane = mixed(lane, word);
-            at += 8;
-        }
-    sum = mixed(mixed(mixed(sums[0], sums[1]), sums[2]), sums[3]);
-    for (; size > 0; size -= std::min<size_t>(size, 8)) {
-        word = 0;
-        std::memcpy(&word, at, std::min<size_t>(size, 8));
-        sum = mixed(sum, word);
-        at += 8;
-    }
+// Returns a fingerprint. The words are multiplied in pairs, with a key for each place, and the products are
+// summed: no product waits for another one, as in a chain of hashes.
+uint64_t fingerprint_of(const char* at, size_t size, uint64_t key) {
+    __extension__ using Product = unsigned __int128;
+    struct Pair {
+        uint64_t first, second;
+    };
+    uint64_t sum = 0;
+    const auto add = [&](size_t bytes) {
+        Pair pair{};
+        std::memcpy(&pair, at, bytes);
+        const Product product = Product{pair.first ^ key} * (pair.second ^ kSecondKey);
+        sum += static_cast<uint64_t>(product) ^ static_cast<uint64_t>(product >> 64);
+        key += kNextKey;
+        at += bytes;
+    };
+    for (; size >= sizeof(Pair); size -= sizeof(Pair)) add(sizeof(Pair));
+    if (size) add(size);
     return sum;
 }
 
@@ -56,9 +55,10 @@ struct Entries {
     uint64_t fingerprint;
 
     uint64_t read() const {
-        uint64_t sum = 0;
-        if (step == bytes) return mixed(sum, first, static_cast<size_t>(step) * count);
-        for (uint32_t k = 0; k < count; ++k) sum = mixed(sum, first + k * step, bytes);
+        if (step == bytes) return fingerprint_of(first, static_cast<size_t>(step) * count, kFirstKey);
+        uint64_t sum = 0, key = kFirstKey;
+        for (uint32_t k = 0; k < count; ++k, key += kNextKey)
+            sum += fingerprint_of(first + k * step, bytes, key);
         return sum;
     }
 };
@@ -150,7 +150,8 @@ class HeldObjects {
     // memory of an object is asked for.
     static constexpr size_t kAhead = 12;
 
-    void fetch(const Part& part) const {
+    // Inlined, since GCC drops calls of a function that does nothing but prefetch.
+    __attribute__((always_inline)) void fetch(const Part& part) const {
         constexpr size_t kLine = 64, kMostLines = 8;
         for (size_t d = part.dict; d < part.dict + part.dicts; ++d)
             __builtin_prefetch(notes_.dicts[d].dict.ptr());

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import weakref
 from collections.abc import Callable
 from types import MappingProxyType
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from edgegrad import Camera, Image, Material, Mesh, Renderer, Scene, SunLight, World
+from edgegrad import Camera, Image, Material, Mesh, Renderer, Scene, SunLight, World, _native
 from edgegrad.expression import Attribute, ImageTexture
 from edgegrad.rendering.taken_over import TakenOver
 from tests.support.shapes import cube
@@ -83,6 +84,28 @@ def test_one_changed_object_of_many_is_named(what: str) -> None:
     with pytest.raises(ValueError, match=f"^mesh 'box7': {field} has changed since the last update"):
         watched.check(scene)
     TakenOver(scene).check(scene)
+
+
+@pytest.mark.parametrize("shape", [(8, 3), (7, 3), (1, 1), (300, 3)])
+def test_the_least_change_of_an_array_is_found(shape: tuple[int, int]) -> None:
+    held = {"values": np.linspace(-1.0, 1.0, shape[0] * shape[1]).reshape(shape)}
+    values = held["values"].reshape(-1)
+    step = max(1, len(values) // 64)  # these are compared
+    watched = _native.HeldObjects(np.ndarray, 64)
+    watched.hold(0, held)
+    for k in range(0, len(values), step):
+        kept = values[k]
+        for other in (np.nextafter(kept, 2.0), -kept):
+            values[k] = other
+            assert watched.touched() == [0]
+        values[k] = kept
+    for wide in (1, 2) if step == 1 else (step,):  # entries, and pairs of them, change places
+        pieces = values[: len(values) // wide * wide].reshape(-1, wide)
+        for a, b in itertools.combinations(range(len(pieces)), 2):
+            pieces[[a, b]] = pieces[[b, a]]
+            assert watched.touched() == [0]
+            pieces[[a, b]] = pieces[[b, a]]
+    assert watched.touched() == []
 
 
 def test_objects_that_are_exchanged_come_or_go_are_named() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -10,7 +11,8 @@ import pytest
 
 import edgegrad
 from edgegrad import Exchange, FitResult, Material, Scene, Target, Uncertainty
-from edgegrad.fitting.outcome import coordinates, newton_steps
+from edgegrad.fitting.outcome import coordinates, measurement, newton_steps
+from edgegrad.fitting.outcome.normal_equations import Solution
 from edgegrad.scene import parameters
 from tests.support.fits import COLOR, POWER, VERTICES, ball
 from tests.support.small_scenes import need
@@ -154,6 +156,34 @@ def test_a_fit_that_has_not_arrived_goes_on_by_newton_steps() -> None:
     assert result.best == len(result.losses) - 1 > 4
     shortened(progress=seen.append)
     assert np.diff(seen).min() > -1e-9 and seen[-1] <= 1.0
+
+
+def test_few_samples_measure_a_fit_that_has_arrived(monkeypatch: pytest.MonkeyPatch) -> None:
+    """More samples follow for one that has not."""
+    need("native")
+    works: list[float] = []
+
+    def measure(*given: Any) -> measurement.Measurement:
+        works.append(given[4] if len(given) > 4 else measurement.WORK)
+        return measurement.measure(*given)
+
+    monkeypatch.setattr(newton_steps, "measure", measure)
+    fitted(1, [COLOR])
+    assert works == [measurement.FIRST_LOOK]
+    works.clear()
+    shortened()
+    assert works[0] == measurement.FIRST_LOOK and len(works) > 2 and set(works[1:]) == {measurement.WORK}
+
+
+def test_what_is_ahead_of_an_arrived_number_is_less_than_a_part_of_a_step() -> None:
+    """However small its error is."""
+    one = coordinates.Coordinate("lights.lamp.power", "", 1.0, "", 0.5, 1.0, lambda view: {}, 0)
+    solution = Solution(np.array([[1e-12]]), np.zeros((1, 0)), np.zeros(0, bool), np.array([0.004]), np.array([1e-6]),
+                        1.0, 0.1)
+    found = measurement.Measurement({}, [one], [], [], [], solution)
+    assert not found.late(found.errors).any()
+    further = replace(solution, ahead=np.array([0.006]))
+    assert replace(found, solution=further).late(found.errors).all()
 
 
 def test_newton_steps_keep_poses_rigid_and_numbers_within_limits() -> None:

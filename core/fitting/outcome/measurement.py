@@ -27,11 +27,14 @@ Tell = Callable[[], Progress | None]  # returns the progress of the next render
 
 # Renders over which the end of a fit averages: optimisers follow the mean of the last gradients.
 AVERAGED = 9.0
-# Samples of pictures and derivatives here, in those of an iteration: about a fifth of the fit's work, and the most.
-WORK, MOST_SAMPLES = 0.2, 16
+# Samples of pictures and derivatives here, in those of an iteration: about a fifth of the fit's work, of a first look
+# less, and the most.
+WORK, FIRST_LOOK, MOST_SAMPLES = 0.2, 0.05, 16
 # A fit has not arrived if what is ahead of a number is above these multiples of its standard error, and of that of the
 # estimate of what is ahead.
 AHEAD, CERTAIN = 2.0, 4.0
+# What is ahead of a number does not count below this part of the first step of the fit.
+LEAST = 0.01
 
 
 @dataclass(frozen=True)
@@ -69,10 +72,13 @@ class Measurement:
         """Which coordinates have not arrived, by their standard errors."""
         found = self.solution
         assert found is not None
-        return (np.abs(found.ahead) > AHEAD * errors) & (np.abs(found.ahead) > CERTAIN * found.ahead_error)
+        ahead = np.abs(found.ahead)
+        least = LEAST * np.array([*(place.step for place in self.places), *(0.0 for _ in self.factors)])
+        return (ahead > AHEAD * errors) & (ahead > CERTAIN * found.ahead_error) & (ahead > least)
 
 
-def measure(run: Run, values: Mapping[str, Any], turn: int, progress: Progress | None) -> Measurement:
+def measure(run: Run, values: Mapping[str, Any], turn: int, progress: Progress | None,
+            work: float = WORK) -> Measurement:  # fmt: skip
     """Measure at some values, which the run's scene gets.
 
     For each target it renders two pictures, and two derivatives by each coordinate.
@@ -81,6 +87,8 @@ def measure(run: Run, values: Mapping[str, Any], turn: int, progress: Progress |
     ----------
     turn
         Number of Newton steps (`newton_steps`) before; each has its own random numbers.
+    work
+        The part of the fit's work that this may take.
     """
     run.bring_to(values)
     variables: list[Unknown | Variable | Numbers] = [*run.unknowns, *run.variables]
@@ -89,7 +97,7 @@ def measure(run: Run, values: Mapping[str, Any], turn: int, progress: Progress |
     equations = Equations.empty(len(places) + len(factors))
     loss = last_loss(run)
     generator = np.random.default_rng([run.seed, turn])
-    of_columns = _times_of_columns(run, len(places))
+    of_columns = _times_of_columns(run, len(places), work)
     # Each render reports its progress as one part; the reports raise `Cancelled` if the user stops.
     stages, residuals = Stages(progress), list[F64]()
 
@@ -99,7 +107,7 @@ def measure(run: Run, values: Mapping[str, Any], turn: int, progress: Progress |
     for j, view in enumerate(run.seen):
         run.see(j)
         gain = run.best_gains[j] if isinstance(view.gain, str) else np.ones(3)
-        first, second = (picture(run, j, turn, 7 + half, tell()).astype(np.float64) * gain for half in (0, 1))
+        first, second = (picture(run, j, turn, 7 + half, tell(), work).astype(np.float64) * gain for half in (0, 1))
         residuals.append(0.5 * (first + second) - view.image)
         if not places and not factors:
             continue
@@ -112,7 +120,7 @@ def measure(run: Run, values: Mapping[str, Any], turn: int, progress: Progress |
     if places:
         steps = [*(one.step for one in places), *(1.0 for _ in factors)]
         # Newton steps end with the noise of these renders, other steps with that of the last gradients.
-        solution = solve(equations, steps, 1.0 if turn else 2.0 * times(run) / AVERAGED)
+        solution = solve(equations, steps, 1.0 if turn else 2.0 * times(run, work) / AVERAGED)
     return Measurement(values, places, factors, arrays, residuals, solution)
 
 
@@ -121,14 +129,14 @@ def last_loss(run: Run) -> Loss:
     return run.loss.at(1.0) if hasattr(run.loss, "at") else run.loss
 
 
-def times(run: Run) -> int:
+def times(run: Run, work: float = WORK) -> int:
     """Samples of a picture here, in those of an iteration."""
-    return int(np.clip(WORK * run.iterations, 1, MOST_SAMPLES))
+    return int(np.clip(work * run.iterations, 1, MOST_SAMPLES))
 
 
-def _times_of_columns(run: Run, places: int) -> int:
+def _times_of_columns(run: Run, places: int, work: float = WORK) -> int:
     """Samples of a derivative by a coordinate here, in those of an iteration."""
-    return int(np.clip(WORK * run.iterations / max(places, 1), 1, MOST_SAMPLES))
+    return int(np.clip(work * run.iterations / max(places, 1), 1, MOST_SAMPLES))
 
 
 def part_of_fit(run: Run, places: int) -> float:
@@ -138,9 +146,9 @@ def part_of_fit(run: Run, places: int) -> float:
     return len(run.seen) * each / whole
 
 
-def picture(run: Run, j: int, turn: int, kind: int, tell: Progress | None) -> NDArray[np.float32]:
+def picture(run: Run, j: int, turn: int, kind: int, tell: Progress | None, work: float = WORK) -> NDArray[np.float32]:
     """Render picture j with many samples; `kind` is that of `Run.seed_of`."""
-    return run.renderer_of(j).render(spp=times(run) * run.spp, **run.limits_of(j), camera=run.seen[j].camera,
+    return run.renderer_of(j).render(spp=times(run, work) * run.spp, **run.limits_of(j), camera=run.seen[j].camera,
                                      seed=run.seed_of(run.iterations + turn, j, kind), progress=tell)
 
 

@@ -22,7 +22,7 @@ MIRROR = Material(kind="GLOSSY", base_color=np.array([0.9, 0.8, 0.6]), roughness
 GLASS = Material(kind="GLASS", base_color=np.full(3, 0.95), roughness=0.0, ior=1.3)
 AIM = turn(0.2, 0.0, 0.1) @ DOWN
 LIGHTS: dict[str, Callable[[float], Light]] = {
-    "rectangle": lambda t: AreaLight(pose(AIM, 0.1 + 0.3 * t, 1.8, -1.0 + t), np.array([0.8 + t, 0.6]), "RECTANGLE", 8.0),
+    "rectangle": lambda t: AreaLight(pose(AIM, 0.1 + 0.3 * t, 1.8, t - 1), np.array([0.8 + t, 0.6]), "RECTANGLE", 8.0),
     "ellipse": lambda t: AreaLight(pose(turn(t, 0.0, t) @ AIM, 0.1, 1.8, -1.0), np.array([0.9, 0.6]), "ELLIPSE", 8.0),
     "disk": lambda t: PointLight(np.array([0.1 + t, 1.4, -0.9]), 20.0, 0.4 + 0.3 * t, False),
     "sphere": lambda t: PointLight(np.array([0.1 + t, 1.4, -0.9]), 20.0, 0.4 + 0.3 * t, True),
@@ -68,12 +68,19 @@ def lamp_moves(kind: str, mirror: Material = MIRROR) -> tuple[Make, list[str]]:
 
 
 def mirror_moves(kind: str, mirror: Material = MIRROR) -> tuple[Make, list[str]]:
-    return (lambda t: moved(over_mirror(LIGHTS[kind](0.0), mirror), t, "floor", (0.3, 0.4, 0.2))), ["meshes.floor.vertices"]
+    def make(t: float) -> Scene:
+        return moved(over_mirror(LIGHTS[kind](0.0), mirror), t, "floor", (0.3, 0.4, 0.2))
+
+    return make, ["meshes.floor.vertices"]
 
 
 def camera_moves(t: float) -> Scene:
     scene = over_mirror(LIGHTS["rectangle"](0.0))
     return replace(scene, camera=camera((0.4 * t, 1.4 + 0.3 * t, 1.6), (0.0, 0.0, 0.0), 16, 0.5))
+
+
+def glass_moves(t: float) -> Scene:
+    return moved(behind_glass(wall_lamp(0.0)), t, "ball", (0.5, 0.3, 0.0))
 
 
 CASES: dict[str, tuple[Make, list[str]]] = {
@@ -84,7 +91,7 @@ CASES: dict[str, tuple[Make, list[str]]] = {
     "coat moves": mirror_moves("ellipse", COATED),
     "lamp moves over a coat": lamp_moves("rectangle", COATED),
     "camera moves": (camera_moves, ["camera.to_world"]),
-    "glass moves": (lambda t: moved(behind_glass(wall_lamp(0.0)), t, "ball", (0.5, 0.3, 0.0)), ["meshes.ball.vertices"]),
+    "glass moves": (glass_moves, ["meshes.ball.vertices"]),
     "lamp moves behind glass": (lambda t: behind_glass(wall_lamp(t)), ["lights.lamp.to_world"]),
 }
 OPTIONS = {"max_depth": 4}

@@ -244,13 +244,13 @@ def test_instruction_sets_agree(name: str) -> None:
 def test_the_plan_names_what_is_computed_and_what_is_not() -> None:
     scene = lit("sphere")
     told = edgegrad.plan(scene, ["materials.glass.ior"])
-    words = "the directions beyond which rough glass (glass) transmits no light"
+    words = "the directions beyond which lobes of glass scatter no light"
     assert any(words in why for why in told.terms[0].why)
     assert not any("rough glass" in sentence for sentence in told.missing)
     lamp = edgegrad.PointLight(np.array([0.0, 0.0, -1.0]), 10.0, 0.0)
     scene.lights = {"lamp": lamp}
     missing = edgegrad.plan(scene, ["materials.glass.ior"]).missing
-    assert any("lines on rough glass (glass)" in sentence and "(lamp)" in sentence for sentence in missing)
+    assert any("lines on glass beyond" in sentence and "(lamp)" in sentence for sentence in missing)
     for unmoved in ("materials.glass.roughness", "materials.glass.base_color"):
         told = edgegrad.plan(scene, [unmoved])
         assert not any("rough glass" in sentence for sentence in (*told.missing, *told.terms[0].why))

@@ -57,7 +57,7 @@ def test_interior_names_every_parameter() -> None:
         "'lights.ball.radius': changes radiance",
         "'materials.clay.roughness': changes radiance",
         "'meshes.still.attributes.unread': zero, since the picture does not depend on it",
-        "besides: the directions beyond which rough glass (wood, sum, clay, glow) transmits no light",
+        "besides: the directions beyond which lobes of wood, sum, clay, glow scatter no light",
         "the transmittance of wood, sum changes, on the way to lights and between surfaces",
         "noisy: where faces of wood, sum, clay, glow meet at concave corners or touch others, light between them has "
         "no finite variance, since these materials are transparent, mirror perfectly or have textures that jump",

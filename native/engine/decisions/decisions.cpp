@@ -5,7 +5,9 @@
 #include <set>
 
 #include "boundary/curves/texture_borders.h"
+#include "engine/decisions/first_reason.h"
 #include "engine/decisions/interior_rules.h"
+#include "engine/decisions/mirrored_edges.h"
 #include "scene/camera_row.h"
 #include "scene/lights/light_params.h"
 #include "scene/mesh_edges.h"
@@ -49,13 +51,6 @@ std::vector<int32_t> bent_meshes(const SceneView& scene, const SceneTables& tabl
     return out;
 }
 
-// The first reason other than kNeeded.
-Reason first_of(std::initializer_list<Reason> reasons) {
-    for (Reason r : reasons)
-        if (r != Reason::kNeeded) return r;
-    return Reason::kNeeded;
-}
-
 // Whether horizons of faces move relative to the light that they cut off (boundary/terms/horizon.h).
 Reason moving_horizons(const BoundaryFacts& f) {
     const SceneView& scene = f.scene;
@@ -83,8 +78,6 @@ void decide_horizons(const BoundaryFacts& f, Decisions& decided) {
         decide(Part::kHorizons, 2, scene.has_environment || (scene.lights.kinds & ~kPointlikeLights));
     if (options.terms[kIndirectTerm]) decide(Part::kIndirectHorizons, 3, true);
 }
-
-Reason unless(bool needed, Reason reason) { return needed ? Reason::kNeeded : reason; }
 
 void decide_primary(const BoundaryFacts& f, Decisions& decided) {
     const RequestedMotion& m = f.motion;
@@ -252,78 +245,7 @@ void decide_indirect(const BoundaryFacts& f, Reason black, const std::vector<int
     if (f.tables.fields.empty()) decided.none(Part::kCrossedSurfaces, Reason::kNone);
 }
 
-// The sized lights of the table that mirrors and smooth glass show.
-std::vector<int32_t> lights_in_mirrors(const LightView& lights) {
-    std::vector<int32_t> shown;
-    for (int32_t k = 0; k < lights.sized_count + lights.sized_distant; ++k)
-        if (lights.visible_to[lights.sized[k]] & kBentRays) shown.push_back(lights.sized[k]);
-    std::sort(shown.begin(), shown.end());
-    return shown;
-}
-
-// Decides on edges that the camera sees by mirrors, smooth glass and followed lobes.
-void decide_mirrored(const BoundaryFacts& f, const std::vector<int32_t>& partly_met, Decisions& decided) {
-    const SceneView& scene = f.scene;
-    const RenderOptions& options = f.options;
-    const Reason mirror = unless(may_be_specular(f.tables, scene.followed_alpha), Reason::kNone);
-    const std::vector<int32_t> smooth =
-        used_materials(f.tables, [&](size_t closure) { return may_be_specular(f.tables, closure); });
-    std::vector<int32_t> followed = used_materials(f.tables, [&](size_t closure) {
-        return may_be_specular(f.tables, closure, scene.followed_alpha) &&
-               !may_be_specular(f.tables, closure);
-    });
-    const auto decide = [&](Part part, int depth, Reason light, bool moves) {
-        const bool needed =
-            decided.decide(part, first_of({mirror, unless(options.max_depth >= depth, Reason::kNotRendered),
-                                           light, unless(moves, Reason::kStill)}));
-        if (needed) decided[part].materials = smooth;
-    };
-    const bool lit = scene.lights.count > 0 || scene.has_environment;
-    if (options.terms[kPrimaryTerm] || options.terms[kShadowTerm] || options.terms[kIndirectTerm]) {
-        decided.decide(Part::kFollowedLobes, unless(!followed.empty(), Reason::kNone));
-        decided[Part::kFollowedLobes].materials = std::move(followed);
-    }
-    if (options.terms[kPrimaryTerm]) decide(Part::kMirroredEdges, 2, Reason::kNeeded, f.chains);
-    if (options.terms[kPrimaryTerm]) {
-        std::vector<int32_t> shown = lights_in_mirrors(scene.lights);
-        decide(Part::kMirroredOutlines, 2, unless(!shown.empty(), Reason::kNoLight),
-               f.motion.lights || mirrors_turn(f));
-        if (decided.computes(Part::kMirroredOutlines))
-            decided[Part::kMirroredOutlines].lights = std::move(shown);
-    }
-    // Such a shadow needs three segments: from the camera to the mirror, to the receiver, and to the light.
-    if (options.terms[kShadowTerm])
-        decide(Part::kMirroredShadows, 3,
-               first_of({unless(lit, Reason::kNoLight), unless(!scene.convex, Reason::kAlone)}),
-               f.chains || f.motion.lights || f.motion.rotation);
-    // Light that another surface scatters to the receiver needs one more segment.
-    if (options.terms[kIndirectTerm])
-        decide(Part::kMirroredLight, 4,
-               first_of({unless(!f.nothing_between, Reason::kNothingBetween),
-                         unless(partly_met.empty(), Reason::kRaysDiffer)}),
-               f.chains);
-}
-
 }  // namespace
-
-bool mirrors_turn(const BoundaryFacts& f) {
-    const SceneTables& tables = f.tables;
-    if (f.options.max_depth < 2) return false;
-    if (f.motion.camera || f.bends) return true;
-    std::vector<uint8_t> specular(tables.material_used.size(), 0);
-    for (const int32_t m :
-         used_materials(tables, [&](size_t k) { return may_be_specular(tables, k, f.scene.followed_alpha); }))
-        specular[static_cast<size_t>(m)] = 1;
-    const std::vector<uint8_t> moving = moving_surfaces(tables, f.motion);
-    for (size_t mesh = 0; mesh < static_cast<size_t>(tables.visible_meshes); ++mesh) {
-        const auto* first = tables.face_material.data() + tables.mesh_first_face[mesh];
-        const auto* last = tables.face_material.data() + tables.mesh_first_face[mesh + 1];
-        if (moving[mesh] &&
-            std::any_of(first, last, [&](int32_t m) { return specular[static_cast<size_t>(m)] != 0; }))
-            return true;
-    }
-    return false;
-}
 
 void decide_boundaries(const BoundaryFacts& f, Decisions& decided) {
     const RenderOptions& options = f.options;

@@ -170,9 +170,6 @@ struct BoundaryFacts {
     bool nothing_between;  // no surface is between two others (Engine::hides_no_surface)
     EdgeCache& kept;
 };
-// Whether rays turn that mirrors, smooth glass and followed lobes show. Else what they show of still things
-// is still.
-bool mirrors_turn(const BoundaryFacts& facts);
 // Decides on the parts of the boundary terms, before the search for candidate edges, which may find none.
 void decide_boundaries(const BoundaryFacts& facts, Decisions& decided);
 

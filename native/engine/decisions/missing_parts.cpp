@@ -13,6 +13,7 @@
 #include "boundary/meshes/star_shaped.h"
 #include "engine/decisions/clip_borders.h"
 #include "engine/decisions/interior_rules.h"
+#include "engine/decisions/mirrored_edges.h"
 #include "scene/closure_programs.h"
 #include "scene/lights/light_params.h"
 #include "scene/mesh_instances.h"

@@ -1,0 +1,17 @@
+// Decisions on edges and outlines of lights that the camera sees by mirrors, smooth glass and followed lobes.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "engine/decisions/decisions.h"
+
+namespace edgegrad {
+
+// Whether rays turn that mirrors, smooth glass and followed lobes show. Else what they show of still things
+// is still.
+bool mirrors_turn(const BoundaryFacts& facts);
+// `partly_met`: meshes that only some kinds of scattered rays can hit.
+void decide_mirrored(const BoundaryFacts& facts, const std::vector<int32_t>& partly_met, Decisions& decided);
+
+}  // namespace edgegrad

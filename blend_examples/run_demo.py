@@ -25,7 +25,7 @@ from measure import Measured, measure  # type: ignore[import-not-found]
 from edgegrad import images
 
 OUTPUT = build_sculpt.OUTPUT
-ITERATIONS = 140
+ITERATIONS = 112
 SAMPLES = 4
 VIEWS_PER_ITERATION = 4
 # Spreads a vertex's move over a few edges only: the patches' borders then tell where each vertex belongs.

@@ -16,7 +16,8 @@
 // directions of the curve.
 //
 // The derivatives of p and D are those of the recorded chain (adjoint/vertex.h). The edge contributes
-// N . de/r, r = |e - p|. Outlines of distance fields: boundary/specular/chain_curve.h.
+// N . de/r, r = |e - p|. Outlines of distance fields: boundary/specular/chain_curve.h; of lights of the
+// table: boundary/specular/mirrored_outline.h.
 #pragma once
 
 #include "boundary/segment/scattering_chain.h"

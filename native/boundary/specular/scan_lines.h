@@ -7,9 +7,10 @@
 // If both halves of an interval contain a difference, one of them is chosen at random and gets twice the
 // weight. Thus any number of crossings in a segment are counted correctly in the mean. If the ray continues
 // at one place and ends below its face at the other, the crossing is the face's horizon, and the chain is the
-// one that continues. Shadow edges are found in the same way, on the ray from the chain's end to a point of a
-// light. That point is sampled at one of the two places. The choice of the place affects only the point's
-// density. Features narrower than the spacing of the places are missed.
+// one that continues. If only the lights of the table differ that both rays meet, it is the outline of a
+// light (boundary/specular/mirrored_outline.h). Shadow edges are found in the same way, on the ray from the
+// chain's end to a point of a light. That point is sampled at one of the two places. The choice of the place
+// affects only the point's density. Features narrower than the spacing of the places are missed.
 //
 // Every second place of a line chooses the events of a chain, and the places on both sides of it follow them.
 // This takes three chains for two segments. Lines start at a random offset within such a pair, so that either

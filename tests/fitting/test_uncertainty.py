@@ -167,6 +167,7 @@ def test_few_samples_measure_a_fit_that_has_arrived(monkeypatch: pytest.MonkeyPa
         works.append(given[4] if len(given) > 4 else measurement.WORK)
         return measurement.measure(*given)
 
+    monkeypatch.setattr(newton_steps, "FEWEST", 1)
     monkeypatch.setattr(newton_steps, "measure", measure)
     fitted(1, [COLOR])
     assert works == [measurement.FIRST_LOOK]

@@ -17,7 +17,7 @@ from ..driven import Numbers, Variable
 from ..stages import Stages
 from ..variables import Unknown
 from .coordinates import moved
-from .measurement import FIRST_LOOK, Measurement, last_loss, measure, part_of_fit, picture
+from .measurement import FIRST_LOOK, Measurement, last_loss, measure, part_of_fit, picture, times
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -26,18 +26,23 @@ if TYPE_CHECKING:
 MOST_STEPS, MOST_WORK, LENGTHS = 6, 2.0, (1.0, 0.5, 0.2)
 # A step is made if the loss falls along it by this many times what noise lets it fall at the end of a fit.
 WORTH = 3.0
+# A first look needs this many times the samples of an iteration. With fewer it would tell too little.
+FEWEST = 4
 
 
 def arrived(run: Run, progress: Progress | None) -> Measurement:
     """Make Newton steps from the best values of a run while they are worth it, and return the last measurement.
 
-    A first look with few samples finds most fits arrived, and their standard errors.
+    A first look with fewer samples finds most long fits arrived, and their standard errors.
     """
     run.progress = None  # that of the iterations, which are done
     stages, share = Stages(progress), 0.25  # of the progress: each further step has half of what is left
-    found = measure(run, run.best_values, 0, stages.part(0.5), FIRST_LOOK)
-    if found.solution is None or not (found.solution.lost.any() or _is_due(found)):
-        return found
+    if times(run, FIRST_LOOK) >= FEWEST:
+        found = measure(run, run.best_values, 0, stages.part(0.5), FIRST_LOOK)
+        if found.solution is None or not (found.solution.lost.any() or _is_due(found)):
+            return found
+    else:
+        share = 0.5
     found = measure(run, run.best_values, 0, stages.part(share))
     for step in range(1, min(MOST_STEPS, int(MOST_WORK / part_of_fit(run, len(found.places)))) + 1):
         share *= 0.5

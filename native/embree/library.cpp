@@ -31,7 +31,7 @@ void* open_library(const std::string& path) {
     // Blender's executable has its own libembree4 and libtbb in the global scope. Without deep binding the
     // wheel's Embree would use those. Only this handle is bound deeply: for Python extension modules deep
     // binding mixes allocators and crashes. Sanitizers do not support it.
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#ifndef EDGEGRAD_SANITIZED
     flags |= RTLD_DEEPBIND;
 #endif
 #endif

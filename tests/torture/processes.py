@@ -17,6 +17,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+from tests.torture.drawing import field_comparisons
 from tests.torture.scenes import case
 from tests.torture.tame import comparison
 
@@ -57,8 +58,8 @@ class Worker:
         late = f"no result within {self._patience:g} s of processor time"
         words = f"{name}: {self._report}" if how == "crash" else late
         made: dict[str, Any]
-        if task.startswith("d"):
-            c = comparison(int(task[1:]))
+        if task[0] in "df":
+            c = (comparison if task[0] == "d" else field_comparisons.comparison)(int(task[1:]))
             made = {"shader": c.shader, "parameter": c.parameter, "path": c.path, "missing": [], "z": [], "first": [],
                     "rounds": 0, "values": [0.0, 0.0, 0.0]}  # fmt: skip
         else:

@@ -18,6 +18,9 @@ namespace {
 // lobe is followed, light keeps its direction near contact at more surfaces of a path
 // (fixed_direction_surfaces).
 constexpr float kFollowedByEmitters = 0.0205f, kFollowedAlpha = kWidestFollowed;
+// The same in scenes of distance fields with sized lights of the table. Fields have no other estimator for
+// the light that they hide from narrower lobes.
+constexpr float kFollowedByFields = 0.0505f;
 
 // Whether radiance may jump within a surface: a mesh has a textured material, or textures jump on a field.
 // Fields have no seams.
@@ -65,11 +68,10 @@ bool lights_cross(const EdgeList& edges) {
            find_disk_intersections(edges.tables, edges.threads).size() > 0;
 }
 
-// Fields have no other estimator for the light that they hide from narrow lobes.
 float widest_followed(const SceneTables& tables, const LightView& lights) {
-    if (!tables.fields.empty()) return kFollowedAlpha;
-    const bool sized = lights.face_light || lights.sized_count + lights.sized_distant > 0;
-    return sized ? kFollowedByEmitters : kFollowedAlpha;
+    const bool sized = lights.sized_count + lights.sized_distant > 0;
+    if (!tables.fields.empty()) return sized ? kFollowedByFields : kFollowedAlpha;
+    return sized || lights.face_light ? kFollowedByEmitters : kFollowedAlpha;
 }
 
 }  // namespace

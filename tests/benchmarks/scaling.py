@@ -97,7 +97,7 @@ MAKE: dict[str, Callable[[int], tuple[Scene, list[str]]]] = {
     "nodes": of_nodes, "texels": of_texels, "instances": of_instances,
 }  # fmt: skip
 STEPS = ("validate", "flatten", "compile", "renderer", "edges", "render", "decide", "gradient", "again", "check",
-         "plan", "replan", "alone", "plan/gradient")
+         "plan", "replan", "alone", "plan/gradient", "replan/gradient")
 
 
 def measure(kind: str, count: int) -> dict[str, float]:
@@ -120,6 +120,7 @@ def measure(kind: str, count: int) -> dict[str, float]:
     timed("render", lambda: renderer.render(spp=SPP, max_depth=depth))
     adjoint = np.ones((PIXELS, PIXELS, 3), np.float32)
     timed("decide", lambda: renderer.decide(wrt, max_depth=depth))
+
     def least(name: str, function: Callable[[], Any]) -> None:
         seconds = []
         for _ in range(3):
@@ -138,7 +139,7 @@ def measure(kind: str, count: int) -> dict[str, float]:
     timed("plan", lambda: plan(renderer, wrt, max_depth=depth))
     least("replan", lambda: plan(renderer, wrt, max_depth=depth))
     timed("alone", lambda: plan(made, wrt, max_depth=depth))
-    found["plan/gradient"] = found["replan"] / found["again"]
+    found["plan/gradient"], found["replan/gradient"] = (found[step] / found["again"] for step in ("plan", "replan"))
     found["after"] = gigabytes()
     return found
 
@@ -152,14 +153,15 @@ def main() -> None:
     parser.add_argument("--only", choices=SIZES)
     parser.add_argument("--most", type=int, default=10**9)
     options = parser.parse_args()
-    print(f"{'':26}" + "".join(f"{step:>10}" for step in (*STEPS, "GB before", "GB after")))
+    widths = {step: max(10, len(step) + 2) for step in STEPS}
+    print(f"{'':26}" + "".join(f"{step:>{width}}" for step, width in widths.items()) + f"{'GB before':>11}{'GB after':>10}")
     with multiprocessing.get_context("spawn").Pool(1, maxtasksperchild=1) as pool:
         for kind, sizes in SIZES.items():
             for count in sizes if options.only in (None, kind) else ():
                 if count <= options.most:
                     found = pool.apply(measure, (kind, count))
-                    seconds = "".join(f"{found[step]:10.3f}" for step in STEPS)
-                    print(f"{count:>11,} {kind:14}{seconds}{found['before']:10.2f}{found['after']:10.2f}", flush=True)
+                    seconds = "".join(f"{found[step]:{width}.3f}" for step, width in widths.items())
+                    print(f"{count:>11,} {kind:14}{seconds}{found['before']:11.2f}{found['after']:10.2f}", flush=True)
 
 
 if __name__ == "__main__":

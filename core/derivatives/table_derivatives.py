@@ -254,7 +254,8 @@ def _with_lobes(scene: Scene, tables: Tables, fields: Mapping[str, Collection[st
         material = scene.materials[name]
         for k, part in enumerate(material.parts if isinstance(material, Mixture) else (name,)):
             if part in fields:
-                flags[first + k] = material_table.flags(scene.closures(name)[k], fields[part], scene.images) & kept
+                below = flags[first + k] & material_table.NORMAL_BELOW
+                flags[first + k] = material_table.flags(scene.closures(name)[k], fields[part]) & kept | below
     if np.array_equal(flags, tables.materials.flags):
         return tables
     return replace(tables, materials=replace(tables.materials, flags=flags))

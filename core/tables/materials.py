@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..expression import Bump, Combine, DisplacedBump, ImageTexture, NormalMap, nodes_of
+from ..expression import Bump, Combine, DisplacedBump, NormalMap, images_of, nodes_of
 from ..scene.image import Image
 from ..scene.material import KINDS, SHAPED, SMOOTH_NORMAL, Material, Mixture
 from ..scene.scene import Scene
@@ -60,8 +60,13 @@ class MaterialTable:
     closures_of: Mapping[str, tuple[int, ...]]  # by name: a shader's closures, also in mixtures; a mixture's parts
 
 
-def material_table(scene: Scene, area_lights: list[NDArray[np.float64]]) -> MaterialTable:
-    """The table of a scene's materials, and of one-sided emitters of the given radiances."""
+def material_table(
+    scene: Scene, area_lights: list[NDArray[np.float64]], least_blue: dict[str, float]
+) -> MaterialTable:
+    """The table of a scene's materials, and of one-sided emitters of the given radiances.
+
+    `least_blue` is `TextureTables.least_blue`, which this adds to.
+    """
     closures: list[tuple[Material, float, bool]] = []
     first = [0]
     closures_of: dict[str, list[int]] = {name: [] for name in scene.materials}
@@ -90,7 +95,8 @@ def material_table(scene: Scene, area_lights: list[NDArray[np.float64]]) -> Mate
     return MaterialTable(
         np.array(first, np.int32),
         np.array([KINDS.index(closure.kind) for closure, _, _ in closures], np.int32),
-        np.array([flags(closure, images=scene.images) & kept for closure, _, _ in closures], np.int32),
+        np.array([flags(closure) & kept | _below(closure, scene.images, least_blue) for closure, _, _ in closures],
+                 np.int32),
         params,
         {name: tuple(rows) for name, rows in closures_of.items()},
     )
@@ -106,8 +112,8 @@ def excluded_flags(scene: Scene) -> int:
     return LAMBERTIAN if any(mesh.terminator_shading > 0.0 for mesh in scene.meshes.values()) else 0
 
 
-def flags(m: Material, asked: Collection[str] = (), images: Mapping[str, Image] = {}) -> int:
-    """Bits of what may occur in a shader: its kind's lobes whose weights are not zero everywhere.
+def flags(m: Material, asked: Collection[str] = ()) -> int:
+    """Bits of what may occur in a shader: its kind's lobes whose weights are not zero everywhere, without NORMAL_BELOW.
 
     Fields that are `asked` for count as if they weren't zero: a lobe's weight has a derivative where it is 0.
     """
@@ -138,8 +144,6 @@ def flags(m: Material, asked: Collection[str] = (), images: Mapping[str, Image] 
         out |= NORMAL_MAP
         if "normal" in m.textures and m.normal_space == "WORLD":
             out |= NORMAL_IN_WORLD
-        if (out & (GLOSSY | REFRACTION) or m.kind == "TRANSLUCENT") and _may_point_below(m, images):
-            out |= NORMAL_BELOW
     # The compensation's tables are those of GGX.
     if m.multiscatter and m.distribution == "GGX":
         out |= MULTISCATTER
@@ -158,19 +162,22 @@ def flags(m: Material, asked: Collection[str] = (), images: Mapping[str, Image] 
     return out
 
 
-def _may_point_below(m: Material, images: Mapping[str, Image]) -> bool:
-    """Whether shading normals may point below the smooth surface.
+def _below(m: Material, images: Mapping[str, Image], least_blue: dict[str, float]) -> int:
+    """NORMAL_BELOW if shading normals may point below the smooth surface.
 
     Those of bumps do not. Those of maps in tangent space do where the blue of an image or a constant is below 0.5.
     """
     normal = m.textures.get("normal")
     if normal is None:
-        return False
+        return 0
     nodes = list(nodes_of(normal))
     mapped = m.normal_space != "WORLD" or any(isinstance(node, NormalMap) for node in nodes)
     if not mapped:
-        return not any(isinstance(node, (Bump, DisplacedBump)) for node in nodes)
+        return 0 if any(isinstance(node, (Bump, DisplacedBump)) for node in nodes) else NORMAL_BELOW
     if isinstance(normal, Combine) and isinstance(normal.z, float) and normal.z < 0.5:
-        return True
-    read = [images[node.image].pixels for node in nodes if isinstance(node, ImageTexture) and node.image in images]
-    return any(float(pixels[..., min(2, pixels.shape[2] - 1)].min()) < 0.5 for pixels in read)
+        return NORMAL_BELOW
+    read = images_of(normal) & images.keys()
+    for name in read - least_blue.keys():
+        pixels = images[name].pixels
+        least_blue[name] = float(pixels[..., min(2, pixels.shape[2] - 1)].min())
+    return NORMAL_BELOW if any(least_blue[name] < 0.5 for name in read) else 0

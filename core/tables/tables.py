@@ -164,7 +164,7 @@ def flatten(
     placed = geometry(scene, meshes, origin)
     origin = placed["origin"]
     textures = compile_textures(scene, origin, meshes, earlier=earlier) if _needs_textures(scene) else None
-    return Tables(**placed, **_values(scene, origin), textures=textures,
+    return Tables(**placed, **_values(scene, origin, textures), textures=textures,
                   environment_pixels=environment_pixels(scene) if shows_image(scene) else None)
 
 
@@ -186,7 +186,7 @@ def with_values(scene: Scene, tables: Tables, paths: Collection[str] | None = No
             getattr(scene, collection)[name].validate(name)
         else:
             getattr(scene, collection).validate()
-    return replace(tables, **_values(scene, tables.origin, {collection for collection, _ in held}))
+    return replace(tables, **_values(scene, tables.origin, tables.textures, {collection for collection, _ in held}))
 
 
 def shows_image(scene: Scene) -> bool:
@@ -209,11 +209,13 @@ def environment_pixels(scene: Scene) -> F32 | None:
     return np.ascontiguousarray(np.broadcast_to(pixels[..., :3], (*pixels.shape[:2], 3)), np.float32)
 
 
-def _values(scene: Scene, origin: NDArray[np.float64], collections: Collection[str] = _VALUED) -> dict[str, Any]:
+def _values(
+    scene: Scene, origin: NDArray[np.float64], textures: TextureTables | None, collections: Collection[str] = _VALUED
+) -> dict[str, Any]:
     """Return the fields of `Tables` that hold materials, lights, the environment and the camera."""
     out: dict[str, Any] = {}
     if "materials" in collections:
-        out |= _material_values(scene)
+        out |= _material_values(scene, {} if textures is None else textures.least_blue)
     if "lights" in collections:
         out["lights"] = light_table(scene, origin)
     if "world" in collections:
@@ -227,10 +229,10 @@ def _values(scene: Scene, origin: NDArray[np.float64], collections: Collection[s
     return out
 
 
-def _material_values(scene: Scene) -> dict[str, Any]:
+def _material_values(scene: Scene, least_blue: dict[str, float]) -> dict[str, Any]:
     radiances = [_area_radiance(light) for light in scene.lights.values() if isinstance(light, AreaLight)]
     return {
-        "materials": material_table(scene, radiances),
+        "materials": material_table(scene, radiances, least_blue),
         "emission": _rows([mean_emission(scene, name) for name in scene.materials] + radiances),
     }
 

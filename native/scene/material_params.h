@@ -69,7 +69,7 @@ enum ClosureFlag : int32_t {
     kNormalInWorld = 1 << 12,  // the program returns the shading normal instead of the colour of a normal map
     kHasAbsorption = 1 << 13,
     kThinFilm = 1 << 14,
-    kNormalBelow = 1 << 15  // gloss whose shading normal may point below the smooth surface
+    kNormalBelow = 1 << 15  // the shading normal may point below the smooth surface
 };
 
 // The gloss over a diffuse base is weak: following it pays only where its alpha is below this part of the

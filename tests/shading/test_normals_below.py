@@ -144,3 +144,20 @@ def test_jumps_are_named() -> None:
         material = replace(made.materials["bent"], normal_space="WORLD", textures={"normal": normal})
         words = edgegrad.plan(replace(made, materials={"bent": material}), ["meshes.plane.vertices"]).missing
         assert any("below the surface" in line for line in words) == below
+
+
+def test_the_plan_follows_changes_of_a_map() -> None:
+    """What is known of an image is kept with the renderer's tables as long as the image does not change."""
+    made = scene("glossy", bend=np.array([0.3, 0.2, 1.0]))
+    normal = expression.ImageTexture("map", expression.Attribute("UVMap"))
+    made.materials["bent"].textures = {"normal": normal}
+    made.images = {"map": edgegrad.Image(np.full((2, 2, 3), 0.6, np.float32))}
+    renderer = edgegrad.Renderer(made)
+    for blue, below in ((0.6, False), (0.3, True), (0.7, False)):
+        made.images["map"].pixels[..., 2] = blue
+        renderer.update(["images.map.pixels"])
+        for roughness in (0.4, 0.5):
+            made.materials["bent"].roughness = roughness
+            renderer.update(["materials.bent.roughness"])
+            words = edgegrad.plan(renderer, ["meshes.plane.vertices"]).missing
+            assert any("below the surface" in line for line in words) == below

@@ -60,6 +60,7 @@ def image_tables(
         "image_mode": np.array(modes, np.int32).reshape(-1, 3),
         "pixels": earlier.pixels if earlier is not None and same else _joined(parts, end),
         "stored_images": stored,
+        "least_blue": earlier.least_blue if earlier is not None and same else {},
     }
 
 

@@ -82,6 +82,7 @@ class TextureTables:
     face_mesh: I32  # (F) mesh of each face
     mesh_box: F32  # (S, 2, 3) centre and size of the bounding box, relative to the origin
     stored_images: tuple[StoredImage, ...]  # what `pixels` consists of
+    least_blue: dict[str, float]  # by image: least value of its third or only channel, where it was asked for
     attribute_names: tuple[str, ...]  # (A)
     numbers: Mapping[tuple[str, str], NumberPlaces]  # by material and field: where requested numbers are
     with_alpha: frozenset[str]  # images that were stored with an alpha though it is 1 everywhere

@@ -121,7 +121,10 @@ class Search {
         if (f_.options.max_depth < 2) return;
         if (any_moves_ || normals_turn())
             materials(Part::kTurnedNormals, used_materials(tables_, [&](size_t k) {
-                          return (tables_.closure_flags[k] & kNormalBelow) != 0;
+                          const int32_t flags = tables_.closure_flags[k];
+                          const bool glossy = flags & (kHasGlossy | kHasRefraction);
+                          return (flags & kNormalBelow) &&
+                                 (glossy || tables_.closure_kind[k] == kTranslucent);
                       }));
         const std::vector<int32_t> smooth =
             used_materials(tables_, [&](size_t k) { return may_be_specular(tables_, k); });

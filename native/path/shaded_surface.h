@@ -166,15 +166,24 @@ EG_INLINE ShadedSurface shaded_surface(const SceneView& scene, Mask active, cons
     return s;
 }
 
+// Evaluates the lobes that scatter light which rays of `kinds` see (bits 1 << RayKind, and kOfTable). `all`:
+// it is every kind of scattered rays.
+template <typename Surface>
+EG_INLINE BsdfValue evaluate_kinds(const Surface& surface, bool all, Int kinds, Mask active, Vec3 w) {
+    if (!all) return surface.evaluate_for(kinds, active, w);
+    if constexpr (requires { surface.gloss; })
+        return surface.evaluate(active, w, (kinds & kOfTable) != 0);
+    else
+        return surface.evaluate(active, w);
+}
+
 // Light that a surface scatters from a sample of the lights. No ray finds lights without size, so for those
 // lanes followed lobes are evaluated like other rough lobes.
 template <typename Surface>
 EG_INLINE BsdfValue scattered_light(const SceneView& scene, const Surface& surface, Int visible_to,
                                     Mask active, Mask pointlike, Vec3 w) {
     const auto value = [&](const Surface& s) EG_INLINE_LAMBDA {
-        if (scene.lights.any_hidden) return s.evaluate_for(visible_to, active, w);
-        if constexpr (requires { s.gloss; }) return s.evaluate(active, w, (visible_to & kOfTable) != 0);
-        return s.evaluate(active, w);
+        return evaluate_kinds(s, !scene.lights.any_hidden, visible_to, active, w);
     };
     if constexpr (requires { surface.bsdf; })
         if (scene.followed_alpha > 0.0f && any(active & pointlike)) {

@@ -28,7 +28,7 @@ struct Lambertian {
     EG_INLINE Float shadowing(Vec3 w) const {
         return smooth ? bump_shadowing(*smooth, normal, w) : splat(1.0f);
     }
-    EG_INLINE BsdfValue evaluate(Mask active, Vec3 w, Mask /*of_table*/ = splat(0)) const {
+    EG_INLINE BsdfValue evaluate(Mask active, Vec3 w) const {
         const Float density = select(active, max(dot(normal, w), 0.0f) * kInvPi, 0.0f);
         return {albedo * (density * shadowing(w)), pdf(density)};
     }

@@ -45,8 +45,7 @@ EG_OUTLINE Vec3 scattered_by(const SceneView& scene, const SurfacePoint& x, cons
     const Vec3 normal = shading_normal(scene, x.active, shader, point);
     const bool all_kinds = !any((light_kinds & kScatteredRays) != kScatteredRays);
     const auto evaluate = [&](const auto& surface, Mask m) EG_INLINE_LAMBDA {
-        return all_kinds ? surface.evaluate(m, w, (light_kinds & kOfTable) != 0).value
-                         : surface.evaluate_for(light_kinds, m, w).value;
+        return evaluate_kinds(surface, all_kinds, light_kinds, m, w).value;
     };
     const Float above = dot(x.normal, w);
     const Mask lambertian = x.active & has(shader, kLambertian), others = x.active & ~lambertian;

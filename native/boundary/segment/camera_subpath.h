@@ -25,9 +25,7 @@ struct ScatteringPoint {
         const bool all_kinds = !any(active & ((kinds & kScatteredRays) != kScatteredRays));
         Vec3 value = zero3();
         const auto add = [&](const auto& surface, Mask m) EG_INLINE_LAMBDA {
-            const Vec3 f = all_kinds ? surface.evaluate(m, w, (kinds & kOfTable) != 0).value
-                                     : surface.evaluate_for(kinds, m, w).value;
-            value = select(m, f, value);
+            value = select(m, evaluate_kinds(surface, all_kinds, kinds, m, w).value, value);
         };
         visit(scene, active, add, without);
         return value;

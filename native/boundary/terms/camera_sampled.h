@@ -66,9 +66,7 @@ struct CameraSampledSurface {
         const Mask reached = m & others & (at.both_sides | (above > 0.0f));
         if (any(reached)) {
             const bool all = !any(reached & ((kinds & kScatteredRays) != kScatteredRays));
-            const Vec3 f = all ? rest.evaluate(reached, w, (kinds & kOfTable) != 0).value
-                               : rest.evaluate_for(kinds, reached, w).value;
-            value = select(reached, f, value);
+            value = select(reached, evaluate_kinds(rest, all, kinds, reached, w).value, value);
         }
         return value;
     }

@@ -1,11 +1,11 @@
 // Emitter samples of recorded paths along sharp lobes.
 //
 // Rays of pictures meet the sized lights of the table, which finds their light in sharp lobes. Rays of
-// recorded paths do not: a light has no vertices that a ray's end could move with. Their light is found by
-// emitter samples alone, each a fixed point of its light. Where a surface has sharp lobes, part of these
-// samples therefore choose the point that a direction of such a lobe meets. With p the density of directions
-// by `sample_light`, q that of the lobes, n the number of lights along a direction, and c the part of the
-// second kind, the density of a sample is
+// recorded paths do so only behind perfect and followed lobes: a light has no vertices that a ray's end could
+// move with. Light of other lobes is found by emitter samples alone, each a fixed point of its light. Where a
+// surface has such sharp lobes, part of these samples therefore choose the point that a direction of such a
+// lobe meets. With p the density of directions by `sample_light`, q that of the lobes, n the number of lights
+// along a direction, and c the part of the second kind, the density of a sample is
 //   (1 - c) p + c q/n                                           (derivations, A7).
 #pragma once
 

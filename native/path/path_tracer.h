@@ -266,8 +266,8 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
             vertex = &work.vertices->append<W>();
             record_arrival(scene, *vertex, p, hit, load_hits(work.hits, at, hit));
         }
-        // Add lights that rays meet before their surfaces. Recorded paths find such lights by emitter samples
-        // alone.
+        // Add lights that rays meet before their surfaces. For recorded paths, sweeps do so behind perfect
+        // and followed lobes (adjoint/vertex.h); other lobes find such lights by emitter samples alone.
         if (!vertex && scene.lights.sized_count + scene.lights.sized_distant > 0)
             add_sized_lights(scene, work, p,
                              select(hit, load(work.hits.distance + at), splat(__builtin_inff())));

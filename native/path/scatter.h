@@ -124,7 +124,7 @@ EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPac
     s.active &= largest_component(light) > 0.0f;
     if (!any(s.active)) return;
     // Combine with BSDF samples, except for lights of the table: recorded paths find those by emitter samples
-    // alone
+    // alone, in lobes that are not followed
     Mask found = ~alone & (vertex ? s.row < 0 : splat(-1));
     if constexpr (requires { surface.gloss; }) found &= (s.row < 0) | ~surface.by_emitters_alone(s.w);
     if (shading) found |= below_plane(x, receiving, s.w);

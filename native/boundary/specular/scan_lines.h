@@ -226,9 +226,11 @@ EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, Inte
     }
     // Find the edge that each ray touches
     const Int level = first_difference(chain_p, chain_q, active);
-    Mask differs[kMostChain];
-    for (int k = 0; k < kMostChain; ++k)
-        if (any(active & (level == k))) differs[k] = surfaces_differ(chain_p, chain_q, k);
+    Mask other_surface = splat(0);
+    for (int k = 0; k < kMostChain; ++k) {
+        const Mask here = active & (level == k);
+        if (any(here)) other_surface |= here & surfaces_differ(chain_p, chain_q, k);
+    }
     for (int i = 0; i < count; ++i) {
         const int k = level[i];
         if (!active[i] || k < 1) continue;
@@ -243,7 +245,7 @@ EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, Inte
         bool bent = false;
         for (int j = 0; j < seen; ++j) bent |= choices.event[j][i] != kEventPasses;
         if (!bent || chain_p.key[k][i] == kDead || chain_q.key[k][i] == kDead) continue;
-        const bool light = chain_p.lights[k][i] != chain_q.lights[k][i] && !differs[k][i];
+        const bool light = chain_p.lights[k][i] != chain_q.lights[k][i] && !other_surface[i];
         if (k <= choices.lit[i] && !(light ? task.outlines : task.edges)) continue;
         TouchedCurve curve;
         if (light)

@@ -60,8 +60,8 @@ void decide_mirrored(const BoundaryFacts& f, const std::vector<int32_t>& partly_
         decided.decide(Part::kFollowedLobes, unless(!followed.empty(), Reason::kNone));
         decided[Part::kFollowedLobes].materials = std::move(followed);
     }
-    if (options.terms[kPrimaryTerm]) decide(Part::kMirroredEdges, 2, Reason::kNeeded, f.chains);
     if (options.terms[kPrimaryTerm]) {
+        decide(Part::kMirroredEdges, 2, Reason::kNeeded, f.chains);
         std::vector<int32_t> shown = lights_in_mirrors(scene.lights);
         decide(Part::kMirroredOutlines, 2, unless(!shown.empty(), Reason::kNoLight),
                f.motion.lights || mirrors_turn(f));

@@ -154,7 +154,8 @@ def main() -> None:
     parser.add_argument("--most", type=int, default=10**9)
     options = parser.parse_args()
     widths = {step: max(10, len(step) + 2) for step in STEPS}
-    print(f"{'':26}" + "".join(f"{step:>{width}}" for step, width in widths.items()) + f"{'GB before':>11}{'GB after':>10}")
+    heads = "".join(f"{step:>{width}}" for step, width in widths.items())
+    print(f"{'':26}{heads}{'GB before':>11}{'GB after':>10}")
     with multiprocessing.get_context("spawn").Pool(1, maxtasksperchild=1) as pool:
         for kind, sizes in SIZES.items():
             for count in sizes if options.only in (None, kind) else ():

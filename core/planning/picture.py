@@ -37,7 +37,9 @@ def _rays(scene: Scene, facts: PictureFacts, max_depth: int) -> Iterator[str]:
 
 
 def _shaders(scene: Scene, facts: PictureFacts) -> Iterator[str]:
-    kinds = sorted({closure.kind.capitalize() for name in scene.slots for closure in scene.closures(name)})
+    materials = list(scene.materials)
+    kinds = sorted({closure.kind.capitalize() for row in facts.material_rows
+                    for closure in scene.closures(materials[row])})
     if not kinds:
         return
     if facts.lambertian:

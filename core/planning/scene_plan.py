@@ -115,12 +115,11 @@ def plan(
         diffuse_tables.check(wrt)
     with nullcontext(scene) if isinstance(scene, Renderer) else prepared(scene) as renderer:
         given = renderer.scene
-        fixed = renderer.fixed_scene
         decided = renderer.decide(wrt, max_depth=max_depth, field_edges=field_edges) if wrt else ()
-        picture = picture_plan(fixed, renderer.picture_facts(settled=bool(wrt)), max_depth)
+        picture = picture_plan(given, renderer.picture_facts(settled=bool(wrt)), max_depth)
         if not wrt:
             return Plan(picture, (), ())
-    words = SceneWords.of(fixed, decided)
+        words = SceneWords.of(given, renderer.tables, decided)
     share = None
     if measure and "caustics" in words.by_part:
         share = caustic_share(given, spp=measure, max_depth=max_depth)

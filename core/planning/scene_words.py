@@ -6,29 +6,26 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from ..derivatives.decisions import Decision, Decisions
-from ..scene.fixed_scene import FixedScene
 from ..scene.names import listed, sentence_each
+from ..scene.scene import Scene
+from ..tables.tables import Tables
 
 
 @dataclass(frozen=True)
 class SceneWords:
     """The decisions on a derivative, with the names of what they are about. Fields are numbered behind the meshes."""
 
-    scene: FixedScene
+    scene: Scene
+    meshes: Sequence[str]
     lights: Sequence[str]
     materials: Sequence[str]
     by_part: Mapping[str, Decision]
 
     @staticmethod
-    def of(scene: FixedScene, decided: Decisions) -> SceneWords:
-        """Of the decisions on a derivative of a scene."""
-        return SceneWords(scene, list(scene.lights), list(scene.materials),
+    def of(scene: Scene, tables: Tables, decided: Decisions) -> SceneWords:
+        """Of the decisions on a derivative of a scene with these tables."""
+        return SceneWords(scene, tables.mesh_names + tuple(scene.fields), list(scene.lights), list(scene.materials),
                           {decision.part: decision for decision in decided})
-
-    @property
-    def meshes(self) -> Sequence[str]:
-        """Names of the meshes, then of the fields."""
-        return self.scene.shape_names
 
     def computed(self, part: str) -> Decision | None:
         """The decision on a part that is computed; else None."""

@@ -150,8 +150,9 @@ class Engine:
         emissive = tables.emission[tables.face_material[:faces]].any(axis=1)
         lit = tables.lights.params[:, RADIANCE].any(axis=1)
         return PictureFacts(
-            faces, 0, False, True, False, False, True, int(np.count_nonzero(emissive)),
-            tuple(map(int, np.flatnonzero(lit))), bool(np.any(tables.environment)), False
+            faces, 0, False, True, False, False, True, tuple(map(int, np.unique(tables.face_material[:faces]))),
+            int(np.count_nonzero(emissive)), tuple(map(int, np.flatnonzero(lit))), bool(np.any(tables.environment)),
+            False,
         )
 
     def decide(

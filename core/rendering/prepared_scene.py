@@ -18,7 +18,6 @@ from ..geometry.topology import Edges
 from ..reference.simplify import obstacles
 from ..scene import parameters
 from ..scene.camera import Camera
-from ..scene.fixed_scene import FixedScene
 from ..scene.light import AreaLight
 from ..scene.placement import is_moved
 from ..scene.scene import Scene
@@ -47,7 +46,6 @@ class PreparedScene:
         self._tables = with_requested(scene, flat.flatten(scene), self._wrt)
         self._edges: Edges | None = None
         self._obstacles: list[str] | None = None
-        self._fixed: FixedScene | None = None
         self._moved = False  # the engine has vertex positions that the tables lack
         self._unfinished = False  # an update has failed half-way, so the engine's state is inconsistent
         self._engine_class, self._threads = kind, threads
@@ -63,13 +61,6 @@ class PreparedScene:
     def tables(self) -> flat.Tables:
         """The tables of the scene."""
         return self._tables
-
-    @property
-    def fixed_scene(self) -> FixedScene:
-        """The scene since the last update, with answers to questions about all its meshes, each found once."""
-        if self._fixed is None:
-            self._fixed = FixedScene.of(self.scene)
-        return self._fixed
 
     @property
     def obstacles(self) -> list[str]:
@@ -149,8 +140,6 @@ class PreparedScene:
         except BaseException:
             self._unfinished = True
             raise
-        finally:
-            self._fixed = None
 
     @property
     def watched(self) -> bool:

@@ -124,13 +124,6 @@ class Scene(Checked):
         used |= {one.material for one in self.fields.values()}
         return [name for name in self.materials if name in used]
 
-    @property
-    def slots(self) -> list[str]:
-        """Names of the materials that some mesh or field has, whether a face uses them or not."""
-        lists = dict.fromkeys([mesh.materials for mesh in self.meshes.values()])
-        lists |= dict.fromkeys([(one.material,) for one in self.fields.values()])
-        return list(dict.fromkeys(name for names in lists for name in names))
-
     def meshes_with(self, materials: Collection[str]) -> list[str]:
         """Names of the meshes with faces of at least one of these materials."""
         sought = frozenset(materials)

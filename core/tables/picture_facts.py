@@ -18,6 +18,8 @@ class PictureFacts(NamedTuple):
         Whether all closures are Lambertian.
     flat
         Whether no shading normals are interpolated or mapped.
+    material_rows
+        Materials of visible faces and fields, as indices in the scene's order.
     emissive_triangles, sampled_rows
         The sampled lights: number of triangles, and lights of the scene, as indices in its order.
     environment, environment_image
@@ -31,6 +33,7 @@ class PictureFacts(NamedTuple):
     glossy: bool
     refracting: bool
     flat: bool
+    material_rows: tuple[int, ...]
     emissive_triangles: int
     sampled_rows: tuple[int, ...]
     environment: bool

@@ -120,17 +120,17 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const Scene
     view_.closure_flags = rows_of(tables.closure_flags);
     view_.closure_params = rows_of(tables.closure_params);
     view_.textures = tables.textures.view();
+    // Materials that no visible face has do not make the kernels slower
     view_.all_flags = 0;
     view_.common_flags = ~0;
-    for (int32_t flags : tables.closure_flags) {
-        view_.all_flags |= flags;
-        view_.common_flags &= flags;
-    }
-    view_.any_mixture = tables.closure_flags.size() + 1 != tables.material_first_closure.size();
-    for (size_t m = 0; m + 1 < tables.material_first_closure.size(); ++m) {
+    for (size_t m = 0; m < tables.material_used.size(); ++m) {
+        if (!tables.material_used[m]) continue;
         const int32_t first = tables.material_first_closure[m], last = tables.material_first_closure[m + 1];
+        view_.any_mixture |= last - first > 1;
         for (int32_t closure = first; closure < last; ++closure) {
             const int32_t flags = tables.closure_flags[static_cast<size_t>(closure)];
+            view_.all_flags |= flags;
+            view_.common_flags &= flags;
             const bool textured =
                 view_.textures.closure_program && (view_.textures.closure_program[closure] >= 0 ||
                                                    view_.textures.closure_weight_program[closure] >= 0);

@@ -262,9 +262,12 @@ class Scene {
         out["transparent"] = f.transparent, out["lambertian"] = f.lambertian;
         out["glossy"] = f.glossy, out["refracting"] = f.refracting, out["flat"] = f.flat;
         out["emissive_triangles"] = f.emissive_triangles;
-        nb::list rows;
-        for (const int32_t row : f.sampled_rows) rows.append(row);
-        out["sampled_rows"] = nb::tuple(rows);
+        const auto numbers = [](const std::vector<int32_t>& rows) {
+            nb::list list;
+            for (const int32_t row : rows) list.append(row);
+            return nb::tuple(list);
+        };
+        out["material_rows"] = numbers(f.material_rows), out["sampled_rows"] = numbers(f.sampled_rows);
         out["environment"] = f.environment, out["environment_image"] = f.environment_image;
         return out;
     }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from edgegrad import Material, Mesh, PointLight, Renderer, Scene, SunLight, World, plan
+from edgegrad import AreaLight, Material, Mesh, PointLight, Renderer, Scene, SunLight, World, plan
 from tests.support import shapes
 from tests.support.small_scenes import need
 
@@ -26,13 +26,16 @@ def test_engines_have_the_same_facts() -> None:
     facts = [Renderer(lamps(), engine=engine).picture_facts() for engine in ("native", "reference")]
     assert facts[0] == facts[1]
     assert facts[0].emissive_triangles == 12 and facts[0].sampled_rows == (1,)
+    assert facts[0].material_rows == (0, 1)
 
 
 def test_words_follow_the_facts() -> None:
     need("native")
     scene = lamps()
+    scene.materials["unused"] = Material(kind="GLASS")
+    scene.lights["area"] = AreaLight(np.eye(4), power=0.0)
     said = plan(scene, max_depth=3).picture
-    for sentence in ("light is sampled from 1 sun, 12 emissive triangles", "without power, left out: off",
+    for sentence in ("light is sampled from 1 sun, 12 emissive triangles", "without power, left out: off, area",
                      "all is shaded flat: no normals are interpolated",
                      "no surface is transparent: shadow rays stop at the first hit",
                      "up to 3 segments; the last is traced only where it can see the environment"):

@@ -11,6 +11,8 @@ PictureFacts picture_facts(const SceneView& scene, const SceneTables& tables) {
     out.glossy = scene.all_flags & kHasGlossy;
     out.refracting = scene.all_flags & kHasRefraction;
     out.flat = tables.fields.empty() && !scene.corner_normal && !(scene.all_flags & kHasNormalMap);
+    for (size_t row = 0; row < tables.material_used.size(); ++row)
+        if (tables.material_used[row]) out.material_rows.push_back(static_cast<int32_t>(row));
     for (int32_t light = 0; light < scene.lights.count; ++light)
         if (scene.lights.kind[light] == kTriangleLight)
             ++out.emissive_triangles;

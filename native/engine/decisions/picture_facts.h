@@ -12,9 +12,10 @@ struct PictureFacts {
     int64_t triangles = 0;  // of meshes and of the originals of instances
     int64_t instances = 0;  // traced in place
     bool transparent = false, lambertian = false, glossy = false, refracting = false;
-    bool flat = false;                  // no shading normals are interpolated or mapped
-    int64_t emissive_triangles = 0;     // sampled as lights
-    std::vector<int32_t> sampled_rows;  // of the light table
+    bool flat = false;                   // no shading normals are interpolated or mapped
+    std::vector<int32_t> material_rows;  // of visible faces and fields
+    int64_t emissive_triangles = 0;      // sampled as lights
+    std::vector<int32_t> sampled_rows;   // of the light table
     bool environment = false, environment_image = false;
 };
 

@@ -247,7 +247,8 @@ class Renderer(PreparedScene):
 
             found = known.gradient(part, options.terms, options.seed)
         self.last_decisions = joined(calls)
-        if not all(np.isfinite(gradient).all() for gradient in found.values()):
+        # A sum needs no copy of a large gradient, and is not finite if one of its terms is not.
+        if not all(np.isfinite(gradient.sum()) for gradient in found.values()):
             alone = {t: gradients(replace(options, terms=(t,))) for t in options.terms}
             warn_of_gradients(found, lambda path: [t for t in alone if not np.isfinite(alone[t][path]).all()])
         return found

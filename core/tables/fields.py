@@ -11,6 +11,11 @@ from numpy.typing import NDArray
 from ..scene.field import Field
 from ..scene.scene import Scene
 
+try:
+    from .. import _native
+except ImportError:  # the reference engine needs no native module
+    _native = None  # type: ignore[assignment]
+
 # Binary exponents of the largest value that kernels compute with as it is. The squares of steeper or flatter slopes
 # could leave the range of single precision.
 _ORDINARY = (-20, 20)
@@ -22,7 +27,7 @@ class FieldTable:
 
     values: NDArray[np.float32]  # (nx, ny, nz), the scene's own array, or that times `scale`
     to_world: NDArray[np.float64]  # (3, 4) from grid coordinates, relative to the origin of the tables
-    digest: bytes  # of the coefficients at the time of the table, since the scene may change them in place
+    digest: bytes | int  # of the coefficients at the time of the table, since the scene may change them in place
     scale: float = 1.0  # a power of two, which moves no zero
 
     def same_values(self, other: FieldTable) -> bool:
@@ -39,7 +44,8 @@ def field_tables(scene: Scene, origin: NDArray[np.float64]) -> tuple[FieldTable,
 def _table(one: Field, origin: NDArray[np.float64]) -> FieldTable:
     to_world = one.grid_to_world()
     to_world[:, 3] -= origin
-    digest = hashlib.blake2b(one.values.data, digest_size=16).digest()
+    digest = (hashlib.blake2b(one.values.data, digest_size=16).digest() if _native is None
+              else _native.fingerprint(one.values))
     scale = _scale(one.values)
     values = one.values if scale == 1.0 else np.ldexp(one.values, int(np.log2(scale)))
     return FieldTable(values, np.ascontiguousarray(to_world), digest, scale)

@@ -44,14 +44,14 @@ namespace {
 
 // Adds the requested span of a table, with the gradient or tangent of the span.
 void add_span(DifferentiableTables& to, const NamedTable& table, const Requested::Span& span,
-              double* gradient, const double* tangent) {
+              double* gradient, const double* tangent, uint8_t* met = nullptr) {
     if (table.data) {
         to.add(table.data, table.size, span.first, span.last, span.width, span.columns, gradient, tangent);
         return;
     }
     FieldDerivatives::Span& fields =
         std::string(table.name) == "field_values" ? to.fields.values : to.fields.places;
-    fields = {static_cast<int64_t>(span.first), static_cast<int64_t>(span.last), gradient, tangent};
+    fields = {static_cast<int64_t>(span.first), static_cast<int64_t>(span.last), gradient, tangent, met};
 }
 
 // Number of floats per row, for tables whose columns are requested separately.
@@ -186,7 +186,7 @@ GradientGroups::GradientGroups(std::vector<NamedTable> tables, const Requested& 
         if (span.last > table.size)
             throw std::invalid_argument(std::string("more of the table '") + table.name +
                                         "' is asked for than it has");
-        parts_.push_back({table, span, size_});
+        parts_.push_back({table, span, size_, std::string(table.name) == "field_values"});
         size_ += span.last - span.first;
         ++known;
     }
@@ -197,6 +197,7 @@ GradientGroups::GradientGroups(std::vector<NamedTable> tables, const Requested& 
     const size_t size = std::max<size_t>(size_, 1);
     const size_t least = std::clamp<size_t>(kMostFloats / size, 1, 4);
     groups_.resize(std::bit_floor(std::clamp<size_t>((size_t{1} << 22) / size, least, 32)));
+    met_.resize(groups_.size());
 }
 
 GradientGroups::View GradientGroups::view(int64_t group) {
@@ -204,6 +205,10 @@ GradientGroups::View GradientGroups::view(int64_t group) {
     values = spare_.take();
     if (group == 0 && summed_in_place()) values->reserve(parts_[0].table.size);
     values->resize(size_);
+    for (const Part& p : parts_)
+        if (p.of_fields)
+            met_[static_cast<size_t>(group)].assign(
+                ((p.span.last - p.span.first) >> FieldDerivatives::Span::kPage) + 1, 0);
     return again(group);
 }
 
@@ -217,7 +222,8 @@ GradientGroups::View GradientGroups::again(int64_t group) {
     double* const values = groups_[static_cast<size_t>(group)]->data();
     View v{{}, nullptr, nullptr, nullptr, nullptr, nullptr};
     for (const Part& p : parts_) {
-        add_span(v.tables, p.table, p.span, values + p.offset, nullptr);
+        add_span(v.tables, p.table, p.span, values + p.offset, nullptr,
+                 met_[static_cast<size_t>(group)].data());
         const std::pair<const char*, double**> singles[] = {{"vertices", &v.vertices},
                                                             {"camera", &v.camera},
                                                             {"instance_to_world", &v.instances},
@@ -238,18 +244,21 @@ TableValues GradientGroups::reduce(int threads) {
         if (in_place) sum = std::move(*groups_[0]), groups_[0].reset();
         sum.resize(p.table.size);
         // The sums of a part fit in a core's cache. Memory is allocated in pages.
-        constexpr size_t kPart = 1 << 13, kPage = 1 << 9;
+        constexpr size_t kPart = 1 << 13, kPage = size_t{1} << FieldDerivatives::Span::kPage;
         const size_t size = p.span.last - p.span.first;
         parallel_for(
             threads, static_cast<int64_t>((size + kPart - 1) / kPart), nullptr, [&](int, int64_t part) {
                 const size_t begin = static_cast<size_t>(part) * kPart, end = std::min(size, begin + kPart);
-                for (const auto& group : groups_) {
-                    if (!group) continue;
-                    double* const values = group->data() + p.offset;
+                for (size_t g = 0; g < groups_.size(); ++g) {
+                    if (!groups_[g]) continue;
+                    double* const values = groups_[g]->data() + p.offset;
                     for (size_t at = begin; at < end; at += kPage) {
                         const size_t next = std::min(end, at + kPage);
-                        // Samples meet few parts of a large texture. The other pages stay unallocated.
-                        if (std::all_of(values + at, values + next, [](double x) { return x == 0.0; }))
+                        // Samples meet few parts of a large texture or field. The other pages stay
+                        // unallocated. Even to read them takes time, so that fields mark what was met.
+                        if (p.of_fields
+                                ? !met_[g][at / kPage]
+                                : std::all_of(values + at, values + next, [](double x) { return x == 0.0; }))
                             continue;
                         for (size_t k = at; k < next; ++k) sum[p.span.first + k] += values[k];
                         // Cleared while in the cache: a separate loop would take as long as the sum.

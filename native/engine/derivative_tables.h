@@ -103,6 +103,7 @@ class GradientGroups {
         NamedTable table;
         Requested::Span span;
         size_t offset;
+        bool of_fields;  // coefficients, whose met pages are known
     };
     // Whether the first group's buffer becomes the result, for a single large table.
     bool summed_in_place() const;
@@ -110,6 +111,7 @@ class GradientGroups {
     std::vector<Part> parts_;
     size_t size_ = 0;
     std::vector<std::shared_ptr<Zeros>> groups_;  // null: the group had no work
+    std::vector<std::vector<uint8_t>> met_;       // by group: FieldDerivatives::Span::met
     ZeroedPool& spare_;
 };
 

@@ -10,42 +10,19 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
 #include <iterator>
 #include <stdexcept>
 #include <utility>
 #include <vector>
+
+#include "python/numpy_arrays.h"
+#include "util/fingerprint.h"
 
 namespace nb = nanobind;
 using nb::literals::operator""_a;
 
 namespace edgegrad {
 namespace {
-
-// Random bits, so that a change of any bit of a word changes all bits of its product.
-constexpr uint64_t kFirstKey = 0xa0761d6478bd642full, kSecondKey = 0xe7037ed1a0b428dbull;
-constexpr uint64_t kNextKey = 0x9e3779b97f4a7c15ull;
-
-// Returns a fingerprint. The words are multiplied in pairs, with a key for each place, and the products are
-// summed: no product waits for another one, as in a chain of hashes.
-uint64_t fingerprint_of(const char* at, size_t size, uint64_t key) {
-    __extension__ using Product = unsigned __int128;
-    struct Pair {
-        uint64_t first, second;
-    };
-    uint64_t sum = 0;
-    const auto add = [&](size_t bytes) {
-        Pair pair{};
-        std::memcpy(&pair, at, bytes);
-        const Product product = Product{pair.first ^ key} * (pair.second ^ kSecondKey);
-        sum += static_cast<uint64_t>(product) ^ static_cast<uint64_t>(product >> 64);
-        key += kNextKey;
-        at += bytes;
-    };
-    for (; size >= sizeof(Pair); size -= sizeof(Pair)) add(sizeof(Pair));
-    if (size) add(size);
-    return sum;
-}
 
 // Evenly spaced entries of a C-contiguous array, which the list of values keeps alive.
 struct Entries {
@@ -251,6 +228,14 @@ void bind_held_objects(nb::module_& module) {
         .def("hold", &HeldObjects::hold, "k"_a, "fields"_a,
              "Looks at object k, a new one or one that is held, by the dict of its fields.")
         .def("touched", &HeldObjects::touched, "Objects that may have changed since they were looked at.");
+    module.def(
+        "fingerprint",
+        [](nb::handle array) {
+            const InputArray<float> values(array, "values");
+            return fingerprint_of(reinterpret_cast<const char*>(values.data()),
+                                  sizeof(float) * values.size());
+        },
+        "values"_a, "A number that tells arrays with other bytes apart.");
 }
 
 }  // namespace edgegrad

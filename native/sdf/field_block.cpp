@@ -26,17 +26,19 @@ int64_t first_tap(const FieldView& f, const int32_t (&cell)[3]) {
     return (cell[0] * static_cast<int64_t>(f.size[1]) + cell[1]) * f.size[2] + cell[2];
 }
 
-void add_to_values(const FieldView& f, double* gradient, const FieldJet& x, float alpha,
+void add_to_values(const FieldView& f, const FieldDerivatives::Span& to, const FieldJet& x, float alpha,
                    const double (&beta)[3]) {
     const Basis basis(x.at);
     const auto along_x = static_cast<float>(beta[0]), along_y = static_cast<float>(beta[1]),
                along_z = static_cast<float>(beta[2]);
     const Taps wz = basis.value[2], dz = basis.slope[2] * along_z;
-    double* slab = gradient + first_tap(f, x.cell);
+    int64_t slab = f.first_value - to.first + first_tap(f, x.cell);
     for (int i = 0; i < 4; ++i, slab += static_cast<int64_t>(f.size[1]) * f.size[2]) {
         const float wx = basis.value[0][i], by_x = alpha * wx + along_x * basis.slope[0][i];
-        double* row = slab;
-        for (int j = 0; j < 4; ++j, row += f.size[2]) {
+        int64_t at = slab;
+        for (int j = 0; j < 4; ++j, at += f.size[2]) {
+            to.met[at >> to.kPage] = to.met[(at + 3) >> to.kPage] = 1;
+            double* row = to.gradient + at;
             const float wy = basis.value[1][j];
             const Taps taps = wz * (by_x * wy + wx * along_y * basis.slope[1][j]) + dz * (wx * wy);
             const Sums sums = load_sums(row) + __builtin_convertvector(taps, Sums);
@@ -113,8 +115,7 @@ void field_backward(const FieldView& field, const FieldDerivatives& to, const Fi
                     const float (&beta)[3]) {
     double in_grid[3];  // beta, as a vector in grid coordinates
     field.vector_in_grid(beta, in_grid);
-    if (to.values.has(field.first_value))
-        add_to_values(field, to.values.gradient + (field.first_value - to.values.first), x, alpha, in_grid);
+    if (to.values.has(field.first_value)) add_to_values(field, to.values, x, alpha, in_grid);
     if (!to.places.has(field.first_place())) return;
     double* rows = to.places.gradient + (field.first_place() - to.places.first);
     const double b[3] = {beta[0], beta[1], beta[2]};

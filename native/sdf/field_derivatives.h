@@ -14,6 +14,9 @@ struct FieldDerivatives {
         int64_t first = 0, last = 0;
         double* gradient = nullptr;
         const double* tangent = nullptr;
+        // Backward sweeps meet coefficients near the surface alone, and mark those pages of a gradient.
+        static constexpr int kPage = 9;  // 2^9 numbers
+        uint8_t* met = nullptr;
 
         bool has(int64_t at) const { return first <= at && at < last; }
     };

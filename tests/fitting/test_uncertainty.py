@@ -159,7 +159,7 @@ def test_a_fit_that_has_not_arrived_goes_on_by_newton_steps() -> None:
 
 
 def test_few_samples_measure_a_fit_that_has_arrived(monkeypatch: pytest.MonkeyPatch) -> None:
-    """More samples follow for one that has not."""
+    """More samples follow for one that has not, or where the few are in doubt."""
     need("native")
     works: list[float] = []
 
@@ -174,6 +174,10 @@ def test_few_samples_measure_a_fit_that_has_arrived(monkeypatch: pytest.MonkeyPa
     works.clear()
     shortened()
     assert works[0] == measurement.FIRST_LOOK and len(works) > 2 and set(works[1:]) == {measurement.WORK}
+    works.clear()
+    monkeypatch.setattr(newton_steps, "DOUBT", 0.0)
+    fitted(1, [COLOR])
+    assert works == [measurement.FIRST_LOOK, measurement.WORK]
 
 
 def test_what_is_ahead_of_an_arrived_number_is_less_than_a_part_of_a_step() -> None:

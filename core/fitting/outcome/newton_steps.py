@@ -24,8 +24,9 @@ if TYPE_CHECKING:
 
 # Most steps of a fit, their most work relative to that of the iterations, and lengths that are tried of each.
 MOST_STEPS, MOST_WORK, LENGTHS = 6, 2.0, (1.0, 0.5, 0.2)
-# A step is made if the loss falls along it by this many times what noise lets it fall at the end of a fit.
-WORTH = 3.0
+# A step is made if the loss falls along it by this many times what noise lets it fall at the end of a fit. A first look
+# has more noise: it is repeated with all samples from fewer times on.
+WORTH, DOUBT = 3.0, 2.0
 # A first look needs this many times the samples of an iteration. With fewer it would tell too little.
 FEWEST = 4
 
@@ -39,7 +40,7 @@ def arrived(run: Run, progress: Progress | None) -> Measurement:
     stages, share = Stages(progress), 0.25  # of the progress: each further step has half of what is left
     if times(run, FIRST_LOOK) >= FEWEST:
         found = measure(run, run.best_values, 0, stages.part(0.5), FIRST_LOOK)
-        if found.solution is None or not (found.solution.lost.any() or _is_due(found)):
+        if found.solution is None or not (found.solution.lost.any() or _is_due(found, DOUBT)):
             return found
     else:
         share = 0.5
@@ -52,11 +53,11 @@ def arrived(run: Run, progress: Progress | None) -> Measurement:
     return found
 
 
-def _is_due(found: Measurement) -> bool:
+def _is_due(found: Measurement, worth: float = WORTH) -> bool:
     if found.solution is None:
         return False
     late = found.late(found.errors)[: len(found.places)]
-    return bool(late.any()) or found.solution.gain > WORTH * found.solution.chance
+    return bool(late.any()) or found.solution.gain > worth * found.solution.chance
 
 
 def _step(run: Run, found: Measurement, step: int, progress: Progress | None) -> bool:

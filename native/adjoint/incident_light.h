@@ -51,7 +51,7 @@ struct Scattering {
     Mask veiled;  // of `last`: rays through transparent surfaces
     // Not in `next`: the ray continues from a perfect or followed lobe, with the light next_value.
     Mask specular;
-    Mask pointlike;  // of `light`: lights of the table without size
+    Float followed;  // of `light`: lobes up to this width are followed for it
     Mask fixed;      // the continuing ray also brings light of a fixed direction
     Int light_visible_to;
     Vec3 light_w, environment_w, next_w, fixed_w;
@@ -89,7 +89,7 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
     const Int light_face = load(v.light_face), light_row = load(v.light_row);
     const Mask from_face = stays & (light_face >= 0), from_row = stays & (light_row >= 0);
     s.light = from_face | from_row;
-    s.pointlike = from_row & is_pointlike(light_row, load(v.light_kind));
+    s.followed = followed_for(scene, from_row, light_row);
     s.light_visible_to = load(v.light_visible_to);
     s.light_w = s.environment_w = load3(v.direction), s.light_value = s.environment_value = zero3();
     s.fixed = s.veiled = splat(0);

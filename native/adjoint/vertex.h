@@ -65,7 +65,7 @@ EG_INLINE Vec3 scattered_moving(const SceneView& scene, const Surface& surface, 
     const Mask light = active & s.light, environment = active & s.environment, next = active & s.next;
     if (any(light)) {
         const Vec3 f =
-            scattered_light(scene, surface, s.light_visible_to, light, s.pointlike, s.light_w).value;
+            scattered_light(scene, surface, s.light_visible_to, light, s.followed, s.light_w).value;
         sum = select(light, f * s.light_value, sum);
     }
     if (any(environment))
@@ -105,7 +105,8 @@ EG_INLINE Vec3 lights_met(const SceneView& scene, const Vertex& v, Mask active, 
     const Vec3 w = direction * (1.0f / max(sqrt(dot(direction, direction)), 1e-30f));
     for_each_met_light(scene, active, from, load(v.from_mesh), w, load(v.near), load(v.far), load(v.kind),
                        load(v.bounces_before_last),
-                       [&](int, Mask seen, const LightRow& l, Float distance, Float) {
+                       [&](int row, Mask seen, const LightRow& l, Float distance, Float) {
+                           if (scene.light_followed) seen &= meets_row(scene, row, load(v.lobe_width));
                            sum = sum + select(seen, l.radiance * light_factor(l, w, distance), zero3());
                        });
     return sum;

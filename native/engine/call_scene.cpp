@@ -60,9 +60,10 @@ void PreparedScene::hold_directions(const SceneTables& tables, const RequestedMo
 
 PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const SceneTables& tables,
                              const RequestedMotion* motion, bool convex,
-                             std::shared_ptr<const LightList> lights, float followed, EdgeCache* kept,
+                             std::shared_ptr<const LightList> lights, FollowedAlpha followed, EdgeCache* kept,
                              std::vector<FieldBand> bands)
     : lights_(std::move(lights)),
+      followed_(std::move(followed)),
       brute_triangles_(brute_triangles(tables)),
       field_bands_(std::move(bands)),
       face_moving_(tables.face_material.size(), 0) {
@@ -164,7 +165,14 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const Scene
     view_.camera = tables.camera;
     view_.camera.filter = tables.filter.empty() ? nullptr : tables.filter.data();
     if (!motion) return;
-    view_.followed_alpha = followed;
+    view_.lobe_samples = followed_.lobe_samples;
+    view_.followed_alpha = view_.least_followed = followed_.all;
+    if (!followed_.by_row.empty()) {
+        view_.light_followed = followed_.by_row.data();
+        for (int32_t k = 0; k < view_.lights.sized_count + view_.lights.sized_distant; ++k)
+            view_.least_followed =
+                std::min(view_.least_followed, view_.light_followed[view_.lights.sized[k]]);
+    }
     hold_directions(tables, *motion);
     if (kept && (motion->camera || motion->any_mesh_moves())) {
         jumps_ = kept_jumps(tables, *kept);

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "engine/decisions/followed_lobes_rule.h"
 #include "scene/lights/light_list.h"
 #include "scene/rays/brute_triangles.h"
 #include "scene/rays/bvh.h"
@@ -17,11 +18,11 @@ struct MaterialJumps;
 class PreparedScene {
  public:
     // `lights`: the lights that the call samples. `motion`: the requested motion; null: a picture.
-    // `followed`: largest alpha of followed lobes. Without a `bvh` (null) no ray can be traced. `kept`:
+    // `followed`: limits of followed lobes. Without a `bvh` (null) no ray can be traced. `kept`:
     // cached searches for edges, which derivatives need.
     PreparedScene(const embree::Api& api, const Bvh* bvh, const SceneTables& tables,
                   const RequestedMotion* motion, bool convex, std::shared_ptr<const LightList> lights,
-                  float followed = 0.0f, EdgeCache* kept = nullptr, std::vector<FieldBand> bands = {});
+                  FollowedAlpha followed = {}, EdgeCache* kept = nullptr, std::vector<FieldBand> bands = {});
 
     const SceneView& view() const { return view_; }
 
@@ -31,6 +32,7 @@ class PreparedScene {
     void blend_near_contact(const SceneTables& tables, const RequestedMotion& motion, EdgeCache& kept);
 
     std::shared_ptr<const LightList> lights_;
+    const FollowedAlpha followed_;
     std::vector<BruteTriangle> brute_triangles_;
     std::vector<FieldView> fields_;
     std::vector<FieldBand> field_bands_;

@@ -86,7 +86,7 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
       geometry(requested.geometry() || chains),
       lights(e.lights_for(requested)),
       prepared(e.api_, decide_alone ? nullptr : &e.bvh(), e.tables_, &motion, e.hides_no_light(), lights,
-               options.max_depth > 1 ? e.follow(motion, sides, lights) : 0.0f, &e.kept_,
+               options.max_depth > 1 ? e.follow(motion, sides, lights) : FollowedAlpha{}, &e.kept_,
                field_bands(e.tables_, field_edges, e.threads_)),
       scene(prepared.view()),
       tables(differentiable_tables(scene, e.tables_)),
@@ -323,8 +323,8 @@ Decisions Engine::decide(const RenderOptions& options, const Requested& requeste
     return call.decided;
 }
 
-float Engine::follow(const RequestedMotion& motion, const std::vector<int8_t>& sides,
-                     const std::shared_ptr<const LightList>& lights) const {
+FollowedAlpha Engine::follow(const RequestedMotion& motion, const std::vector<int8_t>& sides,
+                             const std::shared_ptr<const LightList>& lights) const {
     const auto faces = normals();
     const std::vector<uint8_t> clear(closed_.size(), 0);  // only weights of edges depend on it
     return followed_alpha(

@@ -23,6 +23,7 @@
 
 namespace edgegrad {
 
+struct FollowedAlpha;
 class ThreadMemory;
 struct ImagePlan;
 
@@ -126,9 +127,9 @@ class Engine {
     int threads_;
     // Computed at first use, and kept until values or vertices change.
     std::shared_ptr<const LightList> lights(bool dark_too = false) const;
-    // The alpha up to which derivatives follow lobes (engine/decisions/followed_lobes_rule.h).
-    float follow(const RequestedMotion& motion, const std::vector<int8_t>& sides,
-                 const std::shared_ptr<const LightList>& lights) const;
+    // Which lobes derivatives follow (engine/decisions/followed_lobes_rule.h).
+    FollowedAlpha follow(const RequestedMotion& motion, const std::vector<int8_t>& sides,
+                         const std::shared_ptr<const LightList>& lights) const;
     // The lights that derivatives sample.
     std::shared_ptr<const LightList> lights_for(const Requested& requested) const;
     mutable std::mutex made_lock_;

@@ -2,23 +2,23 @@
 //
 // Rays of pictures meet the sized lights of the table, which finds their light in sharp lobes. Rays of
 // recorded paths do so only behind perfect and followed lobes: a light has no vertices that a ray's end could
-// move with. Light of other lobes is found by emitter samples alone, each a fixed point of its light. Where a
-// surface has such sharp lobes, part of these samples therefore choose the point that a direction of such a
-// lobe meets. With p the density of directions by `sample_light`, q that of the lobes, n the number of lights
-// along a direction, and c the part of the second kind, the density of a sample is
+// move with. Light of other lobes, and small light in followed ones, is found by emitter samples alone, each
+// a fixed point of its light. Where a surface has such sharp lobes, part of these samples therefore choose
+// the point that a direction of such a lobe meets. With p the density of directions by `sample_light`, q that
+// of the lobes, n the number of lights along a direction, and c the part of the second kind, the density of a
+// sample is
 //   (1 - c) p + c q/n                                           (derivations, A7).
 #pragma once
 
 #include "path/path_queue.h"
 #include "path/shaded_surface.h"
 #include "path/stream.h"
+#include "scene/sharp_lobes.h"
 #include "shading/lights/lights.h"
 #include "shading/lights/met_light.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Lobes up to this alpha are sharp: wider ones see enough of a light in each emitter sample.
-constexpr float kSharpAlpha = 0.35f;
 // The part c: this much, and as much again where the lobes reflect all light.
 constexpr float kLeastLobeSamples = 0.25f;
 
@@ -45,21 +45,28 @@ EG_INLINE Mask any_sharp(const Bsdf& f) {
     return is_sharp(f, kMirrorLobe) | is_sharp(f, kCoatLobe) | is_sharp(f, kInterfaceLobe);
 }
 
-// The lobes of a surface that are sharp, not perfect and not followed.
-EG_INLINE SharpLobes sharp_lobes(const ShadedSurface& surface, Mask active) {
+// The lobes of a surface that are sharp and not perfect, and whose rays do not meet every light of the table.
+// Where the camera sees the surface, lobes wider than the lights (scene.lobe_samples) have no samples.
+EG_INLINE SharpLobes sharp_lobes(const SceneView& scene, const ShadedSurface& surface, const PathPacket& p) {
+    const Mask active = p.active;
     SharpLobes out{splat(0), surface.bsdf, splat(0.0f)};
     Bsdf& f = out.bsdf;
     Float sum = splat(0.0f);
     for (int k = 0; k < kLobes; ++k) {
         if (!f.any_lobe[k]) continue;
         Mask sharp = active & is_sharp(f, k);
-        if (any(sharp)) sharp &= ~facets_of(f, k).followed;
+        if (any(sharp)) {
+            const Microfacets& g = facets_of(f, k);
+            sharp &= (~g.followed | (lobe_width(k, g) > scene.least_followed)) &
+                     (~p.led | (min(g.ax, g.ay) * width_by_alpha(k) <= scene.lobe_samples));
+        }
         f.probability[k] = select(sharp, detach(f.probability[k]), splat(0.0f));
         sum = sum + f.probability[k];
     }
     out.active = active & (sum > 1e-3f);
     out.share = select(out.active, kLeastLobeSamples * (1.0f + sum), splat(0.0f));
     normalize_probabilities(f);
+    follow_up_to(f, splat(0.0f));
     return out;
 }
 
@@ -143,7 +150,7 @@ EG_INLINE LightSample sample_light_and_lobes(const SceneView& scene, const PathP
                                              const SurfacePoint& x, const ShadedSurface& surface,
                                              const PathIndex& index, UInt number, Float u, Float v,
                                              const Vec3* shading) {
-    const SharpLobes lobes = sharp_lobes(surface, p.active);
+    const SharpLobes lobes = sharp_lobes(scene, surface, p);
     const Mask along = lobes.active & (u < lobes.share);
     const Float rest = (u - lobes.share) / max(1.0f - lobes.share, 1e-6f);
     LightSample s = sample_light(scene, p.active & ~along, x, p.both_sides, bounces_before(p),

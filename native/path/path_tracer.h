@@ -138,12 +138,12 @@ EG_INLINE void add_sized_lights(const SceneView& scene, Workspace& work, const P
     const Receiver from = last_receiver(scene, p);
     if (work.values)
         return for_each_light_along(scene, meets & p.touched, from, p.from_mesh, p.direction, near,
-                                    near + distance, p.pdf, p.kind, bounces_before_last(p),
+                                    near + distance, p.pdf, p.kind, bounces_before_last(p), p.lobe_width,
                                     [&](int row, Mask seen, Vec3 radiance, Float gain) {
                                         record_met_light(*work.values, p, seen, row, radiance, gain);
                                     });
     const Vec3 light = lights_along(scene, meets, from, p.from_mesh, p.direction, near, near + distance,
-                                    p.pdf, p.kind, bounces_before_last(p));
+                                    p.pdf, p.kind, bounces_before_last(p), p.lobe_width);
     const Mask found = p.active & (largest_component(light) > 0.0f);
     if (any(found)) add_radiance(work, p, found, p.throughput * light);
 }
@@ -219,7 +219,7 @@ EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspac
                 follow_lobes(surface.bsdf, part.active & part.led, scene.followed_alpha));
         // Scatter some paths along the rims of their transmission lobes
         if (vertex && work.vertices->rims) {
-            const RimChoice rim = choose_rims(task, part, surface, index);
+            const RimChoice rim = choose_rims(scene, task, part, surface, index);
             if (any(rim.taken)) {
                 alive = scatter_at_rim(scene, task, work, part, x, surface, rim, alive, *vertex);
                 part.active &= ~rim.taken;
@@ -267,7 +267,7 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
             record_arrival(scene, *vertex, p, hit, load_hits(work.hits, at, hit));
         }
         // Add lights that rays meet before their surfaces. For recorded paths, sweeps do so behind perfect
-        // and followed lobes (adjoint/vertex.h); other lobes find such lights by emitter samples alone.
+        // and followed lobes (adjoint/vertex.h); other light of the table is found by emitter samples alone.
         if (!vertex && scene.lights.sized_count + scene.lights.sized_distant > 0)
             add_sized_lights(scene, work, p,
                              select(hit, load(work.hits.distance + at), splat(__builtin_inff())));

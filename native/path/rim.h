@@ -11,12 +11,13 @@
 // shading uses.
 //
 // The ray along the rim finds light of surfaces and of the environment with a weight of 1, because no emitter
-// sample lies on a rim. Recorded rays do not meet sized lights of the light table, so the lights along the
-// ray are sampled explicitly.
+// sample lies on a rim. Recorded rays do not meet sized lights of the light table. Those are sampled
+// explicitly: along the ray, or, on diffuse rims, in the arcs in which they cut the rim's plane.
 #pragma once
 
 #include "path/scatter.h"
 #include "path/shaded_surface.h"
+#include "shading/lights/light_arc.h"
 #include "shading/lights/met_light.h"
 #include "tasks/image_task.h"
 #include "tasks/workspace_view.h"
@@ -38,17 +39,24 @@ struct RimChoice {
     RimSample sample;  // in world space
 };
 
-EG_OUTLINE RimChoice choose_rims(const ImageTask& task, const PathPacket& p, const ShadedSurface& surface,
-                                 const PathIndex& index) {
+EG_OUTLINE RimChoice choose_rims(const SceneView& scene, const ImageTask& task, const PathPacket& p,
+                                 const ShadedSurface& surface, const PathIndex& index) {
     RimChoice r;
     r.others = splat(1.0f);
     r.u = r.chance = splat(0.0f);
     r.taken = r.diffuse = splat(0);
     r.sample = {splat(0), surface.normal, splat(1.0f)};
     const Bsdf& f = surface.bsdf;
-    // The domain of a followed lobe moves with it.
+    // The domain of a followed lobe moves with it, but for light that its rays do not meet.
     Mask through = splat(0);
-    if (f.any_lobe[kInterfaceLobe]) through = ~f.glass.facets.followed & has_rim(f.glass, f.view);
+    if (f.any_lobe[kInterfaceLobe]) {
+        through = has_rim(f.glass, f.view);
+        if (!scene.light_followed)
+            through &= ~f.glass.facets.followed;
+        else
+            through &= ~f.glass.facets.followed |
+                       (lobe_width(kInterfaceLobe, f.glass.facets) > scene.least_followed);
+    }
     const Mask diffuse = has_diffuse_rim(f), may = p.active & ~p.past_rim & (through | diffuse);
     if (!any(may)) return r;
     // Emitter samples do not use these random numbers before the rim.
@@ -81,33 +89,52 @@ EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Wor
     // Evaluate the lobe at its rim
     const Vec3 w = r.sample.w;
     const Bsdf& bsdf = surface.bsdf;
-    const Float side = dot(x.normal, w);
-    p.active &= r.taken & r.sample.active & select(r.diffuse, side > 0.0f, side < 0.0f);
+    const auto reaches = [&](Vec3 towards) {
+        const Float side = dot(x.normal, towards);
+        return select(r.diffuse, side > 0.0f, side < 0.0f);
+    };
+    const Mask diffuse = p.active & r.taken & r.diffuse;
+    p.active &= r.taken & r.sample.active & reaches(w);
     Vec3 f = diffuse_rim_value(bsdf, w);
     if (any(p.active & ~r.diffuse))
         f = select(r.diffuse, f, rim_value(bsdf.glass, bsdf.view, to_local(bsdf, w)));
     f = f * surface.kept_at_rim(w);
     p.active &= largest_component(f) > 0.0f;
-    if (!any(p.active)) return alive;
+    if (!any(p.active | diffuse)) return alive;
+    put(vertex.rim, p.active | diffuse, splat(-1));
     const Int kind =
         select(r.diffuse, splat(static_cast<int>(kDiffuseRay)), splat(static_cast<int>(kTransmissionRay)));
-    const Float scale = 1.0f / (r.sample.pdf * max(r.chance, 0.5f * kRimChance));
-    put(vertex.rim, p.active, splat(-1));
-    // Sample the lights of the table along the rim
+    // Sample the lights of the table along the rim: those that the ray meets, or, on a diffuse rim, the arc
+    // in which a light meets its plane
+    const Mask through = p.active & ~r.diffuse;
+    const Float share = 1.0f / max(r.chance, 0.5f * kRimChance), scale = share / r.sample.pdf;
+    Mask followed = splat(0);
+    if (bsdf.any_lobe[kInterfaceLobe]) followed = through & bsdf.glass.facets.followed;
     if (scene.lights.sized_count + scene.lights.sized_distant > 0) {
         Float count;
-        const LightSample s = sample_met_light(scene, p.active, x, w, kind, bounces_before(p), r.u, count);
+        LightSample s = sample_met_light(scene, through, x, w, kind, bounces_before(p), r.u, count);
+        Float light = scale * count;
+        if (any(diffuse)) {
+            const LightSample arc = sample_light_arc(scene, diffuse, x.position, surface.normal, x.face, r.u);
+            s = merged(diffuse, arc, s);
+            s.active &= (s.row >= 0) & (~diffuse | (shines_on(scene, s.row, x.mesh, bounces_before(p)) &
+                                                    ((s.visible_to & ray_mask(kind)) != 0) & reaches(s.w)));
+            light = select(diffuse, share * s.geometry, light);
+        }
+        if (any(s.active & followed))
+            s.active &= ~followed | (lobe_width(kInterfaceLobe, bsdf.glass.facets) >
+                                     followed_for(scene, s.active, s.row));
         if (any(s.active)) {
-            Vec3 light = gray(select(s.active, scale * count, 0.0f));
-            const Vec3 start = leave_surface(x, w) + terminator_lift(scene, x, unbent_normal(surface), w);
-            const Vec3 through =
-                transmittance(scene, s.active & s.casts_shadow, start, select(s.distant, w, s.end - start),
+            const Vec3 start = leave_surface(x, s.w) + terminator_lift(scene, x, unbent_normal(surface), s.w);
+            const Vec3 seen =
+                transmittance(scene, s.active & s.casts_shadow, start, select(s.distant, s.w, s.end - start),
                               select(s.distant, splat(__builtin_inff()), 0.99999f),
                               shadow_rays(work, &vertex, kRayToLight, s.blockers));
-            light = select(s.casts_shadow, light * through, light);
-            record_light(vertex, s, light);
+            record_light(vertex, s, select(s.casts_shadow, seen, gray(splat(1.0f))) * light);
         }
     }
+    p.active &= ~followed;
+    if (!any(p.active)) return alive;
     // Continue along the rim and record the direction
     put(vertex.samples, p.active, splat(-1));
     put(vertex.continues, p.active, splat(-1));
@@ -116,6 +143,7 @@ EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Wor
     put(vertex.next_scale, p.active, scale);
     p.final_ray = next_is_final(task, p, kind);
     p.throughput = p.throughput * f * scale;
+    p.lobe_width = splat(0.0f);
     p.past_rim = splat(-1);
     p.led = splat(0);
     p.both_sides = surface.both_sides() | ~r.diffuse;

@@ -110,7 +110,7 @@ EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPac
     LightSample s = sample_light_at(scene, p, x, surface, index, vertex != nullptr, shading);
     look_up_emission(scene, s);
     const BsdfValue f =
-        scattered_light(scene, surface, s.visible_to, s.active, is_pointlike(s.row, s.kind), s.w);
+        scattered_light(scene, surface, s.visible_to, s.active, followed_for(scene, s.active, s.row), s.w);
     // Recorded light omits the radiance and the BSDF: factors that are zero may have derivatives.
     Vec3 light = s.radiance * f.value * s.geometry;
     if (vertex) {
@@ -292,6 +292,10 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
     // Continue the surviving paths
     p.caustic |= ~p.led & s.specular;
     p.led &= s.specular;
+    p.lobe_width = splat(0.0f);
+    if constexpr (requires { surface.bsdf; })
+        if (vertex && scene.light_followed)
+            p.lobe_width = followed_lobe_width(surface.bsdf, s.lobe, s.transmitted);
     p.unlit = splat(0);
     if constexpr (requires { surface.gloss; })
         if (!vertex) p.unlit = ~s.specular & surface.by_emitters_alone(s.wi);

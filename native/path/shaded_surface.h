@@ -177,18 +177,18 @@ EG_INLINE BsdfValue evaluate_kinds(const Surface& surface, bool all, Int kinds, 
         return surface.evaluate(active, w);
 }
 
-// Light that a surface scatters from a sample of the lights. No ray finds lights without size, so for those
-// lanes followed lobes are evaluated like other rough lobes.
+// Light that a surface scatters from a sample of the lights. Lobes wider than `followed` are evaluated
+// like other rough lobes: their rays do not meet these lights.
 template <typename Surface>
 EG_INLINE BsdfValue scattered_light(const SceneView& scene, const Surface& surface, Int visible_to,
-                                    Mask active, Mask pointlike, Vec3 w) {
+                                    Mask active, Float followed, Vec3 w) {
     const auto value = [&](const Surface& s) EG_INLINE_LAMBDA {
         return evaluate_kinds(s, !scene.lights.any_hidden, visible_to, active, w);
     };
     if constexpr (requires { surface.bsdf; })
-        if (scene.followed_alpha > 0.0f && any(active & pointlike)) {
+        if (scene.followed_alpha > 0.0f && any(active & (followed < scene.followed_alpha))) {
             Surface whole = surface;
-            follow_none(whole.bsdf, pointlike);
+            follow_up_to(whole.bsdf, followed);
             return value(whole);
         }
     return value(surface);

@@ -7,6 +7,10 @@
 
 namespace edgegrad {
 
+// Lobes up to this alpha are sharp for recorded paths: each emitter sample sees enough of a light in wider
+// ones (path/lobe_light.h).
+constexpr float kSharpAlpha = 0.35f;
+
 // Returns whether a closure without textures has a lobe with an alpha up to `widest` that is not perfect. For
 // a gloss over a diffuse base the limit is kWeakGloss times that.
 inline bool has_sharp_lobe(const SceneTables& tables, size_t closure, float widest) {

@@ -133,6 +133,12 @@ struct SceneView {
     // Lobes up to this alpha are followed, if the camera sees them by such lobes alone
     // (shading/bsdf/followed_lobes.h); 0: none.
     float followed_alpha;
+    // (L) Their widest (lobe_width) for light of each row of the light table, 0 for lights without size: rays
+    // of wider ones do not meet it. Null: none is followed. And the least of them of lights with a size.
+    const float* light_followed;
+    float least_followed;
+    // Up to this width, emitter samples of recorded paths sample lobes (path/lobe_light.h).
+    float lobe_samples;
     int32_t mesh_count;        // number of meshes that rays can hit; instances have the geomIDs after them
     const int32_t* mesh_mask;  // (S) bits of the ray kinds that can hit a mesh
     bool rays_differ;          // some mesh cannot be hit by all kinds of rays

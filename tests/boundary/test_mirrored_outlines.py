@@ -59,6 +59,16 @@ COATED = Material(kind="PRINCIPLED", base_color=np.array([0.6, 0.3, 0.2]), rough
                   coat_roughness=0.06)  # fmt: skip
 
 
+# Lobes too wide for their rays to find small lights (engine/decisions/followed_lobes_rule.h).
+WIDER = replace(MIRROR, roughness=0.14)
+SMALL: dict[str, Callable[[float], Light]] = {
+    "rectangle": lambda t: AreaLight(pose(AIM, 0.1 + t, 1.8, t - 1), np.array([0.15 + t, 0.12]), "RECTANGLE", 2.0),
+    "disk": lambda t: PointLight(np.array([0.1 + t, 1.4, -0.9]), 4.0, 0.08 + 0.1 * t, False),
+    "sphere": lambda t: PointLight(np.array([0.1 + t, 1.4, -0.9]), 4.0, 0.08 + 0.1 * t, True),
+    "sun": lambda t: SunLight(np.array([-0.1 + t, -1.0, 0.75]), 0.5, 0.1 + 0.1 * t),
+}
+
+
 def wall_lamp(t: float) -> AreaLight:
     return AreaLight(pose(turn(np.pi, 0.0, 0.0), 0.05 + t, 0.1, -1.5), np.array([0.5, 0.4]), "RECTANGLE", 8.0)
 
@@ -93,6 +103,49 @@ CASES: dict[str, tuple[Make, list[str]]] = {
     "camera moves": (camera_moves, ["camera.to_world"]),
     "glass moves": (glass_moves, ["meshes.ball.vertices"]),
     "lamp moves behind glass": (lambda t: behind_glass(wall_lamp(t)), ["lights.lamp.to_world"]),
+}
+
+
+def small_moves(kind: str) -> tuple[Make, list[str]]:
+    return lambda t: over_mirror(SMALL[kind](t), WIDER), [f"lights.lamp.{field}" for field in FIELDS[kind]]
+
+
+def over_small(kind: str, t: float, mirror: Material = WIDER, move: str = "floor") -> Scene:
+    return moved(over_mirror(SMALL[kind](0.0), mirror), t, move, (0.3, 0.4, 0.2))
+
+
+def beside_large(t: float) -> Scene:
+    """A small light and a large one, which rays of the same lobe find, behind one card."""
+    scene = over_small("sphere", t, move="card")
+    scene.lights["large"] = LIGHTS["rectangle"](0.0)
+    return scene
+
+
+def between_lobes(t: float) -> Scene:
+    """A small light and a card, which a second lobe shows to the first one, and a smooth mirror shows both."""
+    scene = over_mirror(SMALL["sphere"](0.0), WIDER)
+    scene.meshes["wall"] = rectangle((0, 0.6, -0.9), (0.9, 0, 0), (0, 0.6, 0.1), "wall")
+    scene.meshes["mirror"] = rectangle((-0.9, 0.4, -0.2), (0, 0.3, 0), (0, 0, 0.6), "mirror")
+    scene.materials["wall"] = replace(WIDER, roughness=0.1)
+    scene.materials["mirror"] = MIRROR
+    return moved(scene, t, "floor", (0.3, 0.4, 0.2))
+
+
+def rough_glass(t: float) -> Scene:
+    scene = behind_glass(wall_lamp(0.0))
+    scene.materials["glass"] = replace(GLASS, roughness=0.14)
+    return moved(scene, t, "ball", (0.5, 0.3, 0.0))
+
+
+FLOOR = ["meshes.floor.vertices"]
+CASES |= {
+    **{f"small {kind} moves": small_moves(kind) for kind in SMALL},
+    **{f"lobe moves: small {kind}": ((lambda t, kind=kind: over_small(kind, t)), FLOOR) for kind in SMALL},
+    "coat moves: small sun": (lambda t: over_small("sun", t, replace(COATED, coat_roughness=0.14)), FLOOR),
+    "card moves before a small disk": (lambda t: over_small("disk", t, move="card"), ["meshes.card.vertices"]),
+    "card moves before lights of two sizes": (beside_large, ["meshes.card.vertices"]),
+    "lobe before a lobe moves": (between_lobes, FLOOR),
+    "rough glass moves": (rough_glass, ["meshes.ball.vertices"]),
 }
 OPTIONS = {"max_depth": 4}
 

@@ -27,6 +27,12 @@ def coarse(material: Material) -> Scene:
     return scene
 
 
+def under_small_lamp(material: Material) -> Scene:
+    scene = coarse(material)
+    scene.lights = {"lamp": PointLight(np.array([0.8, 1.0, 1.2]), 40.0, 0.12, True)}
+    return scene
+
+
 def under_sky(material: Material) -> Scene:
     scene = coarse(material)
     scene.lights, scene.world = {}, World(np.ones(3))
@@ -37,7 +43,8 @@ def moves(make: Callable[[Material], Scene], material: Material) -> Make:
     return lambda theta: moved(make(material), theta, "ball", (0.4, 0.3, 0.2))
 
 
-CASES = {"diffuse": moves(coarse, ROUGH), "principled": moves(coarse, LAYERED), "sky": moves(under_sky, ROUGH)}
+CASES = {"diffuse": moves(coarse, ROUGH), "principled": moves(coarse, LAYERED), "sky": moves(under_sky, ROUGH),
+         "small lamp": moves(under_small_lamp, ROUGH)}
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -17,17 +17,17 @@ struct ScatteringPoint {
     Mask both_sides;       // light from behind contributes
     bool by_face = false;  // the face's plane alone decides what lies behind, as for scattered rays
 
-    // f |cos| for light from w, restricted to the `kinds` of scattering (bits 1 << RayKind). Lanes of
-    // `without` leave out the lobes that scan lines may follow. Compiled once: copies of all lobes in each
-    // caller would only compile slowly.
+    // f |cos| for light from w, restricted to the `kinds` of scattering (bits 1 << RayKind). Lobes
+    // up to the width `followed` are left out: scan lines follow them. Compiled once: copies of all lobes in
+    // each caller would only compile slowly.
     __attribute__((noinline)) Vec3 evaluate(const SceneView& scene, Mask active, Vec3 w, Int kinds,
-                                            Mask without = splat(0)) const {
+                                            Float followed = splat(0.0f)) const {
         const bool all_kinds = !any(active & ((kinds & kScatteredRays) != kScatteredRays));
         Vec3 value = zero3();
         const auto add = [&](const auto& surface, Mask m) EG_INLINE_LAMBDA {
             value = select(m, evaluate_kinds(surface, all_kinds, kinds, m, w).value, value);
         };
-        visit(scene, active, add, without);
+        visit(scene, active, add, followed);
         return value;
     }
     // The density with which `sample` returns w.
@@ -61,7 +61,7 @@ struct ScatteringPoint {
     // Calls visit_surface(surface, mask) for Lambertian lanes and for all others.
     template <typename Visit>
     EG_INLINE void visit(const SceneView& scene, Mask active, const Visit& visit_surface,
-                         Mask without = splat(0)) const {
+                         Float followed = splat(0.0f)) const {
         const Mask lambertian = active & has(shader, kLambertian), others = active & ~lambertian;
         if (any(lambertian)) {
             const Vec3* smooth = scene.all_flags & kHasNormalMap ? &point.normal : nullptr;
@@ -70,7 +70,8 @@ struct ScatteringPoint {
         if (!any(others)) return;
         ShadedSurface surface = shaded_surface(scene, others, x, point, shader, normal);
         if (by_face) surface.from_below = false;
-        if (any(others & without)) follow_lobes(surface.bsdf, others & without, scene.followed_alpha);
+        if (any(others & (followed > 0.0f)))
+            follow_lobes(surface.bsdf, others, scene.followed_alpha, followed);
         visit_surface(surface, others);
     }
 };
@@ -165,8 +166,9 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
                 weight = s.evaluate(scene, goes, next.wi, kinds) * (1.0f / max(next.pdf, 1e-20f));
             }
             if (follows) {
-                const Vec3 rest = s.evaluate(scene, goes & ~next.specular, next.wi, kinds, splat(-1)) *
-                                  (1.0f / max(next.pdf, 1e-20f));
+                const Vec3 rest =
+                    s.evaluate(scene, goes & ~next.specular, next.wi, kinds, splat(scene.followed_alpha)) *
+                    (1.0f / max(next.pdf, 1e-20f));
                 const Vec3 part = select(next.specular, weight, weight - rest);
                 *followed = select(goes, *followed * part * s.shader.scale, *followed);
             }

@@ -47,8 +47,8 @@ EG_OUTLINE int connect_indirect(const SceneView& scene, const BoundaryTask& task
     if (!any(s.active)) return queued;
 
     // Follow the light to the camera and queue the path of L(y)
-    const SeenLight seen =
-        see_light(scene, task, p, s.active, receiver.hit, w, length, scattered, true, splat(-1), splat(0));
+    const SeenLight seen = see_light(scene, task, p, s.active, receiver.hit, w, length, scattered, true,
+                                     splat(-1), splat(scene.followed_alpha));
     s.active = seen.active;
     s.view = seen.view;
     if (scene.mesh_contact) s.fixed = seen.fixed;

@@ -114,7 +114,9 @@ EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const Pat
     const Vec3 weight = c.weight * f * by_density;
     Vec3 followed = c.followed * by_density;
     if (scene.followed_alpha > 0.0f)
-        followed = followed * (first ? f : followed_part(scene, seen, point, back, wi, light_kinds, f));
+        followed = followed * (first ? f
+                                     : followed_part(scene, seen, point, back, wi, light_kinds, f,
+                                                     splat(scene.followed_alpha)));
     // Count the bounce
     const Mask active = seen.active & (largest_component(weight) > 0.0f);
     if (count_bounces && any(active)) {
@@ -192,11 +194,11 @@ struct SeenLight {
 // Follows light of the scattering kinds `light_kinds`, which arrives at x along w, over `length` more
 // surfaces to the camera. `x_goes_on`: the camera path scatters once more after x. `camera_sampled`: lanes in
 // which the camera-sampled lobes of the surface that the camera sees are left out. Left out, too, is the
-// contribution of followed lobes alone, which scan lines estimate (boundary/specular/chain_term.h). It is
-// kept for `pointlike` lights, which have no size, where the camera sees x: rays do not meet them.
+// contribution of followed lobes alone, which scan lines estimate (boundary/specular/chain_term.h): where the
+// camera sees x, that of lobes up to the width `light_followed`, whose rays meet the light.
 EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
                                Mask active, const Closest& x, Vec3 w, Int length, Int light_kinds,
-                               bool x_goes_on, Mask camera_sampled, Mask pointlike) {
+                               bool x_goes_on, Mask camera_sampled, Float light_followed) {
     const bool limited = limits_matter(task.limits, task.max_depth);
     const Vec3 one = {splat(1.0f), splat(1.0f), splat(1.0f)};
     Chain chain{x, w, one, one, splat(0)};
@@ -231,7 +233,8 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
     Vec3 followed = zero3();
     Vec3 f =
         scattered_towards(scene, end, -seen.view.direction, -chain.w, kind, kinds, choice, camera_sampled,
-                          task.camera_sampled, scene.followed_alpha > 0.0f ? &followed : nullptr);
+                          task.camera_sampled, scene.followed_alpha > 0.0f ? &followed : nullptr,
+                          select(length == 0, light_followed, splat(scene.followed_alpha)));
     end.active &= largest_component(f) > 0.0f;
     // Count its bounce and test the bounce limits
     seen.bounces = chain.bounces;
@@ -253,8 +256,7 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
     const Float area = seen.view.area * cosine;
     seen.weight = f * chain.weight * area;
     if (scene.followed_alpha > 0.0f)
-        seen.weight = select((length == 0) & pointlike, seen.weight,
-                             without_followed(seen.weight, followed * chain.followed * area));
+        seen.weight = without_followed(seen.weight, followed * chain.followed * area);
     seen.active = end.active & (largest_component(seen.weight) > 0.0f);
     return seen;
 }

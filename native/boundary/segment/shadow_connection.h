@@ -83,7 +83,7 @@ EG_OUTLINE void connect_shadow(const SceneView& scene, const BoundaryTask& task,
     // Follow the light to the camera
     const SeenLight seen =
         see_light(scene, task, p, s.active, receiver.hit, -s.towards, length, light.visible_to(scene, task),
-                  false, light.camera_sampled(scene, task, s), is_pointlike(s.y.row, s.y.kind));
+                  false, light.camera_sampled(scene, task, s), followed_for(scene, s.active, s.y.row));
     s.view = seen.view;
     if (scene.mesh_contact) s.fixed = seen.fixed;
     s.color = color * seen.weight;

@@ -53,7 +53,8 @@ EG_INLINE ChainRay chain_start(const CameraView& camera, const PicturePoint& at,
     const CameraRay ray = camera_ray(camera, at.x, at.y, at.lens_u, at.lens_v);
     const Float length = sqrt(dot(ray.direction, ray.direction));
     near = length * camera.clip_start, far = length * camera.clip_end;
-    return {ray.origin, ray.direction * (1.0f / length), ray.origin, splat(static_cast<int>(kCameraRay))};
+    return {ray.origin, ray.direction * (1.0f / length), ray.origin, splat(static_cast<int>(kCameraRay)),
+            splat(0.0f)};
 }
 
 // The bounces of a chain so far, counted as by the path tracer.
@@ -104,8 +105,8 @@ EG_OUTLINE Int lights_on_way(const SceneView& scene, Mask active, const ChainRay
     for_each_met_light(
         scene, active, ray.from, from_mesh, ray.direction, near, near + far, ray.kind, bounces,
         [&](int row, Mask seen, const LightRow&, Float, Float) EG_INLINE_LAMBDA {
-            sum = sum +
-                  select(seen, splat(static_cast<int>(hash(static_cast<uint32_t>(row) + 1u) >> 1)), splat(0));
+            sum = sum + select(seen & meets_row(scene, row, ray.lobe_width),
+                               splat(static_cast<int>(hash(static_cast<uint32_t>(row) + 1u) >> 1)), splat(0));
         });
     return select(active, sum, splat(0));
 }

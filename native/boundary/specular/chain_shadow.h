@@ -101,10 +101,10 @@ EG_OUTLINE Mask shadow_jump(const SceneView& scene, const ChainCrossings& c, int
     const Vec3 w = way.light.w;
     lit &= scatters.both_sides | (dot(x.normal, w) > 0.0f);
     if (!any(lit)) return lit;
-    // Followed lobes already find all light but that of lights without size, by the chain itself.
-    const Mask without = scene.followed_alpha > 0.0f ? ~is_pointlike(light.row, light.kind) : splat(0);
+    // Followed lobes already find the light by the chain itself, if their rays meet it.
+    const Float followed = followed_for(scene, lit, light.row);
     // Evaluate the light that the edge may occlude
-    Vec3 value = scatters.evaluate(scene, lit, w, light.visible_to, without) *
+    Vec3 value = scatters.evaluate(scene, lit, w, light.visible_to, followed) *
                  radiance_of(scene, lit, light, way.light, x.mesh) *
                  (sigma * way.light.measure / light.density);
     lit &= largest_component(value) > 0.0f;

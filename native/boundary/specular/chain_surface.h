@@ -19,10 +19,11 @@ constexpr int32_t kEventLobes = 7, kEventTransmits = 8, kEventPasses = 16, kEven
 struct ChainRay {
     Vec3 origin, direction, from;
     Int kind;
+    Float lobe_width;  // of the followed lobe that scattered it; 0: any other
 };
 EG_INLINE ChainRay select(Mask m, const ChainRay& a, const ChainRay& b) {
     return {select(m, a.origin, b.origin), select(m, a.direction, b.direction), select(m, a.from, b.from),
-            select(m, a.kind, b.kind)};
+            select(m, a.kind, b.kind), select(m, a.lobe_width, b.lobe_width)};
 }
 
 // The perfect and followed lobes of a surface.
@@ -114,11 +115,11 @@ EG_OUTLINE ShadedSurface chain_bsdf(const SceneView& scene, Mask active, const C
 }
 
 // Scatters the rays of lanes by the lobe of their event. Sets `shown` to the factor of the light that a
-// normal map leaves.
+// normal map leaves, and `lobe_width` to that of followed lobes.
 EG_OUTLINE Specular scatter_by_event(const SceneView& scene, const ChainSurface& s, Mask scatters, Int event,
-                                     Mask transmitted, Vec3 half, Float& shown) {
+                                     Mask transmitted, Vec3 half, Float& shown, Float& lobe_width) {
     const Shader& shader = s.shader;
-    shown = splat(1.0f);
+    shown = splat(1.0f), lobe_width = splat(0.0f);
     const Mask followed = scatters & ((event & kEventFollows) != 0);
     if (!(scene.all_flags & kHasNormalMap) && !scene.any_dimming && !any(followed) &&
         !any(scatters & ~scatters_plainly(shader.kind, shader.flags)))
@@ -128,6 +129,9 @@ EG_OUTLINE Specular scatter_by_event(const SceneView& scene, const ChainSurface&
             transmitted);
     const ShadedSurface surface = chain_bsdf(scene, scatters, s);
     const Specular next = scatter_specular(surface.bsdf, event & kEventLobes, transmitted, followed, half);
+    if (any(followed))
+        lobe_width =
+            select(followed, followed_lobe_width(surface.bsdf, event & kEventLobes, transmitted), 0.0f);
     if (surface.smooth || surface.dims) shown = surface.shown(next.wi);
     return next;
 }
@@ -138,8 +142,8 @@ EG_OUTLINE Specular scatter_by_event(const SceneView& scene, const ChainSurface&
 EG_OUTLINE Mask scatter_chain(const SceneView& scene, const ChainSurface& s, Mask scatters, Int event,
                               Vec3 half, ChainRay& ray, Vec3& value, Mask& below) {
     const Mask transmitted = (event & kEventTransmits) != 0;
-    Float shown;
-    const Specular next = scatter_by_event(scene, s, scatters, event, transmitted, half, shown);
+    Float shown, lobe_width;
+    const Specular next = scatter_by_event(scene, s, scatters, event, transmitted, half, shown, lobe_width);
     const Float side = dot(s.x.normal, next.wi);
     const Mask shines = scatters & (largest_component(next.value) > 0.0f);
     const Mask above = select(transmitted, side < 0.0f, side > 0.0f);
@@ -153,6 +157,7 @@ EG_OUTLINE Mask scatter_chain(const SceneView& scene, const ChainSurface& s, Mas
         scatters,
         select(transmitted, splat(static_cast<int>(kTransmissionRay)), splat(static_cast<int>(kGlossyRay))),
         ray.kind);
+    ray.lobe_width = select(scatters, lobe_width, ray.lobe_width);
     return fine;
 }
 
@@ -218,10 +223,10 @@ EG_OUTLINE Int choose_event(const SceneView& scene, const ChainSurface& s, Mask 
         count = count + select(v > 0.0f, splat(1.0f), 0.0f);
     }
     Mask lit = left & may_be_lit;
-    // Go on to a light, if there are wide lobes. For lights without size followed lobes count as wide,
-    // because no ray meets these lights.
+    // Go on to a light, if there are wide lobes. So are followed lobes whose rays do not meet some lights.
     Bsdf whole = surface.bsdf;
-    if (scene.lights.kinds & kPointlikeLights) follow_none(whole, left);
+    if (scene.light_followed)
+        follow_up_to(whole, splat(scene.lights.kinds & kPointlikeLights ? 0.0f : scene.least_followed));
     lit &= has_wide_lobes(whole, left);
     if (any(lit)) {
         const Float chance = select(sum > 0.0f, splat(kLitShare), 1.0f);

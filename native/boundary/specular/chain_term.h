@@ -88,7 +88,7 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         arrived.origin = arrived.from = ray.from;
         arrived.direction = ray.direction;
         arrived.from_mesh = from_mesh;
-        arrived.kind = select(here, ray.kind, splat(0));
+        arrived.kind = select(here, ray.kind, splat(0)), arrived.lobe_width = ray.lobe_width;
         const Mask behind = parted & (length == level + 1), recorded = here & ~behind;
         touching = select(behind, ray, touching);
         arrived.active = recorded;
@@ -134,7 +134,7 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
     p.throughput = throughput;
     p.from_normal = p.from_receiving = from_normal;
     p.from_mesh = from_mesh;
-    p.kind = select(active, ray.kind, splat(0));
+    p.kind = select(active, ray.kind, splat(0)), p.lobe_width = ray.lobe_width;
     return fine;
 }
 

@@ -45,16 +45,16 @@ struct CameraSampledSurface {
     Lambertian flat;
     ShadedSurface rest;
 
-    // Lanes of `without` leave out the lobes that scan lines may follow.
+    // Lobes up to the width `followed` are left out: scan lines follow them.
     EG_INLINE CameraSampledSurface(const SceneView& scene, const ScatteringPoint& s, Mask active,
-                                   Mask without)
+                                   Float followed)
         : at(s),
           lambertian(active & has(s.shader, kLambertian)),
           others(active & ~lambertian),
           flat{s.normal, s.x.normal, s.shader.color(kBaseColor),
                scene.all_flags & kHasNormalMap ? &s.point.normal : nullptr} {
         if (any(others)) rest = shaded_surface(scene, others, s.x, s.point, s.shader, s.normal);
-        if (any(others & without)) follow_lobes(rest.bsdf, others & without, scene.followed_alpha);
+        if (any(others & (followed > 0.0f))) follow_lobes(rest.bsdf, others, scene.followed_alpha, followed);
     }
     // f |n_s . w| for light from w, of lobes that scatter `kinds` (bits 1 << RayKind). Compiled once: copies
     // of all lobes in each caller would only compile slowly.
@@ -212,6 +212,11 @@ EG_OUTLINE CameraSampledPoint choose_edge_point(const EdgeTreeView& tree, const 
     return out;
 }
 
+// Scan lines follow lobes of vertices that the camera sees up to this alpha.
+EG_INLINE Float followed_in_picture(const SceneView& scene, const BoundarySegment& s) {
+    return select(s.screen_form, splat(scene.followed_alpha), 0.0f);
+}
+
 // A task's samples as paths of the picture.
 EG_INLINE ImageTask camera_sampled_paths(const BoundaryTask& task) {
     return sample_paths(task, 1, hash(task.seed ^ 0x1b873593u));
@@ -330,7 +335,7 @@ EG_OUTLINE int sample_from_camera(const SceneView& scene, const BoundaryTask& ta
         select(s.screen_form, camera_sampled_kinds(x.shader, task.camera_sampled), splat(kScatteredRays));
     s.active = x.x.active & (kinds != 0);
     if (!any(s.active)) return queued;
-    const CameraSampledSurface surface(scene, x, s.active, s.screen_form);
+    const CameraSampledSurface surface(scene, x, s.active, followed_in_picture(scene, s));
     const PathIndex walk = path_index(walks, path.path);
     const Vec3 value =
         sample_edge_in_lobes(task, x, surface, kinds, walk, path.vertex, kCameraSampledCandidates, p, s);

@@ -110,7 +110,11 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
     if (!any(s.active)) return s;
 
     // Sample an edge in front of the light. Scan lines have the followed lobes of the first vertex.
-    const CameraSampledSurface surface(scene, x, s.active, s.screen_form);
+    // How many are followed depends on the light; those that are for every light are left out here.
+    const Mask some = source.table & splat(scene.light_followed ? -1 : 0);
+    const CameraSampledSurface surface(
+        scene, x, s.active,
+        min(followed_in_picture(scene, s), select(some, splat(scene.least_followed), 1.0f)));
     const PathIndex walk = path_index(walks, path.path);
     const LobeDirection around =
         shadow_direction(scene, x, surface, s.active, source, begun.length, walk, path.vertex, p.random);
@@ -122,7 +126,7 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
                                EG_INLINE_LAMBDA { lit |= seen; });
         return lit;
     };
-    const Vec3 value =
+    Vec3 value =
         sample_edge_near(task, x, surface, source.kinds, around, kShadowCandidates, meets_light, p, s);
     if (!any(s.active)) return s;
 
@@ -147,6 +151,17 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
         s.y.row = select(on_row, met.row, s.y.row), s.y.kind = select(on_row, met.kind, s.y.kind);
         s.distance = select(near, met.r - s.reach, s.distance);
         meet_round_light(scene, s);
+        // Leave out lobes that are followed for this light
+        const Float followed = followed_for(scene, met.active, met.row);
+        const Mask more = on_row & s.active & s.screen_form & (followed > scene.least_followed);
+        if (scene.light_followed && any(more)) {
+            const Vec3 all = surface.evaluate(more, s.towards, source.kinds);
+            const Vec3 rest =
+                CameraSampledSurface(scene, x, more, followed).evaluate(more, s.towards, source.kinds);
+            const auto part = [](Float a, Float b) { return a / max(b, 1e-30f); };
+            value = select(more, value * Vec3{part(rest.x, all.x), part(rest.y, all.y), part(rest.z, all.z)},
+                           value);
+        }
         light = select(on_row, l.radiance * (light_factor(l, s.towards, met.r) * count), light);
         blockers = select(on_row, met.blockers, blockers);
         end = select(near, s.towards * s.distance, end);

@@ -108,7 +108,7 @@ EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryT
     s.sweep = normal * (1.0f / max(s.reach, 1e-30f));
     // Follow the light to the camera
     const SeenLight seen = see_light(scene, task, p, s.active, receiver.hit, o, length, links.visible_to,
-                                     false, splat(0), splat(-1));
+                                     false, splat(0), splat(0.0f));
     s.active = seen.active;
     s.view = seen.view;
     if (scene.mesh_contact) s.fixed = seen.fixed;

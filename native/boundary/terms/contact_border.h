@@ -109,8 +109,8 @@ EG_OUTLINE int sample_border(const SceneView& scene, const BoundaryTask& task,
     if (!any(s.active)) return queued;
 
     // Follow the light to the camera
-    const SeenLight seen =
-        see_light(scene, task, p, s.active, receiver.hit, w, length, scattered, true, splat(0), splat(0));
+    const SeenLight seen = see_light(scene, task, p, s.active, receiver.hit, w, length, scattered, true,
+                                     splat(0), splat(scene.followed_alpha));
     s.active = seen.active;
     s.view = seen.view;
     s.fixed = seen.fixed;

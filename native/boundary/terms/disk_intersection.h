@@ -82,7 +82,7 @@ EG_OUTLINE DiskSegment sample_disk_intersection(const SceneView& scene, const Bo
     if (!any(s.active)) return s;
 
     // Evaluate the BSDF and the light
-    const CameraSampledSurface surface(scene, x, s.active, splat(0));
+    const CameraSampledSurface surface(scene, x, s.active, splat(0.0f));
     const Int kinds = links.visible_to;
     const Vec3 value = surface.evaluate(s.active, s.towards, kinds) * (1.0f / max(r2, 1e-30f));
     const Vec3 light =

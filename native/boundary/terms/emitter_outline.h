@@ -102,7 +102,7 @@ EG_OUTLINE BoundarySegment sample_emitter_outline(const SceneView& scene, const 
     if (!task.score && any(s.active)) s.active &= has_adjoint(scene, s.active, s.view.sx, s.view.sy, adjoint);
     if (!any(s.active)) return s;
     // Sample an edge in the lobes of x
-    const CameraSampledSurface surface(scene, x, s.active, s.screen_form);
+    const CameraSampledSurface surface(scene, x, s.active, followed_in_picture(scene, s));
     const PathIndex walk = path_index(walks, path.path);
     const Vec3 value = sample_edge_in_lobes(task, x, surface, splat(kScatteredRays), walk, path.vertex,
                                             kOutlineCandidates, p, s);

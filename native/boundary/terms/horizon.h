@@ -14,7 +14,7 @@
 // (shading/receiving_normal.h). Their horizons cut off scattered light and constant environments alone.
 //
 // x is a vertex of a camera path (boundary/segment/camera_subpath.h). For lights, w is uniform on the arc in
-// which F's plane intersects a sampled light (boundary/terms/light_arc.h). For the environment and for
+// which F's plane intersects a sampled light (shading/lights/light_arc.h). For the environment and for
 // surfaces, w is sampled by plane_direction.
 #pragma once
 
@@ -24,8 +24,8 @@
 #include "boundary/segment/scattering_chain.h"
 #include "boundary/segment/segment.h"
 #include "boundary/terms/horizon_cut.h"
-#include "boundary/terms/light_arc.h"
 #include "path/run.h"
+#include "shading/lights/light_arc.h"
 #include "tasks/horizon_task.h"
 #include "tasks/image_task.h"
 #include "tasks/workspace_view.h"
@@ -70,7 +70,7 @@ EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, cons
     // Evaluate the BSDF and the light
     const Int kinds = light.visible_to;
     const Vec3 f = brought_at_horizon(scene, s, cut.active, side, light.w, kinds, p.throughput, followed,
-                                      ~is_pointlike(light.row, light.kind));
+                                      followed_for(scene, light.active, light.row));
     cut.active &= size_of(f) > 0.0f;
     light.active = cut.active;
     look_up_emission(scene, light);
@@ -128,8 +128,8 @@ EG_OUTLINE int cut_beyond(const SceneView& scene, const HorizonTask& task, const
     if (!any(met | open)) return queued;
     // Evaluate the BSDF
     const Int kinds = select(open, splat(scene.environment_mask), splat(kScatteredRays));
-    const Vec3 f =
-        brought_at_horizon(scene, s, met | open, side, w, kinds, p.throughput, followed, splat(-1));
+    const Vec3 f = brought_at_horizon(scene, s, met | open, side, w, kinds, p.throughput, followed,
+                                      splat(scene.followed_alpha));
     cut.active = (met | open) & (size_of(f) > 0.0f);
     cut.towards = w;
     cut.distance = select(met, y.distance, splat(__builtin_inff()));

@@ -1,11 +1,13 @@
 #include "engine/decisions/followed_lobes_rule.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "boundary/curves/light_intersections.h"
 #include "engine/decisions/decisions.h"
 #include "scene/lights/light_list.h"
 #include "scene/lights/light_params.h"
+#include "scene/mesh_instances.h"
 #include "scene/sharp_lobes.h"
 #include "scene/textures/jumps.h"
 
@@ -21,6 +23,14 @@ constexpr float kFollowedByEmitters = 0.0205f, kFollowedAlpha = kWidestFollowed;
 // The same in scenes of distance fields with sized lights of the table. Fields have no other estimator for
 // the light that they hide from narrower lobes.
 constexpr float kFollowedByFields = 0.0505f;
+// For light of the table, the largest width of followed lobes (lobe_width) as a multiple of the light's
+// angular radius. Rays of wider lobes rarely meet the light. Emitter samples find it there, as for lobes that
+// are not followed.
+constexpr float kFollowedBySize = 0.2f;
+// Emitter samples sample lobes up to this multiple of the angular radius of some light (path/lobe_light.h).
+constexpr float kSampledBySize = 0.5f;
+// Number of places at which the size of lights is measured.
+constexpr size_t kPlaces = 1024, kPlacesOfMesh = 64;
 
 // Whether radiance may jump within a surface: a mesh has a textured material, or textures jump on a field.
 // Fields have no seams.
@@ -74,16 +84,76 @@ float widest_followed(const SceneTables& tables, const LightView& lights) {
     return sized || lights.face_light ? kFollowedByEmitters : kFollowedAlpha;
 }
 
+// Places, (n, 3), on surfaces with sharp lobes, spread over the faces and copies of meshes.
+std::vector<double> places_on_lobes(const SceneTables& tables) {
+    std::vector<uint8_t> narrow(tables.material_used.size(), 0);
+    for (const int32_t m :
+         used_materials(tables, [&](size_t k) { return may_be_specular(tables, k, kSharpAlpha); }))
+        narrow[static_cast<size_t>(m)] = 1;
+    const MeshInstances instances = mesh_instances(tables);
+    const size_t most = std::clamp<size_t>(kPlaces / std::max<size_t>(instances.size(), 1), 1, kPlacesOfMesh);
+    std::vector<double> places;
+    for (size_t mesh = 0; mesh < instances.size(); ++mesh) {
+        const auto first = static_cast<size_t>(tables.mesh_first_face[mesh]),
+                   count = static_cast<size_t>(tables.mesh_first_face[mesh + 1]) - first;
+        const auto copies = instances[mesh];
+        for (size_t k = 0, n = std::min(most, count * copies.size()); k < n; ++k) {
+            const size_t face = first + (k * count / n + k) % count;
+            if (!narrow[static_cast<size_t>(tables.face_material[face])]) continue;
+            const float* v = tables.vertices.data() + 3 * static_cast<size_t>(tables.faces[3 * face]);
+            const int32_t copy = copies[k * copies.size() / n];
+            const float* rows = tables.instance_to_world.data() + 12 * static_cast<size_t>(std::max(copy, 0));
+            for (int c = 0; c < 3; ++c, rows += 4)
+                places.push_back(copy < 0 ? v[c]
+                                          : rows[0] * v[0] + rows[1] * v[1] + rows[2] * v[2] + rows[3]);
+        }
+    }
+    return places;
+}
+
+// The angular radius of a light, the geometric mean over places.
+double angular_radius(const LightNode& light, const std::vector<double>& places) {
+    if (light.radius < 0.0f) return light.cos_o > 0.0f ? light.sin_o : 1.0;
+    double sum = 0.0;
+    for (size_t k = 0; k < places.size(); k += 3) {
+        double square = 1e-30;
+        for (size_t c = 0; c < 3; ++c) square += std::pow(places[k + c] - light.center[c], 2);
+        sum += std::log(square);
+    }
+    return light.radius * std::exp(-1.5 * sum / static_cast<double>(std::max<size_t>(places.size(), 3)));
+}
+
+// The angular radius of each row of the light table; 0: it has no size.
+std::vector<float> angular_radii(const SceneTables& tables, const LightView& lights) {
+    std::vector<float> out(tables.lights.kind.size(), 0.0f);
+    const auto places = lights.sized_count > 0 ? places_on_lobes(tables) : std::vector<double>{};
+    for (int32_t k = 0; k < lights.sized_count + lights.sized_distant; ++k) {
+        const int32_t row = lights.sized[k];
+        const LightNode& node = lights.nodes[lights.node_of[lights.light_of_row[row]]];
+        out[static_cast<size_t>(row)] = static_cast<float>(angular_radius(node, places));
+    }
+    return out;
+}
+
 }  // namespace
 
-float followed_alpha(const EdgeList& edges, const RequestedMotion& motion) {
+FollowedAlpha followed_alpha(const EdgeList& edges, const RequestedMotion& motion) {
     const SceneTables& tables = edges.tables;
     const LightView& lights = edges.lights->view();
+    FollowedAlpha out;
+    out.by_row = angular_radii(tables, lights);
+    for (const float radius : out.by_row)
+        out.lobe_samples = std::clamp(kSampledBySize * radius, out.lobe_samples, kSharpAlpha);
     const float widest = widest_followed(tables, lights);
     if (!motion.any() || !may_be_specular(tables, widest) || may_jump_within_surfaces(tables) ||
-        lights_jump(tables, lights))
-        return 0.0f;
-    return *edges.kept.cross.get(true, [&] { return lights_cross(edges); }) ? 0.0f : widest;
+        lights_jump(tables, lights) || *edges.kept.cross.get(true, [&] { return lights_cross(edges); }))
+        out.by_row.clear();
+    else
+        out.all = widest;
+    // Fields have no other estimator for the light that they hide from followed lobes
+    for (float& alpha : out.by_row)
+        if (alpha > 0.0f) alpha = tables.fields.empty() ? std::min(widest, kFollowedBySize * alpha) : widest;
+    return out;
 }
 
 }  // namespace edgegrad

@@ -9,11 +9,20 @@
 namespace edgegrad {
 namespace {
 
-// The sized lights of the table that mirrors and smooth glass show.
-std::vector<int32_t> lights_in_mirrors(const LightView& lights) {
+// The largest alpha of lobes by their width (shading/bsdf/followed_lobes.h).
+constexpr float kMostAlphaByWidth = 5.0f;
+
+// The sized lights of the table that mirrors, smooth glass and followed lobes show.
+std::vector<int32_t> lights_in_mirrors(const BoundaryFacts& f) {
+    const LightView& lights = f.scene.lights;
     std::vector<int32_t> shown;
-    for (int32_t k = 0; k < lights.sized_count + lights.sized_distant; ++k)
-        if (lights.visible_to[lights.sized[k]] & kBentRays) shown.push_back(lights.sized[k]);
+    for (int32_t k = 0; k < lights.sized_count + lights.sized_distant; ++k) {
+        const int32_t row = lights.sized[k];
+        if ((lights.visible_to[row] & kBentRays) &&
+            may_be_specular(f.tables,
+                            f.scene.light_followed ? kMostAlphaByWidth * f.scene.light_followed[row] : 0.0f))
+            shown.push_back(row);
+    }
     std::sort(shown.begin(), shown.end());
     return shown;
 }
@@ -62,7 +71,7 @@ void decide_mirrored(const BoundaryFacts& f, const std::vector<int32_t>& partly_
     }
     if (options.terms[kPrimaryTerm]) {
         decide(Part::kMirroredEdges, 2, Reason::kNeeded, f.chains);
-        std::vector<int32_t> shown = lights_in_mirrors(scene.lights);
+        std::vector<int32_t> shown = lights_in_mirrors(f);
         decide(Part::kMirroredOutlines, 2, unless(!shown.empty(), Reason::kNoLight),
                f.motion.lights || mirrors_turn(f));
         if (decided.computes(Part::kMirroredOutlines))

@@ -15,13 +15,19 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Selects the lobes with an alpha up to `widest` as followed. Returns their bits (1 << Lobe). Refraction
-// closures are excluded: they stop transmitting at total reflection, which is a discontinuity at fixed h.
-EG_INLINE Int follow_lobes(Bsdf& f, Mask m, float widest) {
+// Width of a lobe's directions by its alpha, relative to reflection: refraction at glass spreads rays less.
+constexpr float width_by_alpha(int lobe) { return lobe == kInterfaceLobe ? 0.2f : 1.0f; }
+EG_INLINE Float lobe_width(int lobe, const Microfacets& g) { return widest_alpha(g) * width_by_alpha(lobe); }
+
+// Selects the lobes with an alpha up to `widest` and a width up to `width` as followed. Returns their bits
+// (1 << Lobe). Refraction closures are excluded: they stop transmitting at total reflection, which is a
+// discontinuity at fixed h.
+EG_INLINE Int follow_lobes(Bsdf& f, Mask m, float widest, Float width = splat(1.0f)) {
     Int bits = splat(0);
     const auto follow = [&](Lobe k, Microfacets& g, Mask may) {
         if (!f.any_lobe[k]) return;
-        g.followed = m & may & (f.probability[k] > 0.0f) & ~is_smooth(g) & (max(g.ax, g.ay) <= widest);
+        g.followed = m & may & (f.probability[k] > 0.0f) & ~is_smooth(g) & (widest_alpha(g) <= widest) &
+                     (lobe_width(k, g) <= width);
         bits = bits | (g.followed & (1 << k));
     };
     follow(kMirrorLobe, f.mirror.facets, ~f.mirror.separable);
@@ -38,11 +44,27 @@ EG_INLINE void follow_lobes(Bsdf& f, Int bits) {
     set(kMirrorLobe, f.mirror.facets), set(kCoatLobe, f.coat.facets), set(kInterfaceLobe, f.glass.facets);
 }
 
-// Makes no lobe followed in the mask's lanes.
-EG_INLINE void follow_none(Bsdf& f, Mask m) {
-    if (f.any_lobe[kMirrorLobe]) f.mirror.facets.followed &= ~m;
-    if (f.any_lobe[kCoatLobe]) f.coat.facets.followed &= ~m;
-    if (f.any_lobe[kInterfaceLobe]) f.glass.facets.followed &= ~m;
+// Keeps of the followed lobes those up to a width.
+EG_INLINE void follow_up_to(Bsdf& f, Float width) {
+    const auto keep = [&](Lobe k, Microfacets& g) {
+        if (f.any_lobe[k]) g.followed &= lobe_width(k, g) <= width;
+    };
+    keep(kMirrorLobe, f.mirror.facets), keep(kCoatLobe, f.coat.facets), keep(kInterfaceLobe, f.glass.facets);
+}
+
+// The width of lobes that scatter as followed ones, else 0.
+EG_INLINE Float followed_lobe_width(const Bsdf& f, Int lobe, Mask transmitted) {
+    Float width = splat(0.0f);
+    const auto of = [&](Lobe k, const Microfacets& g, Mask follows) {
+        if (f.any_lobe[k])
+            width = select((lobe == splat(static_cast<int>(k))) & follows, lobe_width(k, g), width);
+    };
+    of(kMirrorLobe, f.mirror.facets, f.mirror.facets.followed);
+    of(kCoatLobe, f.coat.facets, f.coat.facets.followed);
+    if (f.any_lobe[kInterfaceLobe])
+        of(kInterfaceLobe, f.glass.facets,
+           f.glass.facets.followed & ~(transmitted & refracts_smoothly(f.glass)));
+    return width;
 }
 
 // The light of h by the measure D(h) dh, without the Fresnel factor. `transmitted` says to which side it

@@ -30,10 +30,18 @@ EG_INLINE LightRow gather_light(const LightView& lights, Int row) {
             gather(lights.flags, row)};
 }
 
-// The lanes of lights of the table without size, which no ray meets.
-EG_INLINE Mask is_pointlike(Int row, Int kind) {
-    return (row >= 0) & ((kind == splat(static_cast<int>(kPointSource))) |
-                         (kind == splat(static_cast<int>(kDirectionLight))));
+// Lobes up to this width are followed for light of a row of the light table; row < 0: for any other light.
+EG_INLINE Float followed_for(const SceneView& scene, Mask active, Int row) {
+    if (!scene.light_followed) return splat(scene.followed_alpha);
+    const Mask of_table = active & (row >= 0);
+    return select(of_table, gather(scene.light_followed, select(of_table, row, splat(0))),
+                  splat(scene.followed_alpha));
+}
+
+// Whether rays meet a row of the light table that lobes of this width scatter as followed ones; 0: any
+// others.
+EG_INLINE Mask meets_row(const SceneView& scene, int row, Float lobe_width) {
+    return scene.light_followed ? lobe_width <= scene.light_followed[row] : splat(-1);
 }
 
 // Share of the light that a spot's cone or an area light's grid transmits in the direction -w.

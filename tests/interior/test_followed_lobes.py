@@ -74,7 +74,10 @@ def test_what_they_show_agrees_with_differences(case: str) -> None:
     make, paths = mirrored_shadows.CASES[case]
     # Under lights with a size only narrower lobes are followed
     roughness = 0.14 if not sized_lights(make(0.0)) else ROUGHNESS
-    check_agreement(along(roughened(make, roughness), paths), **mirrored_shadows.options_of(case))
+    options = mirrored_shadows.options_of(case)
+    if case == "rectangle: camera moves":  # rays in the tail of the lobe meet the lamp rarely
+        options["seeds"] = 48
+    check_agreement(along(roughened(make, roughness), paths), **options)
 
 
 def sized_lights(made: edgegrad.Scene) -> bool:

@@ -125,7 +125,9 @@ def test_lights_with_a_size(name: str) -> None:
     light, what = name.split(", ")
     moving = along(changing(lambda: lit(light), what), [PARAMETERS[what]])
     depth = 3 if light == "wall" else 2
-    check_agreement(moving, seeds=12, spp=96, reference_spp=768, max_depth=depth)
+    # The rim of the lobe moves most with the index, and few of its samples meet a flat light.
+    spp = 768 if what == "ior" and light in ("rectangle", "ellipse", "pair") else 96
+    check_agreement(moving, seeds=12, spp=spp, reference_spp=768, max_depth=depth)
 
 
 def lamp_moves(light: str) -> tuple[Make, list[str]]:

@@ -100,12 +100,13 @@ def _caustics(words: SceneWords, materials: str, share: float | None) -> str:
     much = "plan(…, measure=16) says how much of the picture they are" if share is None else (
         f"they are {share:.2g} of the picture" if share > 0.0 else "no path of the measurement met any")
     parts = [words.by_part.get(part) for part in ("caustic edges", "caustic outlines")]
-    differ = next((part for part in parts if part is not None and part.reason == "rays differ"), None)
-    if differ is not None:
+    absent = next((part for part in parts if part is not None and part.outcome == "missing"), None)
+    if absent is not None:
+        why = (f"some kinds of scattered rays can hit {words.mesh_names(absent)} and others cannot"
+               if absent.reason == "rays differ" else f"these have more than {absent.limit:,} faces")
         return (f"caustics: edges and outlines of lights are left out in light that mirrors and smooth glass "
-                f"({materials}) throw on other surfaces, since some kinds of scattered rays can hit "
-                f"{words.mesh_names(differ)} and others cannot: the derivative of this light may be zero or have the "
-                f"wrong sign ({much})")
+                f"({materials}) throw on other surfaces, since {why}: the derivative of this light may be zero or have "
+                f"the wrong sign ({much})")
     return (f"caustics, light that mirrors and smooth glass ({materials}) throw on other surfaces: left out are edges "
             "and outlines in those that are themselves seen in mirrors or through glass, shadows on surfaces that "
             "mirrors and glass show to others, lines where surfaces pass through each other or through lights, "

@@ -19,6 +19,25 @@ std::vector<int32_t> lights_in_mirrors(const LightView& lights) {
     return shown;
 }
 
+// The largest number of mirrors' faces, of all instances, of which caustics are computed: samples list them.
+constexpr int64_t kMostMirrorFaces = int64_t{1} << 22;
+
+// The number of faces of meshes with one of these materials, of all instances.
+int64_t faces_with(const SceneTables& tables, const std::vector<int32_t>& materials) {
+    const auto instances = mesh_instances(tables);
+    int64_t sum = 0;
+    for (int32_t mesh = 0; mesh < tables.first_field(); ++mesh) {
+        const auto m = static_cast<size_t>(mesh);
+        const auto* first = tables.face_material.data() + tables.mesh_first_face[m];
+        const auto* last = tables.face_material.data() + tables.mesh_first_face[m + 1];
+        if (std::any_of(first, last, [&](int32_t of) {
+                return std::binary_search(materials.begin(), materials.end(), of);
+            }))
+            sum += (last - first) * static_cast<int64_t>(instances[m].size());
+    }
+    return sum;
+}
+
 // Whether no surface scatters light but by perfect lobes.
 bool all_perfect(const SceneView& scene, const SceneTables& tables) {
     const auto perfect = [&](size_t closure) {
@@ -63,12 +82,15 @@ void decide_caustics(const BoundaryFacts& f, const std::vector<int32_t>& partly_
     const SceneView& scene = f.scene;
     std::vector<int32_t> smooth =
         used_materials(f.tables, [&](size_t closure) { return may_be_specular(f.tables, closure); });
+    const bool listed = faces_with(f.tables, smooth) <= kMostMirrorFaces;
     const auto decide = [&](Part part, Reason light, bool moves) {
         const bool needed = decided.decide(
             part, first_of({unless(f.options.max_depth >= 3, Reason::kNotRendered),
                             unless(!smooth.empty(), Reason::kNone),
                             unless(!all_perfect(scene, f.tables), Reason::kUnshaded), light,
-                            unless(moves, Reason::kStill), unless(partly_met.empty(), Reason::kRaysDiffer)}));
+                            unless(moves, Reason::kStill), unless(partly_met.empty(), Reason::kRaysDiffer),
+                            unless(listed, Reason::kNotEstimated)}));
+        if (decided[part].reason == Reason::kNotEstimated) decided[part].limit = kMostMirrorFaces;
         if (needed) decided[part].materials = smooth;
         if (decided[part].reason == Reason::kRaysDiffer) decided[part].meshes = partly_met;
         return needed;

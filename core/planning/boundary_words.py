@@ -199,6 +199,7 @@ def indirect(words: SceneWords, max_depth: int) -> Term:
     if fields is not None:
         curves.append(f"besides edges: what the distance fields {words.mesh_names(fields)} hide of one surface from "
                       "another")
+    curves += _caustic_words(words)
     computed = edges.computed or bool(curves) or bool(mirrors)
     of = edges.edges.of
     if edges.outcome == "missing":
@@ -224,6 +225,18 @@ def indirect(words: SceneWords, max_depth: int) -> Term:
     if max_depth == 3:
         why.append("paths of three segments have no further surfaces")
     return Term("indirect", True, edges.edges.kept, of, tuple(why))
+
+
+def _caustic_words(words: SceneWords) -> list[str]:
+    """What is computed of light that mirrors and smooth glass throw on other surfaces."""
+    outlines, edges = words.computed("caustic outlines"), words.computed("caustic edges")
+    jumps = [*(["edges"] if edges is not None else []),
+             *([f"the outlines of {words.light_names(outlines)}"] if outlines is not None else [])]
+    shown = outlines if edges is None else edges
+    if shown is None:
+        return []
+    return [f"besides: {' and '.join(jumps)} in light that mirrors and smooth glass ({words.material_names(shown)}) "
+            "throw on other surfaces"]
 
 
 def _indirect_zero(words: SceneWords, edges: Decision) -> str:

@@ -73,7 +73,7 @@ def missing(words: SceneWords, share: float | None) -> list[str]:
             out.append(f"lines on {words.material_names(decision)} beyond which their lobes scatter no light "
                        f"of lights without size ({words.light_names(decision)})")
         elif part == "caustics":
-            out.append(_caustics(words.material_names(decision), share))
+            out.append(_caustics(words, words.material_names(decision), share))
     return [*_mirrored(words), *out]
 
 
@@ -96,9 +96,19 @@ def _mirrored(words: SceneWords) -> list[str]:
     return out
 
 
-def _caustics(materials: str, share: float | None) -> str:
+def _caustics(words: SceneWords, materials: str, share: float | None) -> str:
     much = "plan(…, measure=16) says how much of the picture they are" if share is None else (
         f"they are {share:.2g} of the picture" if share > 0.0 else "no path of the measurement met any")
-    return (f"caustics: edges and outlines of lights are left out in light that mirrors and smooth glass ({materials}) "
-            "throw on other surfaces: the derivative of this light may be zero "
-            f"or have the wrong sign ({much})")
+    parts = [words.by_part.get(part) for part in ("caustic edges", "caustic outlines")]
+    absent = next((part for part in parts if part is not None and part.outcome == "missing"), None)
+    if absent is not None:
+        why = (f"some kinds of scattered rays can hit {words.mesh_names(absent)} and others cannot"
+               if absent.reason == "rays differ" else f"these have more than {absent.limit:,} faces")
+        return (f"caustics: edges and outlines of lights are left out in light that mirrors and smooth glass "
+                f"({materials}) throw on other surfaces, since {why}: the derivative of this light may be zero or have "
+                f"the wrong sign ({much})")
+    return (f"caustics, light that mirrors and smooth glass ({materials}) throw on other surfaces: left out are edges "
+            "and outlines in those that are themselves seen in mirrors or through glass, shadows on surfaces that "
+            "mirrors and glass show to others, lines where surfaces pass through each other or through lights, "
+            "horizons of smooth-shaded faces, and distance fields that are mirrors or glass or that such light passes "
+            f"({much})")

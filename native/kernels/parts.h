@@ -12,6 +12,7 @@ const KernelTable& kernel_table();
 #define EDGEGRAD_KERNEL_PARTS(X) \
     X(boundary)                  \
     X(camera_sampled)            \
+    X(caustic)                   \
     X(edge_on)                   \
     X(emitter)                   \
     X(field) X(field_band) X(horizon) X(indirect) X(outline) X(path) X(primary) X(query) X(specular)

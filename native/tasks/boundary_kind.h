@@ -34,6 +34,8 @@ enum BoundaryKind : int32_t {
     kTextureBorder,          // boundary/terms/texture_border.h
     kCameraSampledShadow,    // boundary/terms/camera_sampled_shadow.h
     kContactBorder,          // boundary/terms/contact_border.h
+    kCausticOutline,         // boundary/specular/caustic_outline.h, with kernels of its own
+    kCausticEdge,            // boundary/specular/caustic_edge.h, the same
     kBoundaryKinds
 };
 
@@ -90,6 +92,8 @@ constexpr BoundaryKindRow kBoundaryTable[kBoundaryKinds] = {
     {kTextureBorder, Part::kTextureBorders, kPictureLines, 0.27, 0.18, 1, kTextureBorder},
     {kCameraSampledShadow, Part::kCameraSampledShadows, kWholePicture, 1.0, 0.0625, 2, kCameraSampledShadow},
     {kContactBorder, Part::kContactBorders, kLineDirections, 1.5, 0.0625, 3, kContactBorder},
+    {kCausticOutline, Part::kCausticOutlines, kLineDirections, 0.5, 0.125, 3, kCausticOutline},
+    {kCausticEdge, Part::kCausticEdges, kLineDirections, 0.75, 0.125, 3, kCausticEdge},
 };
 // Of intersections: whether the occluded surface scatters light, else it emits light; and whether the lines
 // are curves on fields.

@@ -47,6 +47,13 @@ struct CameraSampledAlpha {
     constexpr bool any() const { return reflected > 0.0f || transmitted > 0.0f; }
 };
 
+// Faces that may have perfect lobes, with their cumulative areas (count + 1).
+struct MirrorFaces {
+    const int32_t *face, *instance;
+    const double* cumulative;
+    int64_t count;
+};
+
 // Segments of candidate edges (boundary/curves/candidates.h), and samples [first, first + count) of `total`
 // systematic ones over their summed weight.
 struct BoundaryTask {
@@ -75,6 +82,7 @@ struct BoundaryTask {
     // kCameraSampledShadow) if their alpha is at most this. Camera-sampled samples find edges in the tree.
     CameraSampledAlpha camera_sampled;
     EdgeTreeView tree;
+    MirrorFaces mirrors;  // of kCausticEdge
     SampleRecord record;
     DroppedSamples* dropped;
 };

@@ -48,6 +48,8 @@ enum class Part : int32_t {
     kFieldsBetween,          // distance fields between two surfaces
     kCrossedSurfaces,        // distance fields that pass through surfaces, as other surfaces see them
     kIndirectHorizons,       // horizons of faces that cut off light of other surfaces
+    kCausticOutlines,        // outlines of lights in light that mirrors and glass throw on other surfaces
+    kCausticEdges,           // edges in such light
     kMirroredLight,          // edges between a surface seen by mirrors and glass and others that light it
     // Parts that are not computed (engine/decisions/missing_parts.h):
     kSelfIntersections,  // of meshes of very many faces
@@ -122,6 +124,8 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kFieldsBetween, "fields between surfaces", kIndirectTerm},
     {Part::kCrossedSurfaces, "crossed surfaces", kIndirectTerm},
     {Part::kIndirectHorizons, "indirect horizons", kIndirectTerm},
+    {Part::kCausticOutlines, "caustic outlines", kIndirectTerm},
+    {Part::kCausticEdges, "caustic edges", kIndirectTerm},
     {Part::kMirroredLight, "mirrored light", kIndirectTerm},
     {Part::kSelfIntersections, "self intersections", kPrimaryTerm},
     {Part::kCoincidentFaces, "coincident faces", kPrimaryTerm},

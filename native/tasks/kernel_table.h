@@ -70,6 +70,9 @@ struct KernelTable {
                           const DerivativeView& tangent, Splats& splats);
     void (*chain_backward)(const SceneView&, const ChainCrossings&, int count, const float* adjoint,
                            DerivativeView& gradient, float* seeds);
+    // Boundaries in caustics (engine/terms/caustic_term.cpp); the rest as of the specular boundary.
+    int (*caustics)(const SceneView&, const BoundaryTask&, ChainCrossings&);
+    void (*weigh_caustics)(const SceneView&, const BoundaryTask&, ChainCrossings&, int count);
     void (*textures)(const SceneView&, const TextureTask&, float* rows);  // (count, kMaterialParams)
     void (*ray_batch)(const SceneView&, const RayBatch&, int32_t* face, float* distance);
     // Probes: single functions of the path tracer and their derivatives, for tests. Null in builds without

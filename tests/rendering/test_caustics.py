@@ -100,6 +100,19 @@ def test_a_plan_says_how_much_of_the_picture_has_no_complete_derivative() -> Non
     assert not missing(floor_by_a_mirror(matte()), "meshes.mirror.vertices")
 
 
+def test_a_plan_says_which_jumps_of_caustics_are_left_out() -> None:
+    need_every_table()
+    scene = floor_by_a_mirror(MIRROR)
+    (some,) = missing(scene, "meshes.mirror.vertices")
+    assert "themselves seen in mirrors" in some
+    scene.meshes["lamp"].visible_to = frozenset({"camera", "diffuse", "shadow"})
+    (all_of_them,) = missing(scene, "meshes.mirror.vertices")
+    assert "can hit lamp and others cannot" in all_of_them
+    scene = floor_by_a_mirror(MIRROR)
+    scene.meshes["floor"].materials = ("mirror",)  # no surface is lit by the mirrors
+    assert not missing(scene, "meshes.mirror.vertices")
+
+
 def test_a_plan_names_the_caustics_of_glass_whose_index_is_asked_for() -> None:
     """No vertex and no light moves, but the light that the glass throws does."""
     need_every_table()

@@ -26,7 +26,7 @@ MORE = ["shadow_occluder", "shadow_light", "dense_200k"]
 # Not in the repository (size); tested where the file exists.
 LARGE = ["dense_200k"]
 # Pictures alone: the boundary that their differences have and derivatives don't, as the plan names it.
-PICTURES = {"glass_sphere": "caustics: edges and outlines of lights"}
+PICTURES = {"glass_sphere": "caustics, light that mirrors and smooth glass"}
 # The files don't hold the noise of their pictures, which have independent samples, at least this many per pixel. Of the
 # exceptions the number was estimated from single pixels' differences from a converged picture.
 PICTURE_SPP = 8192

@@ -116,10 +116,10 @@ EG_INLINE EntrySegment segment_of_entry(const BoundaryTask& task, int64_t entry,
             from + width * static_cast<float>(part + 1), place - k, static_cast<double>(segments)};
 }
 
-// Samples [task.first + at, ...). Sample k lies in the k-th of `total` equal parts of the weight. With a
-// guide the parts are equal in the guide, which maps to the weight piecewise linearly.
-EG_INLINE SegmentSample sample_edge_segment(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                            SegmentCursor& cursor) {
+// Samples [task.first + at, ...), without the ends of the edges. Sample k lies in the k-th of `total` equal
+// parts of the weight. With a guide the parts are equal in the guide, which maps to the weight piecewise
+// linearly.
+EG_INLINE SegmentSample sample_entry(const BoundaryTask& task, int64_t at, SegmentCursor& cursor) {
     SegmentSample s;
     // Measure the steps between samples and the shares of the guide
     const double mass = task.cumulative[task.entries];
@@ -180,6 +180,11 @@ EG_INLINE SegmentSample sample_edge_segment(const SceneView& scene, const Bounda
     // stratified numbers.
     s.random.pixel = splat(0);
     s.random.stream = splat(boundary_stream(task));
+    return s;
+}
+EG_INLINE SegmentSample sample_edge_segment(const SceneView& scene, const BoundaryTask& task, int64_t at,
+                                            SegmentCursor& cursor) {
+    SegmentSample s = sample_entry(task, at, cursor);
     gather_edges(scene, s.edge, s.instance, s.a, s.t);
     return s;
 }

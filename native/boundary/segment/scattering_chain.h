@@ -18,6 +18,7 @@
 #include "path/path_queue.h"
 #include "tasks/boundary_task.h"
 #include "tasks/image_task.h"
+#include "tasks/scan_task.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -191,19 +192,33 @@ struct SeenLight {
     FixedDirectionChain fixed;  // near contact
 };
 
+// The surfaces of a chain, x first.
+struct ChainPlaces {
+    Int face[kMostChain], mesh[kMostChain], instance[kMostChain];
+    Float b1[kMostChain], b2[kMostChain];
+
+    EG_INLINE void set(int k, const Closest& at) {
+        face[k] = at.face, mesh[k] = at.mesh, instance[k] = at.instance;
+        b1[k] = at.b1, b2[k] = at.b2;
+    }
+};
+
 // Follows light of the scattering kinds `light_kinds`, which arrives at x along w, over `length` more
 // surfaces to the camera. `x_goes_on`: the camera path scatters once more after x. `camera_sampled`: lanes in
 // which the camera-sampled lobes of the surface that the camera sees are left out. Left out, too, is the
 // contribution of followed lobes alone, which scan lines estimate (boundary/specular/chain_term.h): where the
-// camera sees x, that of lobes up to the width `light_followed`, whose rays meet the light.
+// camera sees x, that of lobes up to the width `light_followed`, whose rays meet the light. `places`, if not
+// null, receives the surfaces of chains of less than kMostChain.
 EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
                                Mask active, const Closest& x, Vec3 w, Int length, Int light_kinds,
-                               bool x_goes_on, Mask camera_sampled, Float light_followed) {
+                               bool x_goes_on, Mask camera_sampled, Float light_followed,
+                               ChainPlaces* places = nullptr) {
     const bool limited = limits_matter(task.limits, task.max_depth);
     const Vec3 one = {splat(1.0f), splat(1.0f), splat(1.0f)};
     Chain chain{x, w, one, one, splat(0)};
     chain.at.hit = active;
     SeenLight seen;
+    if (places) places->set(0, x);
     if (scene.mesh_contact) begin_fixed_direction_chain(scene, active, length, seen.fixed);
     // Extend the chain to a surface that the camera sees
     for (int k = 0;; ++k) {
@@ -215,6 +230,7 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
         const Int seers = select(length == k + 1, splat(1 << kCameraRay), splat(kScatteredRays));
         extend(scene, walking, chain, p.random, splat((k + 1) * kChainVertex),
                k == 0 ? light_kinds : splat(kScatteredRays), seers, limited && (k > 0 || x_goes_on), k == 0);
+        if (places && k + 1 < kMostChain) places->set(k + 1, chain.at);
         if (fixes) {
             const Mask fixed = walking & chain.at.hit & (seen.fixed.length > k);
             set_chain_surface(scene, fixed, length - (k + 1), chain_point(scene, fixed, chain), before,

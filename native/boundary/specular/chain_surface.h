@@ -11,9 +11,10 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 // Bits of an event: a lobe, whether it transmits, and whether it is a followed lobe. Or one of: pass
-// unscattered; go on to a light (boundary/specular/chain_light.h); end here.
+// unscattered; go on to a light (boundary/specular/chain_light.h); scatter by other lobes towards the next
+// stored vertex, which then is in material form (boundary/specular/caustic_outline.h); end here.
 constexpr int32_t kEventLobes = 7, kEventTransmits = 8, kEventPasses = 16, kEventLit = 32, kEventFollows = 64,
-                  kEventEnds = -1;
+                  kEventAims = 128, kEventEnds = -1;
 
 // A ray of a chain.
 struct ChainRay {

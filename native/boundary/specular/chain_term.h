@@ -23,6 +23,7 @@
 #include "boundary/segment/scattering_chain.h"
 #include "boundary/specular/chain_shadow.h"
 #include "boundary/specular/mirrored_outline.h"
+#include "boundary/specular/stored_place.h"
 #include "path/recorder.h"
 #include "tasks/boundary_task.h"
 #include "tasks/image_task.h"
@@ -51,6 +52,8 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
     // transparent surfaces in front of the edge.
     Vec3 throughput = {splat(1.0f), splat(1.0f), splat(1.0f)}, passed = throughput;
     Int waiting = splat(0);
+    Mask aimed = splat(0);        // lanes that have scattered towards a stored vertex
+    Float density = splat(0.0f);  // not 0: the ray leaves a surface whose lobes are not perfect
     Vec3 from_normal = ray.direction;
     Int from_mesh = splat(0);
     const Int length = select(active, load(c.length + at), splat(0));
@@ -76,7 +79,7 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         const TexturePoint point = texture_point(scene, x, -ray.direction, ray.kind);
         const ChainSurface s = chain_surface(scene, x, point, column(c.closure, 0));
         const Mask passes = here & (event == kEventPasses), lit = here & (event == kEventLit);
-        const Mask scatters = here & ~passes & ~lit;
+        const Mask aims = here & (event == kEventAims), scatters = here & ~passes & ~lit & ~aims;
         if (scene.all_flags & kHasAbsorption)
             throughput =
                 throughput * kept_inside(scene, x, s.shader.closure, length_of(x.position - ray.origin));
@@ -87,6 +90,7 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         arrived.path = lane_index() + at;
         arrived.origin = arrived.from = ray.from;
         arrived.direction = ray.direction;
+        arrived.pdf = density;
         arrived.from_mesh = from_mesh;
         arrived.kind = select(here, ray.kind, splat(0)), arrived.lobe_width = ray.lobe_width;
         const Mask behind = parted & (length == level + 1), recorded = here & ~behind;
@@ -96,18 +100,39 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         record_arrival(scene, v, arrived, recorded, hit);
         put(v.closure, here, s.shader.closure);
         put(v.passes, passes, splat(-1));
+        if (any(density > 0.0f)) {
+            arrived.from_normal = from_normal;
+            arrived.segment = counted.p.segment;
+            record_contact(scene, v, arrived, x);
+        }
 
         // Update the throughput and scatter the ray
         const Float kept = s.closure_weight;
         passed = select(passes, passed * s.passing * (s.transparency * kept), passed);
         waiting = waiting - passes;
         throughput = select(lit, throughput * passed * ((1.0f - s.transparency) * kept), throughput);
+        density = select(scatters, splat(0.0f), density);
+        if (any(aims)) {
+            density = select(aims, splat(1.0f), density);
+            throughput = select(aims, gray(splat(1.0f)), throughput);
+            passed = select(aims, gray(splat(1.0f)), passed);
+            waiting = waiting & ~aims;
+            ray = select(aims, ray_to(x, stored_place(scene, c, at, aims, level + 1)), ray);
+            from_normal = select(aims, x.normal, from_normal);
+            from_mesh = select(aims, x.mesh, from_mesh);
+            counted.add(aims, splat(static_cast<int>(kDiffuseRay)));
+            aimed |= aims;
+        }
         if (!any(scatters)) continue;
         Vec3 value;
         Mask below;
         const Mask goes_on = scatter_chain(scene, s, scatters, event, half, ray, value, below);
         // At a horizon rounding decides whether the ray continues.
         fine &= goes_on | ~scatters | (below & horizon & (length == level + 1));
+        if (any(aimed)) {
+            const Mask next = scatters & aimed & (length > level + 1);
+            if (any(next)) fine &= ~next | points_at(ray, stored_place(scene, c, at, next, level + 1));
+        }
         // Record the scattering event
         const Mask bends = scatters & recorded;
         put(v.samples, bends, splat(-1));
@@ -130,6 +155,8 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         waiting = waiting & ~scatters;
     }
     touching = select(parted, touching, ray);
+    const Mask past_edge = aimed & (load(c.edge + at) >= 0);
+    if (any(past_edge)) fine &= ~past_edge | points_at(ray, stored_edge_point(scene, c, at, past_edge));
     p = counted.p;
     p.throughput = throughput;
     p.from_normal = p.from_receiving = from_normal;

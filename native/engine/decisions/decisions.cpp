@@ -260,6 +260,7 @@ void decide_boundaries(const BoundaryFacts& f, Decisions& decided) {
     const std::vector<int32_t> partly_met = partly_met_meshes(f.tables, kScatteredRays);
     if (options.terms[kIndirectTerm]) decide_indirect(f, black, partly_met, decided);
     decide_mirrored(f, partly_met, decided);
+    decide_caustics(f, partly_met, decided);
 }
 
 bool Decisions::found(Part part, const SceneTables& tables, const Intersections& lines) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/decisions/first_reason.h"
+#include "engine/decisions/interior_rules.h"
 #include "scene/mesh_instances.h"
 #include "scene/sharp_lobes.h"
 
@@ -27,6 +28,41 @@ std::vector<int32_t> lights_in_mirrors(const BoundaryFacts& f) {
     return shown;
 }
 
+// The largest number of mirrors' faces, of all instances, of which caustics are computed: samples list them.
+constexpr int64_t kMostMirrorFaces = int64_t{1} << 22;
+
+// The number of faces of meshes with one of these materials, of all instances.
+int64_t faces_with(const SceneTables& tables, const std::vector<int32_t>& materials) {
+    const auto instances = mesh_instances(tables);
+    int64_t sum = 0;
+    for (int32_t mesh = 0; mesh < tables.first_field(); ++mesh) {
+        const auto m = static_cast<size_t>(mesh);
+        const auto* first = tables.face_material.data() + tables.mesh_first_face[m];
+        const auto* last = tables.face_material.data() + tables.mesh_first_face[m + 1];
+        if (std::any_of(first, last, [&](int32_t of) {
+                return std::binary_search(materials.begin(), materials.end(), of);
+            }))
+            sum += (last - first) * static_cast<int64_t>(instances[m].size());
+    }
+    return sum;
+}
+
+// Whether no surface scatters light but by perfect lobes.
+bool all_perfect(const SceneView& scene, const SceneTables& tables) {
+    const auto perfect = [&](size_t closure) {
+        const int32_t kind = tables.closure_kind[closure];
+        const float roughness = tables.closure_params[kMaterialParams * closure + kRoughness];
+        return (kind == kGlossy || kind == kGlass || kind == kRefraction) && roughness == 0.0f &&
+               !is_textured(tables, closure, kRoughness);
+    };
+    for (size_t m = 0; m < tables.material_used.size(); ++m) {
+        if (!tables.material_used[m] || is_black(scene, static_cast<int32_t>(m))) continue;
+        for (int32_t k = tables.material_first_closure[m]; k < tables.material_first_closure[m + 1]; ++k)
+            if (!perfect(static_cast<size_t>(k))) return false;
+    }
+    return true;
+}
+
 }  // namespace
 
 bool mirrors_turn(const BoundaryFacts& f) {
@@ -46,6 +82,34 @@ bool mirrors_turn(const BoundaryFacts& f) {
             return true;
     }
     return false;
+}
+
+// Outlines of lights and edges in light that mirrors and smooth glass throw on other surfaces. Followed lobes
+// behind other surfaces are no mirrors: emitter samples find lights in them.
+void decide_caustics(const BoundaryFacts& f, const std::vector<int32_t>& partly_met, Decisions& decided) {
+    if (!f.options.terms[kIndirectTerm]) return;
+    const SceneView& scene = f.scene;
+    std::vector<int32_t> smooth =
+        used_materials(f.tables, [&](size_t closure) { return may_be_specular(f.tables, closure); });
+    const bool listed = faces_with(f.tables, smooth) <= kMostMirrorFaces;
+    const auto decide = [&](Part part, Reason light, bool moves) {
+        const bool needed = decided.decide(
+            part, first_of({unless(f.options.max_depth >= 3, Reason::kNotRendered),
+                            unless(!smooth.empty(), Reason::kNone),
+                            unless(!all_perfect(scene, f.tables), Reason::kUnshaded), light,
+                            unless(moves, Reason::kStill), unless(partly_met.empty(), Reason::kRaysDiffer),
+                            unless(listed, Reason::kNotEstimated)}));
+        if (decided[part].reason == Reason::kNotEstimated) decided[part].limit = kMostMirrorFaces;
+        if (needed) decided[part].materials = smooth;
+        if (decided[part].reason == Reason::kRaysDiffer) decided[part].meshes = partly_met;
+        return needed;
+    };
+    std::vector<int32_t> shown = lights_in_mirrors(f);
+    const bool lit = scene.lights.count > 0 || scene.has_environment;
+    if (decide(Part::kCausticOutlines, unless(!shown.empty(), Reason::kNoLight),
+               f.chains || f.motion.camera || f.motion.lights))
+        decided[Part::kCausticOutlines].lights = std::move(shown);
+    decide(Part::kCausticEdges, unless(lit, Reason::kNoLight), f.chains || f.motion.camera);
 }
 
 void decide_mirrored(const BoundaryFacts& f, const std::vector<int32_t>& partly_met, Decisions& decided) {

@@ -13,5 +13,7 @@ namespace edgegrad {
 bool mirrors_turn(const BoundaryFacts& facts);
 // `partly_met`: meshes that only some kinds of scattered rays can hit.
 void decide_mirrored(const BoundaryFacts& facts, const std::vector<int32_t>& partly_met, Decisions& decided);
+// Decides on outlines of lights and edges in light that mirrors and smooth glass throw on other surfaces.
+void decide_caustics(const BoundaryFacts& facts, const std::vector<int32_t>& partly_met, Decisions& decided);
 
 }  // namespace edgegrad

@@ -140,7 +140,10 @@ class Search {
                    (chains_turn_ || moving_[mesh] || light_moves(static_cast<int32_t>(row))) &&
                    (tables_.lights.visible_to[row] & tables_.mesh_mask[mesh] & kBentRays) != 0;
         });
-        if (f_.options.max_depth > 2 && (any_moves_ || f_.chains)) materials(Part::kCaustics, smooth);
+        const auto& caustics = decided_.at(Part::kCausticEdges);
+        const bool none = caustics && caustics->reason == Reason::kUnshaded;
+        if (f_.options.max_depth > 2 && (any_moves_ || f_.chains) && !none)
+            materials(Part::kCaustics, smooth);
     }
 
  private:

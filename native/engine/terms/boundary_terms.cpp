@@ -5,17 +5,16 @@
 #include <type_traits>
 
 #include "boundary/curves/segment_cells.h"
+#include "engine/terms/caustic_term.h"
 #include "engine/terms/curve_terms.h"
 #include "engine/terms/found_edges.h"
 #include "engine/terms/warp_term.h"
 #include "scene/sharp_lobes.h"
 #include "tasks/boundary_kind.h"
-#include "tasks/boundary_task.h"
 #include "tasks/seed_tags.h"
 #include "util/parallel.h"
 
 namespace edgegrad {
-
 namespace {
 
 // Number of cells with learned sample weights: per sample, and at most.
@@ -79,6 +78,7 @@ class TermBuilder {
     void add_contact_borders();
     // Intersections of surfaces and curves on distance fields
     void add_curves();
+    void add_caustics();
     BoundaryTerms take() { return std::move(terms_); }
 
  private:
@@ -323,6 +323,22 @@ void TermBuilder::add_curves() {
     }
 }
 
+void TermBuilder::add_caustics() {
+    const auto add_samples = [&](BoundaryKind kind, const Candidates& found, double part, double factor) {
+        if (decided_.alone()) return;
+        const double samples = part * learned_share(kind) * most_samples(kind);
+        if (auto term = CausticTerm::of(scene_, edges_.tables, options_, kind, found, samples, factor))
+            terms_.push_back(std::move(term));
+    };
+    if (decided_.computes(Part::kCausticOutlines))
+        add_samples(kCausticOutline, mirror_faces(scene_, edges_.tables, true), 1.0, 1.0);
+    if (!decided_.computes(Part::kCausticEdges)) return;
+    if (!has_edges(Part::kCausticEdges, silhouettes().size(), silhouettes().counts())) return;
+    silhouettes().each([&](const SharedCandidates& list, double part, double factor) {
+        add_samples(kCausticEdge, *list, part, factor);
+    });
+}
+
 }  // namespace
 
 void BoundaryTerm::run_samples(TermRun& run, int pass, int64_t first, int64_t count, DroppedSamples& lost) {
@@ -348,6 +364,7 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
     builder.add_indirect_edges();
     builder.add_contact_borders();
     builder.add_curves();
+    builder.add_caustics();
     return builder.take();
 }
 
@@ -374,7 +391,7 @@ double guide_second_passes(const BoundaryTerms& terms) {
         if (plan.passes() < 2) continue;
         const double sample = noise[k++];
         const double needed = sample / static_cast<double>(plan.total(1));
-        plan.thin(std::clamp(kSlack * needed / most, kLeast, 1.0));
+        plan.thin(std::clamp(kSlack * needed / most, std::max(kLeast, least_of_caustics(plan.kind())), 1.0));
         variance += sample * sample / static_cast<double>(plan.total(1));
     }
     return variance;

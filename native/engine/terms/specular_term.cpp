@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/chain_sweeps.h"
 #include "scene/camera_row.h"
 #include "scene/sharp_lobes.h"
 #include "tasks/boundary_task.h"
@@ -17,15 +18,6 @@ namespace {
 
 // Lines of each direction per pixel and sample of the picture. A segment costs about as much as a sample.
 constexpr double kLines = 0.14;
-
-float column(const float* const (&v)[3], const float* const (&w)[3], int i) {
-    return v[0][i] * w[0][i] + v[1][i] * w[1][i] + v[2][i] * w[2][i];
-}
-float length(const float* const (&v)[3], int i) { return std::sqrt(column(v, v, i)); }
-
-// A sum smaller than this fraction of its terms is rounding. A shadow on a face whose plane contains the
-// light does not move in the picture, but rounding finds edges all over it.
-constexpr float kRounding = 1e-5f;
 
 }  // namespace
 
@@ -96,96 +88,45 @@ SpecularTerm::SpecularTerm(const SceneView& scene, const RenderOptions& options,
     }
 }
 
-void SpecularTerm::find(const TermRun& run, int pass, int64_t first, int64_t count, Found& found,
-                        DroppedSamples& dropped) {
+void SpecularTerm::run_samples(TermRun& run, int pass, int64_t first, int64_t count, DroppedSamples& lost) {
+    if (run.is_forward()) std::fill_n(run.splats.x, count, kNowhere);
     // Find intersections of scan lines with the images of edges
     ScanTask scan = plan_.task(pass, first, count);
     scan.region = regions_->region.data(), scan.face_edge = regions_->face_edge.data();
     scan.edges = parts_.edges, scan.lights = parts_.lights, scan.surfaces = parts_.surfaces;
     scan.outlines = parts_.outlines;
     scan.limits = options_.limits, scan.max_depth = options_.max_depth;
-    found.image = {};
-    found.image.pixel_count = 1;
-    found.image.weight = 1.0f;
-    Workspace& work = run.work();
-    found.sweep = run.memory.adjoint.task(found.image, work);
-    AdjointWorkspace::release(work);
-    found.sweep.geometry = found.sweep.camera_moves = true;
-    found.sweep.dropped = &found.vertices;
-    ChainCrossings& c = run.memory.chains.view(found.sweep.camera);
-    found.count = run.kernels.scan(run.scene, scan, c);
-    if (found.count == 0) return;
+    ChainSweeps sweeps(run);
+    ChainCrossings& c = sweeps.crossings();
+    const int found = run.kernels.scan(run.scene, scan, c);
+    if (found == 0) return;
     // Evaluate the jumps of radiance there
-    found.image.samples = found.count;
+    sweeps.set_count(found);
     BoundaryTask sides{};
-    sides.first = first, sides.count = found.count;
+    sides.first = first, sides.count = found;
     sides.max_depth = options_.max_depth;
     sides.seed = scan.seed;
     sides.limits = options_.limits;
-    sides.dropped = &dropped;
-    run.kernels.chain_sides(run.scene, sides, work, *found.sweep.vertices, c, found.count);
-    // Differentiate the edge's distance by the place in the picture
-    for (int k = 0; k < 2; ++k) {
-        DifferentiableTables camera;
-        camera.add(run.scene.camera.position, kCameraFloats, 0, kCameraFloats, 1, 1, nullptr, shift_[k]);
-        found.sweep.tables = &camera;
-        run.kernels.path_forward(run.scene, found.sweep, work.radiance);
-        for (int i = 0; i < found.count; ++i) {
-            const float g = column(c.by_point, found.sweep.position, i) +
-                            column(c.by_direction, found.sweep.direction, i);
-            const float most = length(c.by_point, i) * length(found.sweep.position, i) +
-                               length(c.by_direction, i) * length(found.sweep.direction, i);
-            c.by_screen[k][i] = std::abs(g) > kRounding * most ? g : 0.0f;
-        }
-    }
-    run.kernels.chain_sweeps(sides, c, found.count);
-    found.sweep.tables = &run.tables;
-    if (pass > 0 || plan_.passes() == 1) return;
+    sides.dropped = &lost;
+    run.kernels.chain_sides(run.scene, sides, run.work(), sweeps.vertices(), c, found);
+    for (int k = 0; k < 2; ++k) sweeps.differentiate_by_place(shift_[k], c.by_screen[k]);
+    run.kernels.chain_sweeps(sides, c, found);
+    if (pass == 0 && plan_.passes() > 1) note_sizes(first, c, found);
+    sweeps.differentiate();
+}
+
+// Of the first pass: each chunk writes to its own entry of sizes_, by which the second pass is distributed.
+void SpecularTerm::note_sizes(int64_t first, const ChainCrossings& c, int count) {
+    const auto length = [](const float* const(&v)[3], int i) {
+        return std::sqrt(v[0][i] * v[0][i] + v[1][i] * v[1][i] + v[2][i] * v[2][i]);
+    };
     std::vector<IntersectionSize>& sizes = sizes_[static_cast<size_t>(first / kBoundaryChunk)];
-    for (int i = 0; i < found.count; ++i) {
+    for (int i = 0; i < count; ++i) {
         // Of suns, whose outlines have no place, only the ray's direction counts.
         const float slope = length(c.by_point, i);
         const float size = length(c.jump, i) * (slope > 0.0f ? slope : length(c.by_direction, i));
         if (size > 0.0f) sizes.push_back({(first + c.segment[i]) / kScanLine, size});
     }
-}
-
-void SpecularTerm::run_samples(TermRun& run, int pass, int64_t first, int64_t count, DroppedSamples& lost) {
-    if (run.is_forward()) std::fill_n(run.splats.x, count, kNowhere);
-    Found found;
-    find(run, pass, first, count, found, lost);
-    if (found.count == 0) return;
-    run.is_forward() ? forward(run, found) : backward(run, found);
-}
-
-void SpecularTerm::forward(const TermRun& run, Found& found) const {
-    const ChainCrossings& c = run.memory.chains.view(found.sweep.camera);
-    Workspace& work = run.work();
-    run.kernels.path_forward(run.scene, found.sweep, work.radiance);
-    for (int i = 0; i < found.count; ++i)
-        work.radiance[0][i] =
-            column(c.by_point, found.sweep.position, i) + column(c.by_direction, found.sweep.direction, i);
-    DerivativeView tangent = run.view;
-    tangent.camera_requested = false;  // the chain's part contains the camera's
-    Splats splats = run.splats;
-    run.kernels.chain_forward(run.scene, c, found.count, work, tangent, splats);
-}
-
-void SpecularTerm::backward(const TermRun& run, Found& found) const {
-    const ChainCrossings& c = run.memory.chains.view(found.sweep.camera);
-    DerivativeView gradient = run.view;
-    gradient.camera_requested = false;
-    float* seeds = run.work().radiance[0];
-    run.kernels.chain_backward(run.scene, c, found.count, run.adjoint, gradient, seeds);
-    for (int i = 0; i < found.count; ++i) {
-        for (int k = 0; k < 3; ++k) {
-            found.sweep.position[k][i] = seeds[i] * c.by_point[k][i];
-            found.sweep.direction[k][i] = seeds[i] * c.by_direction[k][i];
-        }
-    }
-    found.sweep.seeded = true;
-    const float none[3] = {0.0f, 0.0f, 0.0f};  // the jump already contains the radiance of chains
-    run.kernels.path_backward(run.scene, found.sweep, none);
 }
 
 }  // namespace edgegrad

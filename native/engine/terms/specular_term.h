@@ -9,8 +9,8 @@
 #include "engine/decisions/decisions.h"
 #include "engine/derivative_tables.h"
 #include "engine/terms/term.h"
-#include "tasks/adjoint_task.h"
 #include "tasks/render_options.h"
+#include "tasks/scan_task.h"
 
 namespace edgegrad {
 
@@ -39,20 +39,8 @@ class SpecularTerm : public SampledTerm {
     };
     SpecularTerm(const SceneView& scene, const RenderOptions& options,
                  std::shared_ptr<const SurfaceRegions> regions, const FilmRectangle& film, Parts parts);
-    // Intersections of scan lines with edges, and the sweep over their chains.
-    struct Found {
-        int count;
-        ImageTask image;
-        AdjointTask sweep;
-        DroppedSamples vertices;  // stays empty: these vertices have no light
-    };
-    // Finds the intersections of a chunk. In the first pass, each chunk writes their sizes to its own entry
-    // of sizes_, by which the second pass is distributed.
-    void find(const TermRun& run, int pass, int64_t first, int64_t count, Found& found,
-              DroppedSamples& dropped);
     void run_samples(TermRun& run, int pass, int64_t first, int64_t count, DroppedSamples& lost) override;
-    void forward(const TermRun& run, Found& found) const;
-    void backward(const TermRun& run, Found& found) const;
+    void note_sizes(int64_t first, const ChainCrossings& c, int count);
 
     const RenderOptions options_;
     std::shared_ptr<const SurfaceRegions> regions_;

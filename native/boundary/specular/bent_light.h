@@ -1,0 +1,149 @@
+// Light that perfect lobes bend before it reaches another surface, followed from its end backwards: from the
+// last vertex m of a camera path's chain, m = m_K, over m_(K-1), ..., m_1 to the surface x whose other lobes
+// scatter it. A camera path meets these vertices in the reverse order.
+//
+// Lines have the measure dA |n.w| dw. A perfect lobe maps the directions w, towards the light, to v, towards
+// x, at a fixed place. A reflection keeps dw. For a refraction n_v^2 |h.v| dv = n_w^2 |h.w| dw, with h the
+// normal of the lobe and the indices n_v and n_w on both sides. The normal n of the face differs from h
+// if shading normals do. So
+//   dA |n.v| dv = dA |n.w| dw * |n.v|/|n.w| * (1 or (n_w/n_v)^2 |h.w|/|h.v|).
+#pragma once
+
+#include "boundary/segment/receiver.h"
+#include "boundary/specular/chain.h"
+#include "tasks/boundary_task.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+struct BentLight {
+    Int count;  // K, of lanes that have reached x
+    // The vertices from m on: their places, closures and events.
+    Int face[kMostChain], mesh[kMostChain], instance[kMostChain];
+    Int closure[kMostChain], event[kMostChain];
+    Float b1[kMostChain], b2[kMostChain];
+    Closest x;
+    Vec3 along;   // the direction of the light that arrives at x
+    Vec3 weight;  // change of the measure, over the probability of the choices
+};
+
+// The probability of ending at a surface that has both perfect and other lobes, or several closures.
+constexpr float kBentLightEnds = 0.5f;
+
+// Chooses one of the perfect lobes of a surface in proportion to their values. `sum` of these is 0 if there
+// are none.
+EG_INLINE Int choose_perfect_lobe(const Bsdf& f, Mask active, Float u, Float& sum, Float& probability) {
+    PerfectLobes lobes;
+    perfect_values(f, active, lobes);
+    Float count = splat(0.0f), passed = splat(0.0f);
+    sum = splat(0.0f);
+    for (const Float& v : lobes.value) sum = sum + v, count = count + select(v > 0.0f, splat(1.0f), 0.0f);
+    const Float least = kLeastChoice / max(count, 1.0f);
+    Int event = splat(kEventEnds);
+    Mask left = active & (sum > 0.0f);
+    for (int k = 0; k < kPerfectLobes; ++k) {
+        const Float value = lobes.value[k];
+        const Float share =
+            select(value > 0.0f, least + (1.0f - kLeastChoice) * value / max(sum, 1e-30f), splat(0.0f));
+        const Mask picked = left & (value > 0.0f) & ((u < passed + share) | (passed + share > 0.99999f));
+        event = select(picked, splat(kPerfectEvent[k]), event);
+        probability = select(picked, probability * share, probability);
+        left &= ~picked;
+        passed = passed + share;
+    }
+    return event;
+}
+
+// The factor of the measure at a vertex with the face's normal n. `eta` is the index on the side of v over
+// that on the side of w.
+EG_INLINE Float bent_measure(Vec3 n, Vec3 v, Vec3 w, Mask transmitted, Float eta) {
+    const Float faces = abs(dot(n, v)) / max(abs(dot(n, w)), 1e-20f);
+    const Mask bends = transmitted & ~bends_nothing(eta);
+    const Float inverse = 1.0f / eta;  // n_w / n_v
+    const Vec3 h = v + w * inverse;    // not normalised
+    const Float cosines = abs(dot(h, w)) / max(abs(dot(h, v)), 1e-20f);
+    return select(bends, faces * (inverse * inverse * cosines), faces);
+}
+
+// Follows light that arrives along -w at `hit`, the last vertex of a chain of at most `most` vertices.
+EG_OUTLINE BentLight follow_bent_light(const SceneView& scene, const PathIndex& random, Mask active,
+                                       const Closest& hit, Vec3 w, int most) {
+    BentLight out;
+    out.count = splat(0);
+    out.x = hit;
+    out.x.hit = splat(0);
+    out.along = -w;
+    out.weight = gray(splat(1.0f));
+    const UInt stream = hash(random.stream ^ hash(random.sample + splat(0x51ed270bu)));
+    const Int kind = splat(static_cast<int>(kDiffuseRay));
+    Closest at = hit;
+    Mask going = active;
+    for (int level = 0; level <= most && any(going); ++level) {
+        const Vec3 travels = out.along, back = -travels;
+        SurfacePoint s = surface_point(scene, going, at.face, at.b1, at.b2, travels, at.instance);
+        s.mesh = at.mesh;
+        going &= s.active;
+        // Find the perfect lobes of one closure, as seen from the light
+        const TexturePoint point = texture_point(scene, s, back, kind);
+        Float sum;
+        const Int closure = pick_closure(scene, s, point, chain_random(stream, level, 0), sum);
+        const ChainSurface surface = chain_surface(scene, s, point, select(going, closure, splat(0)));
+        const Vec3 normal = shading_normal(scene, going, surface.shader, point);
+        const Bsdf f = shaded_surface(scene, going, s, point, surface.shader, normal).bsdf;
+        Float perfect, probability = 1.0f / max(sum, 1e-30f);
+        probability =
+            select(surface.closure_weight > 0.0f, probability * surface.closure_weight, probability);
+        const Int event = choose_perfect_lobe(f, going, chain_random(stream, level, 2), perfect, probability);
+        // End here or go on. Of a material of several closures the choice must not depend on the picked one.
+        if (level > 0) {
+            const Mask bends = may_have(scene, s, going, kHasGlossy | kHasRefraction);
+            const Int closures = gather(scene.material_first_closure + 1, s.material) -
+                                 gather(scene.material_first_closure, s.material);
+            const Float alone = select(
+                perfect > 0.0f, select(has_wide_lobes(f, going), splat(kBentLightEnds), 0.0f), splat(1.0f));
+            Float chance = select(closures > 1, splat(kBentLightEnds), alone);
+            if (level == most) chance = splat(1.0f);
+            chance = select(bends, chance, splat(1.0f));
+            const Mask ends = going & (chain_random(stream, level, 1) < chance);
+            out.weight = select(ends, out.weight * (1.0f / max(chance, 1e-6f)), out.weight);
+            probability = probability * (1.0f - chance);
+            out.count = select(ends, splat(level), out.count);
+            out.x.hit |= ends;
+            out.x.face = select(ends, at.face, out.x.face), out.x.mesh = select(ends, at.mesh, out.x.mesh);
+            out.x.instance = select(ends, at.instance, out.x.instance);
+            out.x.b1 = select(ends, at.b1, out.x.b1), out.x.b2 = select(ends, at.b2, out.x.b2);
+            out.x.distance = select(ends, at.distance, out.x.distance);
+            going &= ~ends;
+        }
+        if (level == most) break;
+        going &= (perfect > 0.0f) & (event != kEventEnds) &
+                 ((gather(scene.mesh_mask, s.mesh) & kScatteredRays) != 0);
+        if (!any(going)) break;
+        // Bend the light
+        const Mask transmitted = going & ((event & kEventTransmits) != 0);
+        Float shown, lobe_width;
+        const Vec3 v =
+            scatter_by_event(scene, surface, going, event, transmitted, normal, shown, lobe_width).wi;
+        const Float side = dot(s.normal, v);
+        going &= select(transmitted, side < 0.0f, side > 0.0f);
+        out.weight = select(going,
+                            out.weight * (bent_measure(s.normal, v, back, transmitted, f.glass.eta) /
+                                          max(probability, 1e-30f)),
+                            out.weight);
+        out.face[level] = at.face, out.mesh[level] = at.mesh, out.instance[level] = at.instance;
+        out.b1[level] = at.b1, out.b2[level] = at.b2;
+        out.closure[level] = closure, out.event[level] = event;
+        out.along = select(going, v, out.along);
+        // Find the next surface
+        const Int all = splat(kScatteredRays);
+        const ReceiverHit next = find_receiver(
+            scene, going, leave_surface(s, v), -v, ignore_nothing(),
+            {all, splat(kScatteredRays | 1 << kCameraRay), kDiffuseRay, splat((64 + level) * kChainVertex)},
+            random);
+        going &= next.found;
+        at = next.hit;
+        out.weight = select(going, out.weight * next.through, out.weight);
+    }
+    return out;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

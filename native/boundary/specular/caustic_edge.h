@@ -1,0 +1,95 @@
+// Edges in caustics (boundary/specular/caustic_path.h): what x sees by mirrors and smooth glass of emissive
+// meshes, of what hides light, and of surfaces that scatter it.
+//
+// The last ray, from p = m_K along D, touches the edge of direction t through e(u) where
+//   g(p, D, theta) = (e - p) . (t x D) = 0
+// (boundary/specular/chain_term.h). For a fixed p, dD delta(g) = du/r^2 with r = |e - p|, and dA_m |n . D|
+// /r^2 is the solid angle of the directions w from e to m_K. So
+//   dI = int du int dw (change of the measure) W(x) T (L- - L+) (-dg/dtheta).
+// e is sampled on the edge, and w about it as between surfaces (boundary/terms/indirect.h), or towards points
+// of mirrors. Creases count, too, as seen from all sides.
+#pragma once
+
+#include "boundary/segment/silhouette.h"
+#include "boundary/specular/caustic_path.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// A direction from a point of an edge to m_K: half of them about the edge, half to a point of a mirror,
+// chosen by area. `face` and `instance` are those of the point, -1: the direction is about the edge. `wedge`
+// is the density of directions about the edge.
+struct MirrorDirection {
+    Vec3 w;
+    Int face, instance;
+    Float wedge;
+    float cells;  // by which densities are multiplied
+};
+
+EG_OUTLINE MirrorDirection mirror_direction(const SceneView& scene, const BoundaryTask& task,
+                                            const SegmentSample& p, Vec3 point) {
+    Float u, v;
+    const float cells = cell_numbers(task, p, u, v);
+    MirrorDirection d;
+    const Mask by_area = p.active & (v < 0.5f);
+    v = 2.0f * v - select(v < 0.5f, splat(0.0f), splat(1.0f));
+    d.w = wedge_direction(scene, p, p.active, u, v, d.wedge);
+    d.face = d.instance = splat(-1);
+    if (any(by_area)) {
+        const MirrorFaces& mirrors = task.mirrors;
+        Float rest = splat(0.0f);
+        for (int i = 0; i < W; ++i) {
+            if (!by_area[i]) continue;
+            const double place = static_cast<double>(u[i]) * mirrors.cumulative[mirrors.count];
+            const int64_t k = last_below(mirrors.cumulative, mirrors.count, place);
+            d.face[i] = mirrors.face[k], d.instance[i] = mirrors.instance[k];
+            rest[i] = static_cast<float>((place - mirrors.cumulative[k]) /
+                                         (mirrors.cumulative[k + 1] - mirrors.cumulative[k]));
+        }
+        const Float root = sqrt(min(max(rest, 0.0f), splat(1.0f)));
+        const Triangle t = placed_triangle(scene, select(by_area, d.face, splat(0)), d.instance).triangle;
+        const Vec3 way = interpolate(t, 1.0f - root, v * root) - point;
+        d.w = select(by_area, way * (1.0f / max(sqrt(dot(way, way)), 1e-30f)), d.w);
+    }
+    d.wedge = density_about(scene, task, p, p.active, d.w, d.wedge * cells);
+    d.cells = cells;
+    return d;
+}
+
+// Samples edges behind chains. Returns the number of stored paths.
+EG_OUTLINE int sample_caustic_edges(const SceneView& scene, const BoundaryTask& task, ChainCrossings& out) {
+    SegmentCursor cursor = first_segment(task);
+    const Int all = splat(kScatteredRays);
+    const auto area = static_cast<float>(task.mirrors.cumulative[task.mirrors.count]);
+    int found = 0;
+    for (int64_t at = 0; at < task.count; at += W) {
+        SegmentSample p = sample_edge_segment(scene, task, at, cursor);
+        p.active &= (gather(scene.mesh_mask, mesh_of(scene, edge_face(scene, p.edge))) & all) != 0;
+        if (!any(p.active)) continue;
+        const Float along = p.u0 + (p.u1 - p.u0) * p.tau;
+        const Vec3 point = p.a + p.t * along;
+        const MirrorDirection d = mirror_direction(scene, task, p, point);
+        // Find m_K, the sampled point or what the direction about the edge meets
+        const ReceiverHit m = find_receiver(scene, p.active, point, -d.w, {p.edge, p.instance},
+                                            {all, all, kDiffuseRay, splat(63 * kChainVertex)}, p.random);
+        Mask active = p.active & m.found & (m.hit.distance > 1e-5f * largest_component(point)) &
+                      ((d.face < 0) | ((m.hit.face == d.face) & (m.hit.instance == d.instance)));
+        if (!any(active)) continue;
+        const SurfacePoint s = surface_point(scene, active, select(active, m.hit.face, splat(0)), m.hit.b1,
+                                             m.hit.b2, d.w, select(active, m.hit.instance, splat(-1)));
+        active &=
+            may_have(scene, s, active, kHasGlossy | kHasRefraction) & ~on_field(scene, active, m.hit.face);
+        if (!any(active)) continue;
+        // The density of both kinds of directions together (balance heuristic)
+        const Float facing = max(abs(dot(s.normal, d.w)), 1e-20f);
+        const Float density = 0.5f * (d.wedge + d.cells * m.hit.distance * m.hit.distance / (facing * area));
+        found = follow_caustic(
+            scene, task, p, active, m.hit, -d.w, m.through * ((p.u1 - p.u0) / (density * p.density)), at, out,
+            found, [](int, const BentLight&, int) EG_INLINE_LAMBDA { return true; },
+            [&](int i, int n) EG_INLINE_LAMBDA {
+                out.edge[n] = p.edge[i], out.edge_instance[n] = p.instance[i], out.u[n] = along[i];
+            });
+    }
+    return found;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

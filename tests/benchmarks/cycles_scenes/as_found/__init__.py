@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from . import (  # noqa: F401  (importing a family registers its cases)
     attributes,
+    changing,
     coarse,
     colors,
     coordinates,
@@ -20,6 +21,7 @@ from . import (  # noqa: F401  (importing a family registers its cases)
     settings,
     shaders,
     shots,
+    spaces,
     traps,
     tutorials,
     undeformed,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from . import (  # noqa: F401  (importing a family registers its cases)
     attributes,
-    changing,
     coarse,
     colors,
     coordinates,
@@ -13,6 +12,7 @@ from . import (  # noqa: F401  (importing a family registers its cases)
     images,
     layers_and_files,
     lights,
+    nodes,
     odd_data,
     outputs,
     props,
@@ -21,7 +21,6 @@ from . import (  # noqa: F401  (importing a family registers its cases)
     settings,
     shaders,
     shots,
-    spaces,
     traps,
     tutorials,
     undeformed,

@@ -9,9 +9,9 @@ from typing import Any
 import bpy
 import numpy as np
 
-from .. import stage
-from ..case import case
-from .habits import checks, small
+from ... import stage
+from ...case import case
+from ..habits import checks, small
 
 
 def _transformed(tree: Any, vector: Any, kind: str, source: str, target: str) -> Any:

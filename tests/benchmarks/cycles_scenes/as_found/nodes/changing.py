@@ -7,9 +7,9 @@ from typing import Any
 
 import bpy
 
-from .. import stage
-from ..case import case
-from .habits import checks, small, textured
+from ... import stage
+from ...case import case
+from ..habits import checks, small, textured
 
 
 def _nodes(ob: Any) -> tuple[Any, Any, Any]:

@@ -129,7 +129,7 @@ def export_evaluated(evaluation: Evaluation, more_cameras: Sequence[Any], bake: 
     shadow_flattened(out, meshes)
     hold_out(out, meshes)
     if world.baked:
-        bake_world(world, images, bake, report, widths=None if memory is None else memory.widths)
+        bake_world(world, images, bake, report, view, widths=None if memory is None else memory.widths)
     out.scene.meshes = meshes.build(out.meshes)
     _link_lights(out)
     out.scene.world = world.value

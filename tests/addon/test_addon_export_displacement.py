@@ -116,6 +116,24 @@ def test_other_materials_stay_and_keep_their_normals() -> None:
     assert np.allclose(normal[found.face_material == 1][1:, :, :], (0, 0, 1))
 
 
+def test_smooth_faces_that_displacement_turns_over_are_named() -> None:
+    """A strip whose second half stays: its vertices at the border move beyond its far end, which turns it over."""
+    made, move = displaced("ShaderNodeVectorDisplacement")
+    move.inputs["Vector"].default_value, move.inputs["Midlevel"].default_value = (3.0, 0.0, 0.0, 1.0), 0.0
+    faces = [(2 * k, 2 * k + 2, 2 * k + 3, 2 * k + 1) for k in range(2)]
+    mesh = bs.mesh("Body", [(x, y, 0) for x in range(3) for y in range(2)], faces, made, bs.material("Still"))
+    mesh.polygons[1].material_index = 1
+    mesh.shade_smooth()
+    ob = bs.add("Body", mesh)
+    bs.offset_shadow_rays(ob, 0.1)
+    assert any("turns by more than a right angle" in line for line in bs.export().report.lines)
+    bs.offset_shadow_rays(ob, 0.0)
+    assert not any("right angle" in line for line in bs.export().report.lines)
+    bs.offset_shadow_rays(ob, 0.1)
+    move.inputs["Vector"].default_value = (0.3, 0.0, 0.0, 1.0)
+    assert not any("right angle" in line for line in bs.export().report.lines)
+
+
 def test_instances_move_once() -> None:
     made, move = displaced()
     move.inputs["Height"].default_value = 1.0

@@ -275,18 +275,15 @@ def test_what_cannot_be_read_is_baked_and_nothing_else_changes() -> None:
     assert any("baked" in line and "Bump" in line for line in tree.made.report.readings)
 
 
-def test_baked_positions_are_those_of_the_surface() -> None:
-    """A bake of a group's output on a moved object: what it gives is known in closed form."""
+def test_baked_directions_are_those_of_the_surface() -> None:
+    """A bake of a group's output on a moved cube: tangents around its axis run along its sides."""
     tree = Tree()
     tree.object.location = (1, 2, 3)
     group = bpy.data.node_groups.new("G", "ShaderNodeTree")
     group.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
-    end, geometry, script = (group.nodes.new(kind) for kind in
-                             ("NodeGroupOutput", "ShaderNodeNewGeometry", "ShaderNodeVectorTransform"))  # fmt: skip
-    script.convert_from, script.convert_to = "WORLD", "OBJECT"
-    script.vector_type = "POINT"
-    group.links.new(geometry.outputs["Position"], script.inputs[0])
-    group.links.new(script.outputs[0], end.inputs[0])
+    end, tangent = group.nodes.new("NodeGroupOutput"), group.nodes.new("ShaderNodeTangent")
+    tangent.direction_type, tangent.axis = "RADIAL", "Z"
+    group.links.new(tangent.outputs[0], end.inputs[0])
     node = tree.node("Group")
     node.node_tree = group
     tree.link(node.outputs[0], "Base Color")
@@ -294,9 +291,13 @@ def test_baked_positions_are_those_of_the_surface() -> None:
     scene = tree.made.scene
     mesh, picture = scene.meshes["Cube"], scene.images[m.textures["base_color"].image].pixels
     uv = mesh.attributes[attributes.BAKED_UV].mean(axis=1)
-    local = mesh.vertices[mesh.faces].mean(axis=1) - (1, 2, 3)
+    around = mesh.vertices[mesh.faces].mean(axis=1) - (1, 2, 3)
+    side = np.abs(np.ptp(mesh.vertices[mesh.faces][..., 2], axis=1)) > 1.0
+    across = np.abs(around) == np.abs(around[:, :2]).max(axis=1)[:, None]  # the axis that a side is perpendicular to
+    expected = np.where(across, 0.0, np.stack([-around[:, 1], around[:, 0], 0.0 * around[:, 2]], axis=1))
+    expected = np.sign(np.round(expected, 6))
     x, y = (uv[:, 0] * 32).astype(int), ((1.0 - uv[:, 1]) * 32).astype(int)
-    assert picture[y, x] == pytest.approx(local, abs=0.25)  # a pixel is a sixth of the cube
+    assert side.sum() == 8 and picture[y, x][side] == pytest.approx(expected[side], abs=0.02)
 
 
 def test_failed_bakes_leave_the_sockets_values() -> None:

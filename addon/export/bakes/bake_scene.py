@@ -9,6 +9,7 @@ from typing import Any
 
 import bpy
 import numpy as np
+from mathutils import Euler
 from numpy.typing import NDArray
 
 from edgegrad.images import read_image
@@ -27,6 +28,8 @@ class BakeScene:
     ----------
     scene, camera, lens
         Blender's scene, camera object and camera.
+    pose
+        Transform of the camera for panoramas; at first it looks along +X.
     """
 
     def __init__(self, keep: Temporary, where: str) -> None:
@@ -48,13 +51,14 @@ class BakeScene:
         self.camera = keep(bpy.data.objects.new("Edgegrad bake", self.lens))
         scene.collection.objects.link(self.camera)
         scene.camera = self.camera
+        self.pose = Euler((0.5 * np.pi, 0.0, -0.5 * np.pi)).to_matrix().to_4x4()
 
     def panorama(self, width: int) -> NDArray[np.float32]:
-        """Render the whole sphere around the camera to (width / 2, width, 3), with +X in the middle."""
+        """Render the whole sphere around the camera, as `pose` turns it, to (width / 2, width, 3)."""
         self.lens.type = "PANO"
         panorama = self.lens if hasattr(self.lens, "panorama_type") else self.lens.cycles
         panorama.panorama_type = "EQUIRECTANGULAR"
-        self.camera.rotation_euler = (0.5 * np.pi, 0.0, -0.5 * np.pi)
+        self.camera.matrix_world = self.pose
         return self.picture(width, width // 2)
 
     def picture(self, width: int, height: int) -> NDArray[np.float32]:

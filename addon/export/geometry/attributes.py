@@ -36,6 +36,9 @@ POINTINESS = "(pointiness)"
 EDGE_DISTANCES = "(distances to edges)"
 RANDOM, INDEX, COLOR, LOCATION = "(object random)", "(object index)", "(object color)", "(object location)"
 SCALE, SIDE = "(object scale)", "(object side)"
+# Columns of the object's matrix without its location, and rows of the inverse.
+AXES = ("(object axis X)", "(object axis Y)", "(object axis Z)")
+INVERSE_ROWS = ("(object inverse X)", "(object inverse Y)", "(object inverse Z)")
 BEFORE = "(position before displacement)"
 PROPERTY = "(object property) "
 INSTANCER = "(instancer) "
@@ -51,7 +54,7 @@ POINT_RADIUS, RANDOM_POINT = "(point radius)", "(point random)"
 CHUNK = 1 << 14  # triangles that are looked at together: what is computed on the way stays in the cache
 
 # Values of one object or instance: instances that share a mesh have their own.
-OF_OBJECT = (RANDOM, INDEX, COLOR, LOCATION, SCALE, SIDE)
+OF_OBJECT = (RANDOM, INDEX, COLOR, LOCATION, SCALE, SIDE, *AXES, *INVERSE_ROWS)
 
 
 def layer(name: str) -> Attribute:
@@ -97,6 +100,10 @@ class ObjectValues:
             return tuple(ob.color)
         if name == LOCATION:
             return tuple(self.matrix[:3, 3])
+        if name in AXES:
+            return tuple(self.matrix[:3, AXES.index(name)])
+        if name in INVERSE_ROWS:
+            return tuple(np.linalg.pinv(self.matrix[:3, :3])[INVERSE_ROWS.index(name)])
         if name == SCALE:
             return (float(np.cbrt(abs(np.linalg.det(self.matrix[:3, :3])))),)
         if name == SIDE:
@@ -145,6 +152,8 @@ def _read(mesh: Any, arrays: MeshArrays, name: str, of: ObjectValues) -> Any:
         uv_name = name.removesuffix(TANGENT)
         if uv_name in RADIAL.values():
             return _radial_tangents(mesh, arrays, uv_name)
+        if uv_name == ACTIVE_UV and not mesh.uv_layers:
+            return tangents(arrays, _around_sphere(mesh)[arrays.faces], around=True)
         uv = _read(mesh, arrays, uv_name, of) if uv_layer(mesh, uv_name) is not None else None
         return None if uv is None else tangents(arrays, uv)
     return _layer(mesh.attributes.get(name), mesh, arrays)
@@ -185,10 +194,27 @@ def _at_vertices(mesh: Any, values: F32) -> F32:
     return (np.stack(total, axis=1) / count[:, None]).astype(np.float32)
 
 
-def _generated(mesh: Any) -> F32:
-    """(n, 3) coordinates in the texture space of the mesh: its bounding box, unless the user has set it."""
+def _undeformed(mesh: Any) -> F32:
+    """(n, 3) vertices before modifiers and shape keys moved them."""
     points = np.empty((len(mesh.vertices), 3), np.float32)
     mesh.vertices.foreach_get("undeformed_co", points.ravel())
+    return points
+
+
+def _around_sphere(mesh: Any) -> F32:
+    """(n, 2) places on a sphere around the object's origin: Cycles takes tangents from them if there is no UV map."""
+    points = _undeformed(mesh)
+    x, y, z = points.T
+    length = np.linalg.norm(points, axis=1)
+    cosine = np.divide(z, length, out=np.ones_like(z), where=length > 0.0)
+    across = np.where((x == 0.0) & (y == 0.0), 0.0, 0.5 - np.arctan2(x, y) / np.float32(2.0 * np.pi))
+    down = np.arccos(np.clip(cosine, -1.0, 1.0)) / np.float32(np.pi)
+    return np.stack([across, np.where(length > 0.0, 1.0 - down, 0.0)], axis=-1).astype(np.float32)
+
+
+def _generated(mesh: Any) -> F32:
+    """(n, 3) coordinates in the texture space of the mesh: its bounding box, unless the user has set it."""
+    points = _undeformed(mesh)
     size = np.array(mesh.texspace_size, np.float32)
     scale = np.where(size != 0.0, 0.5 / np.where(size != 0.0, size, 1.0), 0.0)
     return ((points - np.array(mesh.texspace_location, np.float32)) * scale + 0.5).astype(np.float32)
@@ -216,17 +242,18 @@ def _radial_tangents(mesh: Any, arrays: MeshArrays, name: str) -> F32:
     return np.stack([*around, np.ones_like(x)], axis=-1)
 
 
-def tangents(arrays: MeshArrays, uv: F32) -> F32:
+def tangents(arrays: MeshArrays, uv: F32, around: bool = False) -> F32:
     """(m, 3, 4) tangents along u and signs of the bitangents, as MikkTSpace computes them for triangles.
 
     Corners with equal position, normal, UV coordinate and orientation share one tangent: the sum of the tangents of
-    their triangles, each projected perpendicular to the normal and weighted by the angle at the corner.
+    their triangles, each projected perpendicular to the normal and weighted by the angle at the corner. `around`:
+    u = 0 is where u = 1 is.
     """
     count = len(arrays.faces)
     part, key, sign = np.empty((count, 3, 3), np.float32), np.empty((count, 3), np.uint64), np.empty(count, np.float32)
     for at in range(0, count, CHUNK):
         here = slice(at, at + CHUNK)
-        part[here], key[here], sign[here] = _tangent_parts(arrays, uv, here)
+        part[here], key[here], sign[here] = _tangent_parts(arrays, uv, here, around)
     group, first = _native.number_equal_keys(key.reshape(-1))
     total = np.stack([np.bincount(group, part[..., k].reshape(-1), len(first)) for k in range(3)], axis=1)
     out = np.empty((count, 3, 4), np.float32)
@@ -235,11 +262,14 @@ def tangents(arrays: MeshArrays, uv: F32) -> F32:
     return out
 
 
-def _tangent_parts(arrays: MeshArrays, uv: F32, some: slice) -> tuple[F32, NDArray[np.uint64], F32]:
+def _tangent_parts(arrays: MeshArrays, uv: F32, some: slice, around: bool) -> tuple[F32, NDArray[np.uint64], F32]:
     """Of some triangles: what each corner adds to its tangent, the key of its tangent, and the triangle's sign."""
     faces = arrays.faces[some]
     p, t = arrays.positions[faces], np.asarray(uv[some], np.float32)
     (e1, e2), (d1, d2) = ([x[:, k] - x[:, 0] for k in (1, 2)] for x in (p, t))
+    if around:
+        for d in (d1, d2):
+            d[:, 0] -= np.rint(d[:, 0])
     sign = np.where(d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0] >= 0.0, np.float32(1.0), np.float32(-1.0))
     along = sign[:, None] * (d2[:, 1:] * e1 - d1[:, 1:] * e2)
     normal = np.repeat(_unit(np.cross(e1, e2).astype(np.float32))[:, None], 3, axis=1)

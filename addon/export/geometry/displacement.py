@@ -125,12 +125,23 @@ def displace(groups: list[Group], displacements: Mapping[str, Displacement], nee
         if any(one is not None and one.bump for one in slots) and _uneven(linear):
             report.warn(where, "is scaled unevenly, so that the bump beside its displacement differs a little")
         _displace(group, slots)
+        if group.terminator.geometry > 0.0 and _turns_faces(group.arrays):
+            report.warn(where, "has smooth faces that its displacement turns by more than a right angle from their "
+                        "normals; their shadows at grazing light start elsewhere than in Cycles; set its 'Geometry "
+                        "Offset' of shadow terminators to 0")  # fmt: skip
         for source in group.sources:
             source.displaced = True
         kept = set().union(*(needed[name] for name in group.slots))
         group.attributes = {name: value for name, value in group.attributes.items() if name in kept}
         if OBJECT in group.attributes:
             group.attributes[OBJECT] = group.arrays.positions[group.arrays.faces]
+
+
+def _turns_faces(arrays: MeshArrays) -> bool:
+    """Whether smooth faces have normals that point below them."""
+    normals = shading_normals(arrays.positions, arrays.faces, arrays.smoothing, arrays.normals)
+    cosine = np.einsum("fck,fk->fc", normals, face_normals(arrays.positions, arrays.faces))
+    return bool((cosine < 0.0).any())
 
 
 def _displace(group: Group, slots: list[Displacement | None]) -> None:

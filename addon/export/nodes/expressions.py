@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+import bpy
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +24,8 @@ from .images import Images
 from .links import Groups, by_identifier, feed, is_implicit, label, upstream
 
 SCALARS = ("VALUE", "INT", "BOOLEAN")
+# Whether Blender resolves groups before Cycles sees them, whose sockets then convert nothing.
+INLINES = bpy.app.version >= (5, 0, 0)
 REC709_LUMINANCE = (0.2126, 0.7152, 0.0722)
 
 NodeReader = Callable[["Reader", Any, Groups, Any], Operand]
@@ -105,7 +108,7 @@ class Reader:
             value, kind = own_value(found.input), found.input.type
         else:
             return 0.0
-        for target in (*reversed(found.through), socket.type):
+        for target in (*(() if INLINES else reversed(found.through)), socket.type):
             value, kind = converted(value, kind, target), target
         return value
 

@@ -10,6 +10,7 @@ from mathutils import Euler, Matrix, Vector
 from edgegrad import expression as e
 from edgegrad.expression import Operand
 
+from ..geometry import attributes
 from .expressions import Reader, folded, number, reads, rgb
 from .links import Groups
 from .read_inputs import rows, unreadable
@@ -75,17 +76,41 @@ def _rotate(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
 
 @reads("VECT_TRANSFORM")
 def _vector_transform(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    vector, spaces = reader.get(node, "Vector", groups), (node.convert_from, node.convert_to)
-    if spaces[0] == spaces[1]:
+    vector, kind = reader.get(node, "Vector", groups), node.vector_type
+    source, target = node.convert_from, node.convert_to
+    if source == target:
         return vector
-    if "OBJECT" in spaces or reader.view is None:
-        raise unreadable(node, groups, node.bl_label, bakeable="CAMERA" not in spaces)
-    matrix = np.array(reader.view.world_to_camera, np.float64)
-    matrix = matrix if spaces[1] == "CAMERA" else np.linalg.inv(matrix)
-    if node.vector_type != "POINT":
-        matrix[:3, 3] = 0.0
-    vector = e.Transform(vector, rows(matrix))  # the camera's axes are orthonormal, so normals turn like vectors
-    return e.VectorMath("NORMALIZE", vector) if node.vector_type == "NORMAL" else vector
+    if reader.view is None:
+        raise unreadable(node, groups, node.bl_label, bakeable="CAMERA" not in (source, target))
+    camera = np.array(reader.view.world_to_camera, np.float64)
+    if kind != "POINT":
+        camera[:3, 3] = 0.0
+    if source == "OBJECT":
+        vector = _from_object(vector, kind)
+    elif source == "CAMERA":
+        vector = e.Transform(vector, rows(np.linalg.inv(camera)))
+    if target == "OBJECT":
+        vector = _to_object(vector, kind)
+    elif target == "CAMERA":
+        vector = e.Transform(vector, rows(camera))  # the camera's axes are orthonormal: normals turn like vectors
+    return e.VectorMath("NORMALIZE", vector) if kind == "NORMAL" else vector
+
+
+def _from_object(vector: Operand, kind: str) -> Operand:
+    """Transform a vector, point or normal from the object's space to the world's."""
+    axes = attributes.INVERSE_ROWS if kind == "NORMAL" else attributes.AXES
+    out: Operand = attributes.layer(attributes.LOCATION) if kind == "POINT" else (0.0, 0.0, 0.0)
+    for k, axis in enumerate(axes):
+        out = e.VectorMath("ADD", out, e.VectorMath("SCALE", attributes.layer(axis), scale=e.Channel(vector, k)))
+    return out
+
+
+def _to_object(vector: Operand, kind: str) -> Operand:
+    """Transform a vector, point or normal from the world's space to the object's."""
+    if kind == "POINT":
+        vector = e.VectorMath("SUBTRACT", vector, attributes.layer(attributes.LOCATION))
+    axes = attributes.AXES if kind == "NORMAL" else attributes.INVERSE_ROWS
+    return e.Combine(*(e.VectorMath("DOT_PRODUCT", attributes.layer(axis), vector) for axis in axes))
 
 
 @reads("NORMAL")

@@ -30,7 +30,7 @@ def add_backdrop(out: Export, seen: WorldReading, images: Images, resolution: in
                  widths: dict[str, int] | None = None) -> None:  # fmt: skip
     """Add the world that only the camera sees to an exported scene."""
     if seen.baked:
-        bake_world(seen, images, resolution, out.report, suns=False, widths=widths)
+        bake_world(seen, images, resolution, out.report, out.scene.camera, suns=False, widths=widths)
     world = seen.value
     if world.image is None:
         return

@@ -12,7 +12,7 @@ from typing import Any
 
 import bpy
 import numpy as np
-from mathutils import Vector
+from mathutils import Matrix, Vector
 from numpy.typing import NDArray
 
 import edgegrad
@@ -25,6 +25,7 @@ from ..bakes.content import UnknownContent, content_of
 from ..nodes.images import Images
 from ..nodes.links import by_identifier, feed
 from ..nodes.ray_kinds import LIGHT_PATHS
+from .view_coordinates import pixels_per_texel, reads_camera, replace_coordinates, rotation_of
 from .world import WorldReading
 
 # Pixels along each side of the picture of the sun's disc, and size of this picture relative to the disc.
@@ -55,14 +56,16 @@ class _Baked:
         return [self.picture]
 
 
-def bake_world(world: WorldReading, images: Images, resolution: int, report: Report, suns: bool = True,
-               widths: dict[str, int] | None = None) -> None:  # fmt: skip
+def bake_world(world: WorldReading, images: Images, resolution: int, report: Report, view: edgegrad.Camera,
+               suns: bool = True, widths: dict[str, int] | None = None) -> None:  # fmt: skip
     """Render the nodes of the world to an image; if `suns` is set, the sun of a sky texture becomes a light.
 
     Parameters
     ----------
     resolution
         Width of the image, unless the world is so smooth that fewer pixels give the same.
+    view
+        The camera, on which nodes may depend.
     widths
         Widths of the images of earlier exports by their names, which are kept; new ones are added.
     """
@@ -73,12 +76,13 @@ def bake_world(world: WorldReading, images: Images, resolution: int, report: Rep
         return
     image = f"{name} (baked)" if suns else f"{name} (baked for {world.seen_by} rays)"
     width = None if widths is None else widths.get(image)
-    key = _key(world, resolution, width, suns)
+    seen = view if reads_camera(world.world.node_tree) else None
+    key = _key(world, seen, resolution, width, suns)
     # A fit exports the scene many times, and most of its properties leave the world as it is.
     baked = kept(key, _Baked)
     if baked is None:
         try:
-            baked = _bake(world, resolution, width, suns)
+            baked = _bake(world, seen, resolution, width, suns)
         except Problem:
             raise
         except (RuntimeError, OSError, ValueError) as error:
@@ -86,38 +90,49 @@ def bake_world(world: WorldReading, images: Images, resolution: int, report: Rep
             return
         keep(key, baked)
         if widths is not None and width is None:  # later exports ask for this width
-            keep(_key(world, resolution, baked.picture.shape[1], suns), baked)
+            keep(_key(world, seen, resolution, baked.picture.shape[1], suns), baked)
     for sentence in baked.warnings:
         report.warn(where, sentence)
     lights = {light: replace(sun, visible_to=world.value.visible_to) for light, sun in baked.lights.items()}
     images.found[image] = edgegrad.Image(baked.picture)
     world.value.image, world.value.color = image, np.ones(3)
+    if seen is not None:
+        world.value.rotation = rotation_of(seen)
     world.suns |= lights
     height, width = baked.picture.shape[:2]
     if widths is not None:
         widths[image] = width
+    if seen is not None and pixels_per_texel(seen, width) > 1.5:
+        report.warn(where, "its nodes depend on the camera and are baked, which blurs them over about "
+                    f"{pixels_per_texel(seen, width):.0f} pixels")  # fmt: skip
     report.tell(where, f"baked to an image of {width} x {height}"
                 + (f", its sun exported as {len(lights)} light" if lights else ""))  # fmt: skip
 
 
-def _key(world: WorldReading, *settings: object) -> bytes | None:
+def _key(world: WorldReading, seen: edgegrad.Camera | None, *settings: object) -> bytes | None:
     """Hash of all that decides a bake; None if something may change unnoticed."""
     try:
         content = content_of(world.world)
     except UnknownContent:
         return None
-    rest = (content, world.seen_by, bpy.context.scene.frame_current_final, *settings)
+    camera = None if seen is None else (seen.to_world.tolist(), seen.kind, seen.focal, seen.shift.tolist(), seen.width,
+                                        seen.height, seen.pixel_aspect)  # fmt: skip
+    rest = (content, world.seen_by, bpy.context.scene.frame_current_final, camera, *settings)
     return hashlib.sha256(repr(rest).encode()).digest()
 
 
-def _bake(world: WorldReading, resolution: int, width: int | None, suns: bool) -> _Baked:
+def _bake(world: WorldReading, seen: edgegrad.Camera | None, resolution: int, width: int | None,
+          suns: bool) -> _Baked:  # fmt: skip
     with temporary() as keep:
         baker = _WorldBaker(keep, world)
+        warnings: list[str] = []
+        if seen is not None:
+            baker.pose = Matrix(seen.to_world.tolist())
+            warnings += replace_coordinates(baker.world.node_tree, seen)
         found = [node for node in _skies(baker.world.node_tree) if node.sun_type in WITH_SUN] if suns else []
         if not all(sun.plain for sun in found):
-            picture = baker.panorama(resolution)
-            return _Baked(np.maximum(picture, 0.0), {}, ("its sky is rotated by nodes, so the sun stays in the baked "
-                                                         "image",))  # fmt: skip
+            warnings.append("its sky is rotated by nodes, so the sun stays in the baked image")
+            return _baked(baker.panorama(resolution), {}, warnings)
         for sun in found:
             sun.disc(False)
         picture = baker.smooth_panorama(resolution) if width is None else baker.panorama(width)
@@ -126,7 +141,14 @@ def _bake(world: WorldReading, resolution: int, width: int | None, suns: bool) -
             light = baker.sun(sun)
             if light is not None:
                 lights[SUN_NAME if not lights else f"{SUN_NAME} {len(lights) + 1}"] = light
-        return _Baked(np.maximum(picture, 0.0), lights)
+        return _baked(picture, lights, warnings)
+
+
+def _baked(picture: F32, lights: dict[str, edgegrad.SunLight], warnings: list[str]) -> _Baked:
+    """A bake without negative light, which is told if it is more than rounding."""
+    if picture.min(initial=0.0) < -1e-6 * picture.max(initial=0.0):
+        warnings.append("negative light is treated as zero")
+    return _Baked(np.maximum(picture, 0.0), lights, tuple(warnings))
 
 
 def _is_smooth(coarse: F32, fine: F32) -> bool:

@@ -72,7 +72,8 @@ def displaced_image() -> None:
     _bricks(0.1)
 
 
-@case("Displaced faces beside faces of a material that stays, which keep their normals", bounces=2)
+@case("Displaced faces beside faces of a material that stays, which keep their normals", bounces=2, differs=(
+    "shadows of faces that displacement turns over start elsewhere at grazing light",))  # fmt: skip
 def displaced_slots() -> None:
     """A second material."""
     for body in _bricks(0.15):

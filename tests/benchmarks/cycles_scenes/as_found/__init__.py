@@ -12,6 +12,7 @@ from . import (  # noqa: F401  (importing a family registers its cases)
     images,
     layers_and_files,
     lights,
+    nodes,
     odd_data,
     outputs,
     props,

@@ -1,0 +1,5 @@
+"""What nodes do to spaces, sockets and bodies."""
+
+from __future__ import annotations
+
+from . import changing, spaces  # noqa: F401  (importing a family registers its cases)

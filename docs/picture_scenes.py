@@ -94,6 +94,7 @@ MATERIALS = {
     "clay": edgegrad.Material(base_color=np.array([0.75, 0.45, 0.25])),
     "metal": edgegrad.Material(base_color=np.array([0.9, 0.9, 0.9]), metallic=1.0, roughness=0.35),
     "mirror": edgegrad.Material(base_color=np.array([0.9, 0.9, 0.9]), metallic=1.0, roughness=0.0),
+    "glass": edgegrad.Material(kind="GLASS", base_color=np.array([0.95, 0.95, 0.95]), roughness=0.0, ior=1.4),
 }
 FLOOR = plane([-6.0, -4.0, 0.0], [12.0, 0.0, 0.0], [0.0, 8.0, 0.0], "floor")
 
@@ -179,4 +180,16 @@ def shadow_only() -> Case:
                 ("interior", "primary", "shadow"))
 
 
-CASES = {f.__name__: f for f in (silhouette, all_terms, mirror, horizon, intersection, shadow_only)}
+def caustic() -> Case:
+    """A ball of glass above the frame, which focuses a lamp on the floor."""
+    shining = edgegrad.AreaLight(camera([-0.8, 0.0, 5.0], [0.0, 0.0, 0.0]).to_world, np.array([1.0, 0.7]), power=300.0)
+    scene = _scene(
+        camera([0.0, -3.6, 1.0], [0.0, 0.0, -0.25], 0.55),
+        {"ball": ball([0.1, 0.3, 1.9], 0.6, 8, "glass", smooth=True), "floor": FLOOR},
+        {"lamp": shining},
+    )
+    return Case("A ball of glass above the frame moves to the right", scene, _shift(scene, "ball", [1.0, 0.0, 0.0]), 4,
+                0.04, ("interior", "indirect"))
+
+
+CASES = {f.__name__: f for f in (silhouette, all_terms, mirror, horizon, intersection, shadow_only, caustic)}

@@ -103,7 +103,7 @@ EG_OUTLINE Int choose_outline(const SceneView& scene, Mask active, Vec3 m, Float
         const int row = lights.sized[k];
         const LightRow l = gather_light(lights, splat(row));
         if (!(lights.visible_to[row] & kBentRays)) return splat(0.0f);
-        return outline_size(l, lights.kind[lights.light_of_row[row]], m) * average(l.radiance);
+        return outline_size(l, lights.kind[lights.light_of_row[row]], m) * abs(average(l.radiance));
     };
     Float sum = splat(0.0f);
     for (int k = 0; k < count; ++k) sum = sum + size(k);

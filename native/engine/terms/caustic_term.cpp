@@ -24,7 +24,7 @@ class Irradiance {
             const int32_t row = lights.sized[k];
             if (!(lights.visible_to[row] & kBentRays)) continue;
             const float* p = lights.params + kLightParams * static_cast<ptrdiff_t>(row);
-            const double radiance = (p[0] + p[1] + p[2]) / 3.0;
+            const double radiance = std::abs(p[0] + p[1] + p[2]) / 3.0;
             rows_.push_back({lights.kind[lights.light_of_row[row]], vertex(p + kLightPosition),
                              vertex(p + kLightDirection), radiance * static_cast<double>(p[kLightArea]),
                              radiance, static_cast<double>(p[kLightRadius])});

@@ -49,14 +49,10 @@ EG_OUTLINE RimChoice choose_rims(const SceneView& scene, const ImageTask& task, 
     const Bsdf& f = surface.bsdf;
     // The domain of a followed lobe moves with it, but for light that its rays do not meet.
     Mask through = splat(0);
-    if (f.any_lobe[kInterfaceLobe]) {
-        through = has_rim(f.glass, f.view);
-        if (!scene.light_followed)
-            through &= ~f.glass.facets.followed;
-        else
-            through &= ~f.glass.facets.followed |
-                       (lobe_width(kInterfaceLobe, f.glass.facets) > scene.least_followed);
-    }
+    if (f.any_lobe[kInterfaceLobe])
+        through =
+            has_rim(f.glass, f.view) &
+            (~f.glass.facets.followed | (lobe_width(kInterfaceLobe, f.glass.facets) > scene.least_followed));
     const Mask diffuse = has_diffuse_rim(f), may = p.active & ~p.past_rim & (through | diffuse);
     if (!any(may)) return r;
     // Emitter samples do not use these random numbers before the rim.

@@ -29,30 +29,6 @@ struct BentLight {
 // The probability of ending at a surface that has both perfect and other lobes, or several closures.
 constexpr float kBentLightEnds = 0.5f;
 
-// Chooses one of the perfect lobes of a surface in proportion to their values. `sum` of these is 0 if there
-// are none.
-EG_INLINE Int choose_perfect_lobe(const Bsdf& f, Mask active, Float u, Float& sum, Float& probability) {
-    PerfectLobes lobes;
-    perfect_values(f, active, lobes);
-    Float count = splat(0.0f), passed = splat(0.0f);
-    sum = splat(0.0f);
-    for (const Float& v : lobes.value) sum = sum + v, count = count + select(v > 0.0f, splat(1.0f), 0.0f);
-    const Float least = kLeastChoice / max(count, 1.0f);
-    Int event = splat(kEventEnds);
-    Mask left = active & (sum > 0.0f);
-    for (int k = 0; k < kPerfectLobes; ++k) {
-        const Float value = lobes.value[k];
-        const Float share =
-            select(value > 0.0f, least + (1.0f - kLeastChoice) * value / max(sum, 1e-30f), splat(0.0f));
-        const Mask picked = left & (value > 0.0f) & ((u < passed + share) | (passed + share > 0.99999f));
-        event = select(picked, splat(kPerfectEvent[k]), event);
-        probability = select(picked, probability * share, probability);
-        left &= ~picked;
-        passed = passed + share;
-    }
-    return event;
-}
-
 // The factor of the measure at a vertex with the face's normal n. `eta` is the index on the side of v over
 // that on the side of w.
 EG_INLINE Float bent_measure(Vec3 n, Vec3 v, Vec3 w, Mask transmitted, Float eta) {
@@ -89,17 +65,23 @@ EG_OUTLINE BentLight follow_bent_light(const SceneView& scene, const PathIndex& 
         const ChainSurface surface = chain_surface(scene, s, point, select(going, closure, splat(0)));
         const Vec3 normal = shading_normal(scene, going, surface.shader, point);
         const Bsdf f = shaded_surface(scene, going, s, point, surface.shader, normal).bsdf;
-        Float perfect, probability = 1.0f / max(sum, 1e-30f);
+        Float probability = 1.0f / max(sum, 1e-30f);
         probability =
             select(surface.closure_weight > 0.0f, probability * surface.closure_weight, probability);
-        const Int event = choose_perfect_lobe(f, going, chain_random(stream, level, 2), perfect, probability);
+        PerfectLobes lobes;
+        perfect_values(f, going, lobes);
+        const LobeSum perfect = sum_of(lobes);
+        Vec3 half = normal;
+        const Int event =
+            choose_lobe(lobes, perfect, going, chain_random(stream, level, 2), probability, half);
         // End here or go on. Of a material of several closures the choice must not depend on the picked one.
         if (level > 0) {
             const Mask bends = may_have(scene, s, going, kHasGlossy | kHasRefraction);
             const Int closures = gather(scene.material_first_closure + 1, s.material) -
                                  gather(scene.material_first_closure, s.material);
-            const Float alone = select(
-                perfect > 0.0f, select(has_wide_lobes(f, going), splat(kBentLightEnds), 0.0f), splat(1.0f));
+            const Float alone =
+                select(perfect.value > 0.0f, select(has_wide_lobes(f, going), splat(kBentLightEnds), 0.0f),
+                       splat(1.0f));
             Float chance = select(closures > 1, splat(kBentLightEnds), alone);
             if (level == most) chance = splat(1.0f);
             chance = select(bends, chance, splat(1.0f));
@@ -115,14 +97,13 @@ EG_OUTLINE BentLight follow_bent_light(const SceneView& scene, const PathIndex& 
             going &= ~ends;
         }
         if (level == most) break;
-        going &= (perfect > 0.0f) & (event != kEventEnds) &
-                 ((gather(scene.mesh_mask, s.mesh) & kScatteredRays) != 0);
+        going &= (event != kEventEnds) & ((gather(scene.mesh_mask, s.mesh) & kScatteredRays) != 0);
         if (!any(going)) break;
         // Bend the light
         const Mask transmitted = going & ((event & kEventTransmits) != 0);
         Float shown, lobe_width;
         const Vec3 v =
-            scatter_by_event(scene, surface, going, event, transmitted, normal, shown, lobe_width).wi;
+            scatter_by_event(scene, surface, going, event, transmitted, half, shown, lobe_width).wi;
         const Float side = dot(s.normal, v);
         going &= select(transmitted, side < 0.0f, side > 0.0f);
         out.weight = select(going,

@@ -75,15 +75,9 @@ EG_INLINE SeenOutline see_outline_of(const LightRow& l, int kind, Vec3 m, Float 
             area = kTurn * area;
         } else {
             // Four sides in turn
-            const Float place = 4.0f * turn;
-            const Mask second = place >= 2.0f, upright = (place >= 1.0f) & (place < 3.0f);
-            const Mask back = (place >= 2.0f);
-            const Float along =
-                2.0f * (place - select(place >= 3.0f, splat(3.0f),
-                                       select(second, splat(2.0f),
-                                              select(place >= 1.0f, splat(1.0f), splat(0.0f))))) -
-                1.0f;
-            const Float end = select(back, splat(-1.0f), splat(1.0f));
+            const Float place = 4.0f * turn, along = 2.0f * fract(place) - 1.0f;
+            const Mask upright = (place >= 1.0f) & (place < 3.0f);
+            const Float end = select(place >= 2.0f, splat(-1.0f), splat(1.0f));
             across = l.axis_x * select(upright, end, along) + l.axis_y * select(upright, along, end);
             area = 8.0f * area;
         }

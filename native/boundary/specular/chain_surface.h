@@ -186,6 +186,42 @@ EG_INLINE Mask has_wide_lobes(const Bsdf& f, Mask active) {
     return wide;
 }
 
+// The sum of the values of lobes, and their number.
+struct LobeSum {
+    Float value, count;
+};
+EG_INLINE LobeSum sum_of(const PerfectLobes& lobes) {
+    LobeSum sum{splat(0.0f), splat(0.0f)};
+    for (const Float& v : lobes.value) {
+        sum.value = sum.value + v;
+        sum.count = sum.count + select(v > 0.0f, splat(1.0f), 0.0f);
+    }
+    return sum;
+}
+
+// Chooses one of the lobes in proportion to their values; kEventEnds if none has a value. Multiplies the
+// `probability`, and sets `half` to the microfacet normal of a followed lobe.
+EG_INLINE Int choose_lobe(const PerfectLobes& lobes, const LobeSum& sum, Mask active, Float u,
+                          Float& probability, Vec3& half) {
+    Int event = splat(kEventEnds);
+    Mask left = active & (sum.value > 0.0f);
+    const Float least = kLeastChoice / max(sum.count, 1.0f);
+    Float passed = splat(0.0f);
+    for (int k = 0; k < kPerfectLobes; ++k) {
+        const Float value = lobes.value[k];
+        const Float share =
+            select(value > 0.0f, least + (1.0f - kLeastChoice) * value / max(sum.value, 1e-30f), splat(0.0f));
+        // The last lobe gets the remainder that rounding leaves.
+        const Mask picked = left & (value > 0.0f) & ((u < passed + share) | (passed + share > 0.99999f));
+        event = select(picked, splat(kPerfectEvent[k]) | (lobes.followed[k] & kEventFollows), event);
+        probability = select(picked, probability * share * lobes.density[k], probability);
+        half = select(picked, lobes.half[k], half);
+        left &= ~picked;
+        passed = passed + share;
+    }
+    return event;
+}
+
 // The probability of going on to a light, at surfaces that also have perfect lobes.
 constexpr float kLitShare = 0.5f;
 
@@ -213,16 +249,12 @@ EG_OUTLINE Int choose_event(const SceneView& scene, const ChainSurface& s, Mask 
     if (!any(left)) return event;
     const ShadedSurface surface = chain_bsdf(scene, left, s);
     // Evaluate the perfect and followed lobes
-    Float sum = splat(0.0f), count = splat(0.0f);
     PerfectLobes lobes;
     perfect_values(surface.bsdf, left, lobes);
     if (scene.followed_alpha > 0.0f)
         followed_values(surface.bsdf, left, chain_random(stream, level, 4), chain_random(stream, level, 5),
                         lobes);
-    for (const Float& v : lobes.value) {
-        sum = sum + v;
-        count = count + select(v > 0.0f, splat(1.0f), 0.0f);
-    }
+    const LobeSum sum = sum_of(lobes);
     Mask lit = left & may_be_lit;
     // Go on to a light, if there are wide lobes. So are followed lobes whose rays do not meet some lights.
     Bsdf whole = surface.bsdf;
@@ -230,29 +262,15 @@ EG_OUTLINE Int choose_event(const SceneView& scene, const ChainSurface& s, Mask 
         follow_up_to(whole, splat(scene.lights.kinds & kPointlikeLights ? 0.0f : scene.least_followed));
     lit &= has_wide_lobes(whole, left);
     if (any(lit)) {
-        const Float chance = select(sum > 0.0f, splat(kLitShare), 1.0f);
+        const Float chance = select(sum.value > 0.0f, splat(kLitShare), 1.0f);
         const Mask looks = lit & (chain_random(stream, level, 3) < chance);
         event = select(looks, splat(kEventLit), event);
         probability = probability * select(looks, chance, select(lit, 1.0f - chance, splat(1.0f)));
         left &= ~looks;
     }
-    // Choose a lobe in proportion to its value
-    left &= sum > 0.0f;
-    const Float u = chain_random(stream, level, 2), least = kLeastChoice / max(count, 1.0f);
-    Float passed = splat(0.0f);
-    for (int k = 0; k < kPerfectLobes; ++k) {
-        const Float value = lobes.value[k];
-        const Float share =
-            select(value > 0.0f, least + (1.0f - kLeastChoice) * value / max(sum, 1e-30f), splat(0.0f));
-        // The last lobe gets the remainder that rounding leaves.
-        const Mask picked = left & (value > 0.0f) & ((u < passed + share) | (passed + share > 0.99999f));
-        event = select(picked, splat(kPerfectEvent[k]) | (lobes.followed[k] & kEventFollows), event);
-        probability = select(picked, probability * share * lobes.density[k], probability);
-        half = select(picked, lobes.half[k], half);
-        left &= ~picked;
-        passed = passed + share;
-    }
-    return event;
+    left &= sum.value > 0.0f;
+    const Int lobe = choose_lobe(lobes, sum, left, chain_random(stream, level, 2), probability, half);
+    return select(left, lobe, event);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -66,8 +66,8 @@ EG_OUTLINE void set_other_distribution(Microfacets& g, Mask beckmann, Mask phong
 }
 
 EG_INLINE Mask is_smooth(const Microfacets& g) { return g.ax * g.ay <= kSmoothAlpha2; }
-// Lanes whose scattered ray is a function of the view. Only such rays find light there.
 EG_INLINE Float widest_alpha(const Microfacets& g) { return max(g.ax, g.ay); }
+// Lanes whose scattered ray is a function of the view. Only such rays find light there.
 EG_INLINE Mask is_perfect(const Microfacets& g) { return is_smooth(g) | g.followed; }
 
 // Density of normals. It uses sines rather than 1 - cos^2, which is inaccurate on nearly smooth surfaces.

@@ -47,6 +47,13 @@ void ChainSweeps::differentiate_by_place(const double* shift, float* by_place) {
     }
 }
 
+float ChainSweeps::size(int i) const {
+    const ChainCrossings& c = crossings_;
+    // Of suns, whose outlines have no place, only the ray's direction counts.
+    const float slope = length(c.by_point, i);
+    return length(c.jump, i) * (slope > 0.0f ? slope : length(c.by_direction, i));
+}
+
 void ChainSweeps::differentiate() { run_.is_forward() ? forward() : backward(); }
 
 void ChainSweeps::forward() {

@@ -21,6 +21,9 @@ class ChainSweeps {
     // Differentiates the distance of each last ray from what it touches by the place in the picture, if the
     // camera's floats change by `shift`.
     void differentiate_by_place(const double* shift, float* by_place);
+    // The size of a crossing: its jump times the motion across its line, for a unit motion of the light or
+    // edge.
+    float size(int i) const;
     // Adds the derivatives of the jumps of radiance to the splats or to the gradient of the run.
     void differentiate();
 

@@ -2,6 +2,7 @@
 // engine computes parts by these decisions, and returns them as data, which core/planning puts into words.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -150,6 +151,21 @@ std::vector<int32_t> used_materials(const SceneTables& tables, const Is& is) {
             }
     }
     return out;
+}
+
+// The same by material: 1 or 0.
+template <typename Is>
+std::vector<uint8_t> marked_materials(const SceneTables& tables, const Is& is) {
+    std::vector<uint8_t> out(tables.material_used.size(), 0);
+    for (const int32_t m : used_materials(tables, is)) out[static_cast<size_t>(m)] = 1;
+    return out;
+}
+
+// Whether a mesh has a face of a marked material.
+inline bool has_face_of(const SceneTables& tables, size_t mesh, const std::vector<uint8_t>& marked) {
+    const int32_t* faces = tables.face_material.data();
+    return std::any_of(faces + tables.mesh_first_face[mesh], faces + tables.mesh_first_face[mesh + 1],
+                       [&](int32_t m) { return marked[static_cast<size_t>(m)] != 0; });
 }
 
 // The visible meshes that some, but not all, of the kinds of rays in a mask can hit.

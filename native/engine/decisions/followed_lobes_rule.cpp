@@ -86,10 +86,8 @@ float widest_followed(const SceneTables& tables, const LightView& lights) {
 
 // Places, (n, 3), on surfaces with sharp lobes, spread over the faces and copies of meshes.
 std::vector<double> places_on_lobes(const SceneTables& tables) {
-    std::vector<uint8_t> narrow(tables.material_used.size(), 0);
-    for (const int32_t m :
-         used_materials(tables, [&](size_t k) { return may_be_specular(tables, k, kSharpAlpha); }))
-        narrow[static_cast<size_t>(m)] = 1;
+    const auto narrow =
+        marked_materials(tables, [&](size_t k) { return may_be_specular(tables, k, kSharpAlpha); });
     const MeshInstances instances = mesh_instances(tables);
     const size_t most = std::clamp<size_t>(kPlaces / std::max<size_t>(instances.size(), 1), 1, kPlacesOfMesh);
     std::vector<double> places;

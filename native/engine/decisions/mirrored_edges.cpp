@@ -31,19 +31,15 @@ std::vector<int32_t> lights_in_mirrors(const BoundaryFacts& f) {
 // The largest number of mirrors' faces, of all instances, of which caustics are computed: samples list them.
 constexpr int64_t kMostMirrorFaces = int64_t{1} << 22;
 
-// The number of faces of meshes with one of these materials, of all instances.
-int64_t faces_with(const SceneTables& tables, const std::vector<int32_t>& materials) {
+// The number of faces of meshes with perfect lobes, of all instances.
+int64_t count_mirror_faces(const SceneTables& tables) {
+    const auto smooth = marked_materials(tables, [&](size_t k) { return may_be_specular(tables, k); });
     const auto instances = mesh_instances(tables);
     int64_t sum = 0;
-    for (int32_t mesh = 0; mesh < tables.first_field(); ++mesh) {
-        const auto m = static_cast<size_t>(mesh);
-        const auto* first = tables.face_material.data() + tables.mesh_first_face[m];
-        const auto* last = tables.face_material.data() + tables.mesh_first_face[m + 1];
-        if (std::any_of(first, last, [&](int32_t of) {
-                return std::binary_search(materials.begin(), materials.end(), of);
-            }))
-            sum += (last - first) * static_cast<int64_t>(instances[m].size());
-    }
+    for (size_t m = 0; m < static_cast<size_t>(tables.first_field()); ++m)
+        if (has_face_of(tables, m, smooth))
+            sum += (tables.mesh_first_face[m + 1] - tables.mesh_first_face[m]) *
+                   static_cast<int64_t>(instances[m].size());
     return sum;
 }
 
@@ -69,18 +65,11 @@ bool mirrors_turn(const BoundaryFacts& f) {
     const SceneTables& tables = f.tables;
     if (f.options.max_depth < 2) return false;
     if (f.motion.camera || f.bends) return true;
-    std::vector<uint8_t> specular(tables.material_used.size(), 0);
-    for (const int32_t m :
-         used_materials(tables, [&](size_t k) { return may_be_specular(tables, k, f.scene.followed_alpha); }))
-        specular[static_cast<size_t>(m)] = 1;
+    const auto specular = marked_materials(
+        tables, [&](size_t k) { return may_be_specular(tables, k, f.scene.followed_alpha); });
     const std::vector<uint8_t> moving = moving_surfaces(tables, f.motion);
-    for (size_t mesh = 0; mesh < static_cast<size_t>(tables.visible_meshes); ++mesh) {
-        const auto* first = tables.face_material.data() + tables.mesh_first_face[mesh];
-        const auto* last = tables.face_material.data() + tables.mesh_first_face[mesh + 1];
-        if (moving[mesh] &&
-            std::any_of(first, last, [&](int32_t m) { return specular[static_cast<size_t>(m)] != 0; }))
-            return true;
-    }
+    for (size_t mesh = 0; mesh < static_cast<size_t>(tables.visible_meshes); ++mesh)
+        if (moving[mesh] && has_face_of(tables, mesh, specular)) return true;
     return false;
 }
 
@@ -91,7 +80,7 @@ void decide_caustics(const BoundaryFacts& f, const std::vector<int32_t>& partly_
     const SceneView& scene = f.scene;
     std::vector<int32_t> smooth =
         used_materials(f.tables, [&](size_t closure) { return may_be_specular(f.tables, closure); });
-    const bool listed = faces_with(f.tables, smooth) <= kMostMirrorFaces;
+    const bool listed = smooth.empty() || count_mirror_faces(f.tables) <= kMostMirrorFaces;
     const auto decide = [&](Part part, Reason light, bool moves) {
         const bool needed = decided.decide(
             part, first_of({unless(f.options.max_depth >= 3, Reason::kNotRendered),

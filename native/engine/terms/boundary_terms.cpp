@@ -324,19 +324,14 @@ void TermBuilder::add_curves() {
 }
 
 void TermBuilder::add_caustics() {
-    const auto add_samples = [&](BoundaryKind kind, const Candidates& found, double part, double factor) {
-        if (decided_.alone()) return;
-        const double samples = part * learned_share(kind) * most_samples(kind);
-        if (auto term = CausticTerm::of(scene_, edges_.tables, options_, kind, found, samples, factor))
-            terms_.push_back(std::move(term));
-    };
-    if (decided_.computes(Part::kCausticOutlines))
-        add_samples(kCausticOutline, mirror_faces(scene_, edges_.tables, true), 1.0, 1.0);
+    const auto samples = [&](BoundaryKind kind) { return learned_share(kind) * most_samples(kind); };
+    const SceneTables& tables = edges_.tables;
+    if (decided_.computes(Part::kCausticOutlines) && !decided_.alone())
+        add_caustic_outlines(terms_, scene_, tables, options_, samples(kCausticOutline));
     if (!decided_.computes(Part::kCausticEdges)) return;
-    if (!has_edges(Part::kCausticEdges, silhouettes().size(), silhouettes().counts())) return;
-    silhouettes().each([&](const SharedCandidates& list, double part, double factor) {
-        add_samples(kCausticEdge, *list, part, factor);
-    });
+    const FoundEdges& found = silhouettes();
+    if (has_edges(Part::kCausticEdges, found.size(), found.counts()) && !decided_.alone())
+        add_caustic_edges(terms_, scene_, tables, options_, found, samples(kCausticEdge));
 }
 
 }  // namespace

@@ -6,7 +6,6 @@
 #include "boundary/curves/segment_cells.h"
 #include "boundary/meshes/placed_vertex.h"
 #include "engine/chain_sweeps.h"
-#include "engine/terms/found_edges.h"
 #include "scene/lights/light_params.h"
 #include "scene/mesh_instances.h"
 #include "scene/sharp_lobes.h"
@@ -60,12 +59,10 @@ class Irradiance {
     std::vector<Row> rows_;
 };
 
-}  // namespace
-
+// The faces that may have perfect lobes, in place of edges, weighted by area. With `lit`, times the
+// irradiance that the sized lights may have there.
 Candidates mirror_faces(const SceneView& scene, const SceneTables& tables, bool lit) {
-    std::vector<uint8_t> bends(tables.material_used.size(), 0);
-    for (const int32_t m : used_materials(tables, [&](size_t k) { return may_be_specular(tables, k); }))
-        bends[static_cast<size_t>(m)] = 1;
+    const auto bends = marked_materials(tables, [&](size_t k) { return may_be_specular(tables, k); });
     const Irradiance light(scene.lights);
     const auto instances = mesh_instances(tables);
     Candidates out;
@@ -95,19 +92,29 @@ Candidates mirror_faces(const SceneView& scene, const SceneTables& tables, bool 
     return out;
 }
 
-std::unique_ptr<CausticTerm> CausticTerm::of(const SceneView& scene, const SceneTables& tables,
-                                             const RenderOptions& options, BoundaryKind kind,
-                                             const Candidates& found, double samples, double factor) {
-    std::shared_ptr<const Candidates> mirrors;
-    if (kind == kCausticEdge) mirrors = shared(mirror_faces(scene, tables, false));
-    if (found.size() == 0 || (mirrors && mirrors->size() == 0)) return nullptr;
+class CausticTerm : public BoundaryTerm {
+ public:
+    // `mirrors`: faces by area, for samples of edges; null for those of outlines.
+    CausticTerm(SamplePlan plan, SharedCandidates mirrors)
+        : BoundaryTerm(std::move(plan), {}, {}, nullptr), mirrors_(std::move(mirrors)) {}
+
+ private:
+    void run_samples(TermRun& run, int pass, int64_t first, int64_t count, DroppedSamples& lost) override;
+
+    const SharedCandidates mirrors_;
+};
+
+// Adds samples of mirror_faces with cells on each face, or of edges with cells of directions. The term is
+// multiplied by `factor`.
+void add(BoundaryTerms& terms, const RenderOptions& options, BoundaryKind kind, const Candidates& found,
+         const SharedCandidates& mirrors, double samples, double factor) {
+    if (found.size() == 0 || (mirrors && mirrors->size() == 0)) return;
     RenderOptions own = options;
     if (factor != 1.0) own.seed ^= kWindowSeed;
     const bool chains = kBoundaryTable[kind].chains(options.max_depth);
     SamplePlan plan(shared(over_directions(found, kDirectionSegments * samples, chains)), samples, samples,
                     own, kind, options.two_passes, static_cast<float>(factor));
-    if (plan.total(0) == 0) return nullptr;
-    return std::unique_ptr<CausticTerm>(new CausticTerm(std::move(plan), std::move(mirrors)));
+    if (plan.total(0) > 0) terms.push_back(std::make_unique<CausticTerm>(std::move(plan), mirrors));
 }
 
 void CausticTerm::run_samples(TermRun& run, int pass, int64_t first, int64_t count, DroppedSamples& lost) {
@@ -126,6 +133,21 @@ void CausticTerm::run_samples(TermRun& run, int pass, int64_t first, int64_t cou
     run.kernels.chain_sides(run.scene, sides, run.work(), sweeps.vertices(), sweeps.crossings(), found);
     run.kernels.weigh_caustics(run.scene, task, sweeps.crossings(), found);
     sweeps.differentiate();
+}
+
+}  // namespace
+
+void add_caustic_outlines(BoundaryTerms& terms, const SceneView& scene, const SceneTables& tables,
+                          const RenderOptions& options, double samples) {
+    add(terms, options, kCausticOutline, mirror_faces(scene, tables, true), nullptr, samples, 1.0);
+}
+
+void add_caustic_edges(BoundaryTerms& terms, const SceneView& scene, const SceneTables& tables,
+                       const RenderOptions& options, const FoundEdges& found, double samples) {
+    const SharedCandidates mirrors = shared(mirror_faces(scene, tables, false));
+    found.each([&](const SharedCandidates& list, double part, double factor) {
+        add(terms, options, kCausticEdge, *list, mirrors, part * samples, factor);
+    });
 }
 
 }  // namespace edgegrad

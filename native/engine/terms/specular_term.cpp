@@ -1,7 +1,6 @@
 #include "engine/terms/specular_term.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "engine/chain_sweeps.h"
 #include "scene/camera_row.h"
@@ -111,22 +110,16 @@ void SpecularTerm::run_samples(TermRun& run, int pass, int64_t first, int64_t co
     run.kernels.chain_sides(run.scene, sides, run.work(), sweeps.vertices(), c, found);
     for (int k = 0; k < 2; ++k) sweeps.differentiate_by_place(shift_[k], c.by_screen[k]);
     run.kernels.chain_sweeps(sides, c, found);
-    if (pass == 0 && plan_.passes() > 1) note_sizes(first, c, found);
+    if (pass == 0 && plan_.passes() > 1) note_sizes(first, sweeps);
     sweeps.differentiate();
 }
 
 // Of the first pass: each chunk writes to its own entry of sizes_, by which the second pass is distributed.
-void SpecularTerm::note_sizes(int64_t first, const ChainCrossings& c, int count) {
-    const auto length = [](const float* const(&v)[3], int i) {
-        return std::sqrt(v[0][i] * v[0][i] + v[1][i] * v[1][i] + v[2][i] * v[2][i]);
-    };
+void SpecularTerm::note_sizes(int64_t first, const ChainSweeps& sweeps) {
     std::vector<IntersectionSize>& sizes = sizes_[static_cast<size_t>(first / kBoundaryChunk)];
-    for (int i = 0; i < count; ++i) {
-        // Of suns, whose outlines have no place, only the ray's direction counts.
-        const float slope = length(c.by_point, i);
-        const float size = length(c.jump, i) * (slope > 0.0f ? slope : length(c.by_direction, i));
-        if (size > 0.0f) sizes.push_back({(first + c.segment[i]) / kScanLine, size});
-    }
+    for (int i = 0; i < sweeps.count(); ++i)
+        if (const float size = sweeps.size(i); size > 0.0f)
+            sizes.push_back({(first + sweeps.crossings().segment[i]) / kScanLine, size});
 }
 
 }  // namespace edgegrad

@@ -10,7 +10,6 @@
 #include "engine/derivative_tables.h"
 #include "engine/terms/term.h"
 #include "tasks/render_options.h"
-#include "tasks/scan_task.h"
 
 namespace edgegrad {
 
@@ -18,6 +17,8 @@ namespace edgegrad {
 bool moves_chains(const SceneTables& tables, const Requested& requested);
 // Whether they do so by shading normals or by values of mirrors and smooth glass.
 bool bends_chains(const SceneTables& tables, const Requested& requested);
+
+class ChainSweeps;
 
 class SpecularTerm : public SampledTerm {
  public:
@@ -40,7 +41,7 @@ class SpecularTerm : public SampledTerm {
     SpecularTerm(const SceneView& scene, const RenderOptions& options,
                  std::shared_ptr<const SurfaceRegions> regions, const FilmRectangle& film, Parts parts);
     void run_samples(TermRun& run, int pass, int64_t first, int64_t count, DroppedSamples& lost) override;
-    void note_sizes(int64_t first, const ChainCrossings& c, int count);
+    void note_sizes(int64_t first, const ChainSweeps& sweeps);
 
     const RenderOptions options_;
     std::shared_ptr<const SurfaceRegions> regions_;

@@ -32,7 +32,7 @@ def test_engines_have_the_same_facts() -> None:
 def test_words_follow_the_facts() -> None:
     need("native")
     scene = lamps()
-    scene.materials["unused"] = Material(kind="GLASS")
+    scene.materials["unused"] = Material(kind="TRANSLUCENT")
     scene.lights["area"] = AreaLight(np.eye(4), power=0.0)
     said = plan(scene, max_depth=3).picture
     for sentence in ("light is sampled from 1 sun, 12 emissive triangles", "without power, left out: off, area",

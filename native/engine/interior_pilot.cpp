@@ -29,7 +29,7 @@ namespace {
 // most chunks in the pilot.
 constexpr int64_t kStride = 64, kLeastChunks = 128, kMostChunks = 32;
 // In denser meshes, each vertex is met by so few paths that its derivative needs all of them.
-constexpr size_t kMostFloats = size_t{1} << 18;
+constexpr size_t kMostVertexFloats = size_t{1} << 18;
 // Up to these fractions of the boundary terms' variance, half or a quarter of the samples suffice: the saved
 // time outweighs the noise.
 constexpr double kHalf = 0.45, kQuarter = 0.03;
@@ -95,7 +95,7 @@ bool Engine::DerivativeCall::requests_motion_alone() const {
 bool Engine::DerivativeCall::may_thin_interior() const {
     if (!requests_motion_alone()) return false;
     const bool vertices = requested.any("vertices");
-    const bool dense = vertices && engine.tables_.vertices.size() > kMostFloats;
+    const bool dense = vertices && engine.tables_.vertices.size() > kMostVertexFloats;
     return !learns && !dense && !divided && interior && interior->plan().chunks >= kLeastChunks &&
            interior->plan().options.samples >= 4;
 }

@@ -146,10 +146,10 @@ EG_INLINE void weigh_lobe_samples(const SceneView& scene, const SurfacePoint& x,
 EG_INLINE Float mirrored(Mask m, Float v) { return select(m, fract(v + 0.5f), v); }
 
 // Samples the light that a surface of a recorded path receives. `number` is that of the sample.
-EG_INLINE LightSample sample_light_and_lobes(const SceneView& scene, const PathPacket& p,
-                                             const SurfacePoint& x, const ShadedSurface& surface,
-                                             const PathIndex& index, UInt number, Float u, Float v,
-                                             const Vec3* shading) {
+EG_OUTLINE LightSample sample_light_and_lobes(const SceneView& scene, const PathPacket& p,
+                                              const SurfacePoint& x, const ShadedSurface& surface,
+                                              const PathIndex& index, UInt number, Float u, Float v,
+                                              const Vec3* shading) {
     const SharpLobes lobes = sharp_lobes(scene, surface, p);
     const Mask along = lobes.active & (u < lobes.share);
     const Float rest = (u - lobes.share) / max(1.0f - lobes.share, 1e-6f);

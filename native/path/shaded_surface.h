@@ -29,7 +29,8 @@ struct ShadedSurface {
     EG_INLINE Mask both_sides() const { return transmits; }
     EG_INLINE const Vec3* receiver() const { return from_below ? &receiving : nullptr; }
     // `of_table`: lanes with light of the light table.
-    EG_INLINE BsdfValue evaluate(Mask active, Vec3 w, Mask of_table = splat(0)) const {
+    // Compiled once, as the functions below: copies of all lobes in each caller would only compile slowly.
+    EG_NOINLINE BsdfValue evaluate(Mask active, Vec3 w, Mask of_table = splat(0)) const {
         BsdfValue f = EDGEGRAD_ISA::evaluate(bsdf, active, w, receiver());
         const Float dimmed = dimming(gloss, w);
         if (dims) f.value = f.value * dimmed;
@@ -69,7 +70,7 @@ struct ShadedSurface {
         return dims ? bent * dimming(gloss, w) : bent;
     }
     // The diffuse lobes and sheen alone, without the factors of bent normals and of dimming.
-    EG_INLINE Vec3 of_wide_lobes(Mask active, Vec3 w) const {
+    EG_NOINLINE Vec3 of_wide_lobes(Mask active, Vec3 w) const {
         Bsdf wide = bsdf;
         wide.any_lobe[kMirrorLobe] = wide.any_lobe[kCoatLobe] = wide.any_lobe[kInterfaceLobe] = false;
         return EDGEGRAD_ISA::evaluate(wide, active, w, receiver()).value;
@@ -129,8 +130,9 @@ struct ShadedSurface {
     }
 };
 
-EG_INLINE ShadedSurface shaded_surface(const SceneView& scene, Mask active, const SurfacePoint& x,
-                                       const TexturePoint& point, const Shader& shader, Vec3 normal) {
+inline EG_NOINLINE ShadedSurface shaded_surface(const SceneView& scene, Mask active, const SurfacePoint& x,
+                                                const TexturePoint& point, const Shader& shader,
+                                                Vec3 normal) {
     // The tangent is orthogonal to the smooth normal. Frames project it along theirs.
     Vec3 tangent = zero3();
     if (scene.all_flags & kAnisotropic) {

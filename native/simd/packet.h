@@ -36,7 +36,8 @@ using Mask = Int;
 
 // Large functions with few call sites are not inlined. Inlining them would slow compilation down without a
 // gain.
-#define EG_OUTLINE static __attribute__((noinline))
+#define EG_NOINLINE __attribute__((noinline))
+#define EG_OUTLINE static EG_NOINLINE
 
 EG_INLINE Float splat(float s) { return Float{} + s; }
 EG_INLINE Int splat(int s) { return Int{} + s; }

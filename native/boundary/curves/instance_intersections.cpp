@@ -11,10 +11,9 @@
 namespace edgegrad {
 namespace {
 
-// Boxes are in single precision. They are padded on all sides by this fraction of the largest coordinate.
-constexpr float kRounding = 1e-6f;
-
 Box padded(Box box) {
+    // Boxes are in single precision. They are padded on all sides by this fraction of the largest coordinate.
+    constexpr float kRounding = 1e-6f;
     float size = 0.0f;
     for (int c = 0; c < 3; ++c) size = std::max({size, std::abs(box.low[c]), std::abs(box.high[c])});
     for (int c = 0; c < 3; ++c) box.low[c] -= kRounding * size, box.high[c] += kRounding * size;

@@ -17,8 +17,6 @@
 namespace edgegrad {
 namespace {
 
-constexpr int64_t kBlock = 256;
-
 void add_point(Box& box, Vector p) {
     const float at[3] = {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
     box.add(at);
@@ -128,6 +126,7 @@ void search(const Facets& first, const Facets& second, int threads, Intersection
     if (!first.box.meets(second.box)) return;
     const BoxPairs tree(second.boxes);
     const auto count = static_cast<int64_t>(first.triangles.size());
+    constexpr int64_t kBlock = 256;
     std::vector<Intersections> parts(static_cast<size_t>((count + kBlock - 1) / kBlock));
     parallel_for(threads, static_cast<int64_t>(parts.size()), nullptr, [&](int, int64_t block) {
         std::vector<size_t> met;

@@ -13,7 +13,6 @@
 namespace edgegrad {
 namespace {
 
-constexpr int64_t kBlock = 512;
 // Points of the lens from which outlines are searched for. More points blur them more evenly.
 constexpr int kLensPoints = 64;
 
@@ -280,6 +279,7 @@ Intersections find_patches(const SceneView& scene, const EdgeList& edges, const 
             std::vector<FieldPatch> patches;
             std::vector<double> weights;
         };
+        constexpr int64_t kBlock = 512;
         std::vector<Part> parts(static_cast<size_t>((triangles + kBlock - 1) / kBlock));
         parallel_for(edges.threads, static_cast<int64_t>(parts.size()), nullptr, [&](int, int64_t block) {
             Part& part = parts[static_cast<size_t>(block)];

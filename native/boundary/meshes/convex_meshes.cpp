@@ -14,10 +14,8 @@
 namespace edgegrad {
 namespace {
 
-// Faces or edges per item of parallel work.
-constexpr int64_t kBlock = 1 << 14;
 // A point closer to a plane than this, relative to the meshes' size, lies on the plane.
-constexpr double kOnPlane = 1e-6;
+constexpr double kFlat = 1e-6;
 
 struct Plane {
     Vector at, normal;  // unit
@@ -40,7 +38,7 @@ std::optional<Plane> plane_of(const SceneTables& t, size_t mesh) {
         for (size_t k = 0; k < 3; ++k) size = std::max(size, length(face_corner(t, f, k) - plane.at));
     for (size_t f = first; f < last; ++f)
         for (size_t k = 0; k < 3; ++k)
-            if (!(std::abs(dot(plane.normal, face_corner(t, f, k) - plane.at)) <= kOnPlane * size))
+            if (!(std::abs(dot(plane.normal, face_corner(t, f, k) - plane.at)) <= kFlat * size))
                 return std::nullopt;
     return plane;
 }
@@ -122,6 +120,7 @@ bool is_convex(const SceneTables& t, size_t mesh, int8_t side, int threads) {
     // Test the edges first: most meshes have a concave edge, which ends the search early.
     std::atomic<bool> convex{true};
     const auto all = [&](int64_t from, int64_t to, const auto& holds) {
+        constexpr int64_t kBlock = 1 << 14;  // edges per item of parallel work
         const int64_t blocks = (to - from + kBlock - 1) / kBlock;
         parallel_for(threads, blocks, nullptr, [&](int, int64_t block) {
             const int64_t first = from + block * kBlock;
@@ -145,7 +144,7 @@ bool are_apart(const SceneTables& t, size_t one, size_t other) {
         for (int c = 0; c < 3; ++c) square += std::pow(static_cast<double>(box->high[c]) - box->low[c], 2);
         size = std::max(size, std::sqrt(square));
     }
-    const double slack = kOnPlane * size;
+    const double slack = kFlat * size;
     for (int c = 0; c < 3; ++c)
         if (a.low[c] >= b.high[c] - slack || b.low[c] >= a.high[c] - slack) return true;
     return is_one_sided(t, one, other, slack) || is_one_sided(t, other, one, slack);

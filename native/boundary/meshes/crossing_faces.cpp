@@ -9,8 +9,6 @@
 namespace edgegrad {
 namespace {
 
-constexpr size_t kBlock = 256;  // faces per work item
-
 int common_vertices(const int32_t* a, const int32_t* b) {
     int found = 0;
     for (int j = 0; j < 3; ++j)
@@ -45,6 +43,7 @@ std::vector<BoxPair> crossing_faces(const double* vertices, const int32_t* faces
         }
     }
     const BoxPairs tree(boxes);
+    constexpr size_t kBlock = 256;  // faces per work item
     std::vector<std::vector<BoxPair>> parts((face_count + kBlock - 1) / kBlock);
     parallel_for(threads, static_cast<int64_t>(parts.size()), nullptr, [&](int, int64_t part) {
         std::vector<BoxPair>& out = parts[static_cast<size_t>(part)];

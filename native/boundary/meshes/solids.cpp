@@ -9,9 +9,6 @@
 namespace edgegrad {
 namespace {
 
-// Faces or edges per item of parallel work.
-constexpr int64_t kBlock = 1 << 14;
-
 // Whether the face is wound along its edge a -> b. `opposite` is the face's vertex off the edge. Ends are
 // compared by distance: welded vertices keep different numbers and may differ by rounding.
 bool runs_along(const SceneTables& t, uint32_t face, uint32_t opposite, const float* a, const float* b) {
@@ -63,6 +60,7 @@ std::vector<SolidBody> solid_bodies(const SceneTables& t, const std::vector<uint
             }
         }
         const int64_t begin = t.mesh_first_face[mesh], end = t.mesh_first_face[mesh + 1];
+        constexpr int64_t kBlock = 1 << 14;  // faces per item of parallel work
         std::vector<double> volume(static_cast<size_t>((end - begin + kBlock - 1) / kBlock), 0.0);
         parallel_for(threads, static_cast<int64_t>(volume.size()), nullptr, [&](int, int64_t block) {
             double sum = 0.0;

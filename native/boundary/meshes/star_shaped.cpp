@@ -10,8 +10,6 @@
 namespace edgegrad {
 namespace {
 
-// Faces per item of parallel work.
-constexpr int64_t kBlock = 1 << 12;
 // Tolerances relative to the mesh's size: kNear for face planes close to the
 // centre, kRounding for directions close to a face's border.
 constexpr double kNear = 1e-6, kRounding = 1e-12;
@@ -33,6 +31,7 @@ bool is_star_shaped(const SceneTables& t, size_t mesh, int threads) {
     const Vector way = (a + b + c) * (1.0 / 3.0);
     std::atomic<int> met{0};
     std::atomic<bool> star{true};
+    constexpr int64_t kBlock = 1 << 12;  // faces per item of parallel work
     parallel_for(threads, (end - begin + kBlock - 1) / kBlock, nullptr, [&](int, int64_t block) {
         const int64_t first = begin + block * kBlock, last = std::min(end, first + kBlock);
         for (int64_t f = first; f < last && star; ++f) {

@@ -81,8 +81,8 @@ EG_INLINE EdgeSample sample_curve(const SceneView& scene, const BoundaryTask& ta
     s.weight = du * s.view.area * (task.scale * share) / place.density;
     return s;
 }
-EG_INLINE EdgeSample sample_edge(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                 SegmentCursor& cursor) {
+[[maybe_unused]] EG_OUTLINE EdgeSample sample_edge(const SceneView& scene, const BoundaryTask& task,
+                                                   int64_t at, SegmentCursor& cursor) {
     return sample_curve(scene, task, at, cursor, [](EdgeSample&) EG_INLINE_LAMBDA {});
 }
 
@@ -236,8 +236,8 @@ struct CrossedFields {
 // inactive. The rays start at the camera, so that a surface that touches the edge is not missed. If the edge
 // has a visible face on both sides, nothing farther away matters, and the rays end there.
 template <typename Own>
-EG_INLINE Behind look_behind(const SceneView& scene, EdgeSample& s, const Sides& sides, int most_transparent,
-                             const Own& own) {
+EG_OUTLINE Behind look_behind(const SceneView& scene, EdgeSample& s, const Sides& sides, int most_transparent,
+                              const Own& own) {
     constexpr float kContact = 1e-5f, kAlong = 1e-3f, kHere = 1e-3f, kBefore = 1e-5f;
     const Float scale = max(largest_component(s.point), s.view.distance);
     Behind behind;

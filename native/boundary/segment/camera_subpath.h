@@ -20,8 +20,8 @@ struct ScatteringPoint {
     // f |cos| for light from w, restricted to the `kinds` of scattering (bits 1 << RayKind). Lobes
     // up to the width `followed` are left out: scan lines follow them. Compiled once: copies of all lobes in
     // each caller would only compile slowly.
-    __attribute__((noinline)) Vec3 evaluate(const SceneView& scene, Mask active, Vec3 w, Int kinds,
-                                            Float followed = splat(0.0f)) const {
+    EG_NOINLINE Vec3 evaluate(const SceneView& scene, Mask active, Vec3 w, Int kinds,
+                              Float followed = splat(0.0f)) const {
         const bool all_kinds = !any(active & ((kinds & kScatteredRays) != kScatteredRays));
         Vec3 value = zero3();
         const auto add = [&](const auto& surface, Mask m) EG_INLINE_LAMBDA {

@@ -196,8 +196,8 @@ EG_INLINE void receiver_blocks(Mode& mode, const SceneView& scene, const Derivat
 
 // Adds the velocities of edge, x and y, for the requested parameters.
 template <typename Mode>
-EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
-                             const BoundarySegment& s) {
+EG_OUTLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
+                              const BoundarySegment& s) {
     const Float nd = dot(s.x.normal, s.view.across_of);  // negative
     const Vec3 color = select(s.screen_form, s.color * -nd, s.color);
     edge_point_blocks(mode, scene, motion, s.active, s.edge, s.instance, s.u, s.sweep, color);

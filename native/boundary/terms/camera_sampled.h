@@ -58,7 +58,7 @@ struct CameraSampledSurface {
     }
     // f |n_s . w| for light from w, of lobes that scatter `kinds` (bits 1 << RayKind). Compiled once: copies
     // of all lobes in each caller would only compile slowly.
-    __attribute__((noinline)) Vec3 evaluate(Mask m, Vec3 w, Int kinds) const {
+    EG_NOINLINE Vec3 evaluate(Mask m, Vec3 w, Int kinds) const {
         const Float above = dot(at.x.normal, w);
         Vec3 value = zero3();
         const Mask lit = m & lambertian & (above > 0.0f);
@@ -94,8 +94,8 @@ EG_INLINE Float width2_of(Float density) {
 // Samples a direction of x's lobes that scatter `kinds`: the one of largest density among several samples of
 // one lobe. The density of an edge in the centre of the lobe decreases with the square of the distance of
 // that direction. With a single sample the weight, which is the reciprocal, would have infinite variance.
-EG_INLINE LobeDirection sample_lobe_direction(const CameraSampledSurface& surface, Mask active, Int kinds,
-                                              Float lobe_u, const PathIndex& random) {
+EG_OUTLINE LobeDirection sample_lobe_direction(const CameraSampledSurface& surface, Mask active, Int kinds,
+                                               Float lobe_u, const PathIndex& random) {
     LobeDirection around{surface.at.x.position, surface.at.x.normal, splat(1.0f)};
     Float densest = splat(0.0f);
     Int lobe = splat(-1);

@@ -77,9 +77,8 @@ EG_INLINE void start_on_both_sides(const SceneView& scene, const EdgeSample& s, 
 }
 
 // Estimates the radiance of both sides, as trace_sides does for edges.
-template <typename Factor>
 EG_OUTLINE TracedCrossing* trace_crossing_sides(const SceneView& scene, const BoundaryTask& task,
-                                                Workspace& work, const Factor& factor) {
+                                                Workspace& work, const FactorOf<TracedCrossing>& factor) {
     const int count = static_cast<int>(task.count);
     const auto packet = [&](TracedCrossing& kept, int at, SegmentCursor& cursor,
                             int& queued) EG_INLINE_LAMBDA {
@@ -123,9 +122,8 @@ EG_INLINE void crossing_blocks(Mode& mode, const SceneView& scene, const Derivat
 struct CrossingCurves {
     using Traced = TracedCrossing;
 
-    template <typename Factor>
     static TracedCrossing* trace(const SceneView& scene, const BoundaryTask& task, Workspace& work,
-                                 const Factor& factor) {
+                                 const FactorOf<TracedCrossing>& factor) {
         return trace_crossing_sides(scene, task, work, factor);
     }
     template <typename Mode>

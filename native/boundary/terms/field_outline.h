@@ -65,9 +65,10 @@ EG_INLINE EdgeSample sample_outline(const SceneView& scene, const BoundaryTask& 
 
 // Estimates the radiance of both sides, as trace_sides does for edges. sample(at, cursor, outline) returns
 // the samples [task.first + at, ...).
-template <typename Sample, typename Factor>
+template <typename Sample>
 EG_OUTLINE TracedSample* trace_outline_sides(const SceneView& scene, const BoundaryTask& task,
-                                             Workspace& work, const Sample& sample, const Factor& factor) {
+                                             Workspace& work, const Sample& sample,
+                                             const FactorOf<TracedSample>& factor) {
     const int count = static_cast<int>(task.count);
     const SideFace none = {splat(-1), splat(-1), splat(0), splat(0.0f)};
     const auto packet = [&](TracedSample& kept, int at, SegmentCursor& cursor, int& queued) EG_INLINE_LAMBDA {
@@ -100,9 +101,8 @@ EG_OUTLINE TracedSample* trace_outline_sides(const SceneView& scene, const Bound
 struct FieldCurves {
     using Traced = TracedSample;
 
-    template <typename Factor>
     static TracedSample* trace(const SceneView& scene, const BoundaryTask& task, Workspace& work,
-                               const Factor& factor) {
+                               const FactorOf<TracedSample>& factor) {
         const auto sample = [&](int at, SegmentCursor& cursor, OutlineSample& out) {
             return sample_outline(scene, task, at, cursor, out);
         };

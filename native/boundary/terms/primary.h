@@ -56,9 +56,9 @@ EG_INLINE void leave_border(const SceneView& scene, const EdgeSample& s, Int fac
 // The hit on one side: the near face at the point of the edge, or the surface behind it. The point is the
 // edge point itself. So all shading that is continuous across the edge (smooth normals, textures, light
 // samples) is equal on both sides. Rays leave the surface at the offset `aside`.
-EG_INLINE Closest side_hit(const SceneView& scene, const EdgeSample& s, const Sides& sides,
-                           const SideFace& near, const Int& mesh, const Behind& behind, Vec3 outwards,
-                           Float slope_behind, Vec3& aside) {
+[[maybe_unused]] EG_OUTLINE Closest side_hit(const SceneView& scene, const EdgeSample& s, const Sides& sides,
+                                             const SideFace& near, const Int& mesh, const Behind& behind,
+                                             Vec3 outwards, Float slope_behind, Vec3& aside) {
     const Mask touched = s.active & behind.touched;
     // A face behind the surface that contains the edge is not visible. If both lie in one plane up to
     // rounding, the nearer one occludes the other.
@@ -141,19 +141,33 @@ EG_INLINE Traced* trace_packets(const SceneView& scene, const BoundaryTask& task
     return traced;
 }
 
+// What a mode multiplies the jump of a sample by. A call by address lets both modes share the code that
+// traces the samples.
+template <typename Traced>
+struct FactorOf {
+    template <typename Mode>
+    explicit FactorOf(const Mode& mode)
+        : mode_(&mode),
+          call_([](const void* m, const Traced& kept) { return (*static_cast<const Mode*>(m))(kept); }) {}
+    Vec3 operator()(const Traced& kept) const { return call_(mode_, kept); }
+
+ private:
+    const void* mode_;
+    Vec3 (*call_)(const void*, const Traced&);
+};
+
 // Sets the factor of samples and drops those whose factor is zero, except in a first pass, which needs all
 // sizes (weigh).
-template <typename Traced, typename Factor>
-EG_INLINE void set_factor(const BoundaryTask& task, Traced& kept, const Factor& factor) {
+template <typename Traced>
+EG_INLINE void set_factor(const BoundaryTask& task, Traced& kept, const FactorOf<Traced>& factor) {
     if (!any(kept.sample.active)) return;
     kept.factor = factor(kept);
     if (!task.score) kept.sample.active &= ~(largest_component(kept.factor) == 0.0f);
 }
 
 // Estimates the radiance of both sides into work.radiance.
-template <typename Factor>
-EG_OUTLINE TracedSample* trace_sides(const SceneView& scene, const BoundaryTask& task, Workspace& work,
-                                     const Factor& factor) {
+[[maybe_unused]] EG_OUTLINE TracedSample* trace_sides(const SceneView& scene, const BoundaryTask& task,
+                                                      Workspace& work, const FactorOf<TracedSample>& factor) {
     const int count = static_cast<int>(task.count);
     const auto packet = [&](TracedSample& kept, int at, SegmentCursor& cursor, int& queued) EG_INLINE_LAMBDA {
         EdgeSample& s = kept.sample;
@@ -224,8 +238,8 @@ EG_INLINE IntersectionFace intersection_face(const SceneView& scene, const EdgeS
 
 // Adds the velocity of an intersection line of two faces.
 template <typename Mode>
-EG_INLINE void intersection_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
-                                   const EdgeSample& s, Mask intersection, Vec3 g, Vec3 color) {
+EG_OUTLINE void intersection_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
+                                    const EdgeSample& s, Mask intersection, Vec3 g, Vec3 color) {
     const IntersectionFace one = intersection_face(scene, s, intersection, 0),
                            other = intersection_face(scene, s, intersection, 1);
     Float mu, mu_other;
@@ -260,9 +274,8 @@ EG_INLINE void edge_blocks(Mode& mode, const SceneView& scene, const DerivativeV
 struct MeshCurves {
     using Traced = TracedSample;
 
-    template <typename Factor>
     static TracedSample* trace(const SceneView& scene, const BoundaryTask& task, Workspace& work,
-                               const Factor& factor) {
+                               const FactorOf<TracedSample>& factor) {
         return trace_sides(scene, task, work, factor);
     }
     template <typename Mode>
@@ -297,8 +310,8 @@ static void primary_forward_kernel(const SceneView& scene, const BoundaryTask& t
                                    const DerivativeView& tangent, Splats& splats) {
     // Trace only samples that move.
     using Traced = typename Curves::Traced;
-    Traced* traced = Curves::trace(
-        scene, task, work, [&](const Traced& kept) { return gray(sweep<Curves>(scene, tangent, kept)); });
+    const auto factor = [&](const Traced& kept) { return gray(sweep<Curves>(scene, tangent, kept)); };
+    Traced* traced = Curves::trace(scene, task, work, FactorOf<Traced>(factor));
     for (int at = 0; at < static_cast<int>(task.count); at += W, ++traced) {
         EdgeSample& s = traced->sample;
         Vec3 value = zero3();
@@ -316,10 +329,11 @@ static void primary_backward_kernel(const SceneView& scene, const BoundaryTask& 
                                     const float* adjoint, DerivativeView& gradient) {
     // Trace only samples whose pixel has an adjoint.
     using Traced = typename Curves::Traced;
-    Traced* traced = Curves::trace(scene, task, work, [&](const Traced& kept) {
+    const auto factor = [&](const Traced& kept) {
         const EdgeSample& s = kept.sample;
         return adjoint_at(scene.camera, s.active, s.view.sx, s.view.sy, adjoint);
-    });
+    };
+    Traced* traced = Curves::trace(scene, task, work, FactorOf<Traced>(factor));
     for (int at = 0; at < static_cast<int>(task.count); at += W, ++traced) {
         EdgeSample& s = traced->sample;
         if (!any(s.active)) continue;  // neither score nor contribution

@@ -109,9 +109,8 @@ EG_OUTLINE EdgeSample sample_band(const SceneView& scene, const BoundaryTask& ta
 struct FieldBands {
     using Traced = TracedSample;
 
-    template <typename Factor>
     static TracedSample* trace(const SceneView& scene, const BoundaryTask& task, Workspace& work,
-                               const Factor& factor) {
+                               const FactorOf<TracedSample>& factor) {
         const auto sample = [&](int at, SegmentCursor& cursor, OutlineSample& out) {
             return sample_band(scene, task, at, cursor, out);
         };

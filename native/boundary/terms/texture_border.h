@@ -46,9 +46,8 @@ EG_INLINE Closest border_hit(const SceneView& scene, const TracedBorder& border,
 }
 
 // Estimates the radiance of both sides, as trace_sides does for edges.
-template <typename Factor>
 EG_OUTLINE TracedBorder* trace_border_sides(const SceneView& scene, const BoundaryTask& task, Workspace& work,
-                                            const Factor& factor) {
+                                            const FactorOf<TracedBorder>& factor) {
     const int count = static_cast<int>(task.count);
     const auto packet = [&](TracedBorder& kept, int at, SegmentCursor& cursor, int& queued) EG_INLINE_LAMBDA {
         EdgeSample& s = kept.sample;
@@ -76,9 +75,8 @@ EG_OUTLINE TracedBorder* trace_border_sides(const SceneView& scene, const Bounda
 struct BorderCurves {
     using Traced = TracedBorder;
 
-    template <typename Factor>
     static TracedBorder* trace(const SceneView& scene, const BoundaryTask& task, Workspace& work,
-                               const Factor& factor) {
+                               const FactorOf<TracedBorder>& factor) {
         return trace_border_sides(scene, task, work, factor);
     }
     template <typename Mode>

@@ -18,12 +18,12 @@ constexpr double kWarpPixels = 1.5, kRelaxedPixels = 0.75;
 // Bands are at most as wide as this number of cells, within which near misses are searched.
 constexpr double kMostCells = 1.0;
 
-struct Box {
+struct SurfaceBox {
     double low[3], high[3];
 };
 
 // A box in the world that contains the surface of a field: of all cells with coefficients of both signs.
-Box surface_box(const FieldView& f) {
+SurfaceBox surface_box(const FieldView& f) {
     int32_t first[3] = {f.size[0], f.size[1], f.size[2]}, last[3] = {0, 0, 0};
     for (int32_t x = 0; x < f.size[0]; ++x)
         for (int32_t y = 0; y < f.size[1]; ++y) {
@@ -35,7 +35,7 @@ Box surface_box(const FieldView& f) {
                     first[a] = std::min(first[a], at[a]), last[a] = std::max(last[a], at[a]);
             }
         }
-    Box out;
+    SurfaceBox out;
     for (int c = 0; c < 3; ++c) out.low[c] = HUGE_VAL, out.high[c] = -HUGE_VAL;
     if (first[0] > last[0]) return out;
     // A coefficient (i, j, k) counts for cells up to three before it
@@ -56,7 +56,7 @@ bool seen_by_camera(const SceneTables& t, size_t field) {
 
 // Where surfaces of two fields meet, the warp would jump.
 bool fields_may_meet(const SceneTables& t) {
-    std::vector<Box> boxes;
+    std::vector<SurfaceBox> boxes;
     for (size_t k = 0; k < t.fields.size(); ++k)
         if (seen_by_camera(t, k)) boxes.push_back(surface_box(t.fields[k].view()));
     for (size_t a = 0; a < boxes.size(); ++a)

@@ -98,8 +98,8 @@ class Scene {
     SceneView view_{};
 };
 
-nb::dict backward(int32_t kind, nb::handle scene, nb::handle probe, nb::handle adjoint,
-                  nb::handle instruction_set) {
+nb::dict scene_backward(int32_t kind, nb::handle scene, nb::handle probe, nb::handle adjoint,
+                        nb::handle instruction_set) {
     const Scene s(scene, probe);
     const KernelTable& table = with_probes(kernels(text(instruction_set)));
     return probe_backward(s.tables(), adjoint, s.count(), kSceneOutputs, [&](const ProbeSweep& sweep) {
@@ -107,8 +107,8 @@ nb::dict backward(int32_t kind, nb::handle scene, nb::handle probe, nb::handle a
     });
 }
 
-nb::tuple forward(int32_t kind, nb::handle scene, nb::handle probe, nb::handle tangents,
-                  nb::handle instruction_set) {
+nb::tuple scene_forward(int32_t kind, nb::handle scene, nb::handle probe, nb::handle tangents,
+                        nb::handle instruction_set) {
     const Scene s(scene, probe);
     const KernelTable& table = with_probes(kernels(text(instruction_set)));
     std::vector<float> value(s.count() * kSceneOutputs);
@@ -122,10 +122,10 @@ nb::tuple forward(int32_t kind, nb::handle scene, nb::handle probe, nb::handle t
 }  // namespace
 
 void bind_scene_probes(nb::module_& m) {
-    m.def("scene_probe_backward", &backward, "kind"_a, "scene"_a, "probe"_a, "adjoint"_a, "instruction_set"_a,
-          "Gradients of a part of the shading code that reads a scene.");
-    m.def("scene_probe_forward", &forward, "kind"_a, "scene"_a, "probe"_a, "tangents"_a, "instruction_set"_a,
-          "Values and tangents of a part of the shading code that reads a scene.");
+    m.def("scene_probe_backward", &scene_backward, "kind"_a, "scene"_a, "probe"_a, "adjoint"_a,
+          "instruction_set"_a, "Gradients of a part of the shading code that reads a scene.");
+    m.def("scene_probe_forward", &scene_forward, "kind"_a, "scene"_a, "probe"_a, "tangents"_a,
+          "instruction_set"_a, "Values and tangents of a part of the shading code that reads a scene.");
 }
 
 }  // namespace edgegrad

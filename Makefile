@@ -105,14 +105,14 @@ $(RUN): | check-machine
 
 # $(call install,GROUP,KERNELS): Edgegrad, and the packages of a dependency group.
 # Edgegrad is built in a folder that stays, so that a later build compiles only what has changed since: CMake and
-# nanobind must then stay too, so they stand in $(VENV). The group's packages download and unpack while the compiler
-# works. The last command installs what Edgegrad itself depends on.
+# nanobind must then stay too, so they stand in $(VENV). The group's packages and what Edgegrad itself depends on download
+# and unpack while the compiler works; modules are compiled when they are first imported.
 define install
 	@echo "Building Edgegrad and installing it with Blender's Python module into $(VENV) (a few minutes the first time)"
-	$(PIP) --group build
-	$(PIP) --group $(1) & packages=$$!; \
+	$(PIP) --no-compile --group build
+	$(RUN) -c "import tomllib; print(*tomllib.load(open('pyproject.toml', 'rb'))['project']['dependencies'], sep='\n')" > $(VENV)/dependencies
+	$(PIP) --no-compile --group $(1) -r $(VENV)/dependencies & packages=$$!; \
 	  $(PIP) --no-build-isolation --no-deps -C build-dir=build/package -C cmake.define.EDGEGRAD_KERNELS=$(2) . && wait $$packages
-	$(PIP) edgegrad
 endef
 
 $(VENV)/installed: $(PACKAGE) | $(RUN)

@@ -114,19 +114,21 @@ class Pyramid(Checked):
         count = self.levels or _automatic_levels(weight.shape)
         level_weight = self.weights(count)
         rho, slope = _RHO[self.power]
-        difference = difference * weight[..., None]
+        # Planes of the colours and of the weight: neighbours lie side by side in memory
+        planes = np.stack([*np.moveaxis(difference, 2, 0) * weight, weight])
         total, slopes, shapes = 0.0, [], []
         for level in range(count):
             if level:
-                shapes.append(difference.shape)
-                difference, weight = _halve(difference), _halve(weight[..., None])[..., 0]
-            scale = level_weight[level] / (3.0 * weight.sum())
-            total += scale * float(rho(difference).sum())
-            slopes.append(scale * slope(difference))
+                shapes.append(planes.shape)
+                planes = _halve(_halve(planes, 1), 2)
+            scale = level_weight[level] / (3.0 * planes[3].sum())
+            total += scale * float(rho(planes[:3]).sum())
+            slopes.append(scale * slope(planes[:3]))
         adjoint = slopes.pop()
         while slopes:
-            adjoint = slopes.pop() + _double(adjoint, shapes.pop())
-        return total, (adjoint * _weights(mask, adjoint.shape[:2])[..., None]).astype(np.float32)
+            height, width = shapes.pop()[1:]
+            adjoint = slopes.pop() + _double(_double(adjoint, 2, width), 1, height)
+        return total, np.moveaxis(adjoint * weight, 0, 2).astype(np.float32, order="C")
 
 
 @dataclass(frozen=True)
@@ -266,26 +268,29 @@ def _automatic_levels(shape: tuple[int, ...]) -> int:
     return max(1, 1 + int(np.log2(max(min(shape), 1) / 8.0))) if min(shape) >= 8 else 1
 
 
-def _blur(x: F64) -> F64:
-    """Filter by [1 2 1]/4 along both axes, with zeros outside. The matrix is symmetric: it is its own transpose."""
-    rows, quarter = 0.5 * x, 0.25 * x
-    rows[1:] += quarter[:-1]
-    rows[:-1] += quarter[1:]
-    both, quarter = 0.5 * rows, 0.25 * rows
-    both[:, 1:] += quarter[:, :-1]
-    both[:, :-1] += quarter[:, 1:]
-    return both
+def _halve(planes: F64, axis: int) -> F64:
+    """Filter by [1 2 1]/4 along an axis, with zeros outside, then average pairs; a zero completes an odd axis."""
+    x = np.moveaxis(planes, axis, 0)
+    if odd := len(x) % 2:
+        x = np.concatenate([x, np.zeros_like(x[:1])])
+    out = 3.0 * (x[0::2] + x[1::2])
+    out[1:] += x[1:-1:2]
+    out[:-1] += x[2::2]
+    if odd:
+        out[-1] -= x[-2]
+    return np.moveaxis(0.125 * out, 0, axis)
 
 
-def _halve(x: F64) -> F64:
-    """Blur, then average 2 x 2 pixels; zeros complete an odd row or column."""
-    return 0.25 * _blocks(_blur(x))
-
-
-def _double(y: F64, shape: tuple[int, ...]) -> F64:
+def _double(halved: F64, axis: int, length: int) -> F64:
     """Transpose of `_halve`."""
-    spread = 0.25 * np.repeat(np.repeat(y, 2, axis=0), 2, axis=1)
-    return _blur(spread[: shape[0], : shape[1]])
+    y = 0.125 * np.moveaxis(halved, axis, 0)
+    out = np.empty((2 * len(y), *y.shape[1:]))
+    out[0::2] = out[1::2] = 3.0 * y
+    out[2::2] += y[:-1]
+    out[1:-1:2] += y[1:]
+    if length % 2:
+        out[-2] -= y[-1]
+    return np.moveaxis(out[:length], 0, axis)
 
 
 def _charbonnier(difference: F64, epsilon: float) -> tuple[F64, F64]:

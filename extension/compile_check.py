@@ -29,6 +29,8 @@ KERNELS = {"x86_64": "sse42", "aarch64": "simd4"}
 TARGETS = ("x86_64-linux-gnu.2.28", "aarch64-linux-gnu.2.28", "x86_64-windows-gnu", "aarch64-macos.13.0")
 # What CMake writes for Linux that other compilers refuse, and optimisation, which would take most of the time.
 LEFT_OUT = {"windows": ("-fPIC",)}
+# Folders of the objects of targets that include Python's headers.
+WITH_PYTHON = ("CMakeFiles/_native.dir/", "CMakeFiles/nanobind")
 OPTIMISED = ("-O1", "-O2", "-O3")
 
 
@@ -56,12 +58,12 @@ def of_database(entries: list[dict[str, str]], target: str) -> list[Compilation]
     left_out = OPTIMISED + tuple(word for name, words in LEFT_OUT.items() if name in target for word in words)
     found = []
     for entry in entries:
-        if "/native/python/" in entry["file"] or "nanobind" in entry["file"]:
-            continue
         words = shlex.split(entry["command"])
         if Path(words[0]).name == "ccache":
             del words[0]
         at = words.index("-o")
+        if words[at + 1].startswith(WITH_PYTHON):
+            continue
         options = words[1:at] + words[at + 2 :]
         kept = tuple(word for word in options if word not in left_out)
         found.append(Compilation(entry["file"], entry["directory"], kept))
@@ -82,7 +84,7 @@ def check(target: str) -> list[str]:
         for_linux = portable_compiler(f"{processor}-linux-gnu.2.28", build / "linux")
         configure = ["cmake", "-S", str(PROJECT), "-B", str(build), "-G", "Ninja", "-DCMAKE_SYSTEM_NAME=Linux",
                      f"-DCMAKE_SYSTEM_PROCESSOR={processor}", f"-DEDGEGRAD_KERNELS={KERNELS[processor]}",
-                     "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON", "-DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON",
+                     "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON",
                      f"-DPython_EXECUTABLE={sys.executable}", f"-DPython_INCLUDE_DIR={sysconfig.get_path('include')}",
                      f"-DCMAKE_CXX_COMPILER={for_linux['CXX']}"]  # fmt: skip
         done = subprocess.run(configure, env=os.environ | for_linux, capture_output=True, text=True, check=False)

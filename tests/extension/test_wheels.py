@@ -99,8 +99,9 @@ def test_the_names_of_pythons_extension_modules_prefer_their_own_python() -> Non
 
 def test_the_check_of_other_platforms_leaves_out_optimisation_and_sources_with_pythons_headers() -> None:
     entries = [{"file": f"/e/native/{name}.cpp", "directory": "/b",
-                "command": f"/usr/bin/ccache /b/c++ -DX=1 -O3 -fPIC -o {name}.o -c /e/native/{name}.cpp"}
-               for name in ("scene/bvh", "python/module")]  # fmt: skip
+                "command": "/usr/bin/ccache /b/c++ -DX=1 -O3 -fPIC "
+                           f"-o CMakeFiles/{target}.dir/a.o -c /e/native/{name}.cpp"}
+               for target, name in (("edgegrad_engine", "scene/bvh"), ("_native", "python/module"))]  # fmt: skip
     (linux,) = of_database(entries, "aarch64-linux-gnu.2.28")
     assert linux.source == "/e/native/scene/bvh.cpp" and linux.folder == "/b"
     assert linux.options == ("-DX=1", "-fPIC", "-c", "/e/native/scene/bvh.cpp")

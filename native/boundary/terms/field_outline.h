@@ -63,51 +63,46 @@ EG_INLINE EdgeSample sample_outline(const SceneView& scene, const BoundaryTask& 
     return s;
 }
 
-// Estimates the radiance of both sides, as trace_sides does for edges. sample(at, cursor, outline) returns
-// the samples [task.first + at, ...).
-template <typename Sample>
-EG_OUTLINE TracedSample* trace_outline_sides(const SceneView& scene, const BoundaryTask& task,
-                                             Workspace& work, const Sample& sample,
-                                             const FactorOf<TracedSample>& factor) {
-    const int count = static_cast<int>(task.count);
-    const SideFace none = {splat(-1), splat(-1), splat(0), splat(0.0f)};
-    const auto packet = [&](TracedSample& kept, int at, SegmentCursor& cursor, int& queued) EG_INLINE_LAMBDA {
-        EdgeSample& s = kept.sample;
-        OutlineSample outline;
-        s = sample(at, cursor, outline);
-        set_factor(task, kept, factor);
-        // Find the surface behind
-        Behind behind;
-        if (any(s.active))
-            behind = look_behind(scene, s, {none, none, splat(0)}, task.limits.transparent,
-                                 GrazedField{outline.hit.face, outline.contact});
-        if (!any(s.active)) return;
-        // Start a path on each side
-        Closest hit = outline.hit;
-        hit.hit = s.active;
-        hit.mesh = mesh_of(scene, select(s.active, hit.face, splat(0)));
-        hit.distance = s.view.distance;
-        const Vec3 direction = onto_surface(outline.grazing, outline.normal);
-        const Int plus_path = lane_index() + at, minus_path = plus_path + count;
-        const auto start = [&](Int number, Vec3 along, const Closest& first) EG_INLINE_LAMBDA {
-            queued = start_side(task, work, queued, s, number, along, first, zero3(), behind);
-        };
-        start(select(outline.minus, minus_path, plus_path), direction, hit);
-        start(select(outline.minus, plus_path, minus_path), s.view.direction, behind.hit);
-    };
-    return trace_packets<TracedSample>(scene, task, work, packet);
-}
-
-struct FieldCurves {
+// Estimates the radiance of both sides, as MeshCurves::trace does for edges. sample(scene, task, at, cursor,
+// outline) returns the samples [task.first + at, ...).
+template <auto sample>
+struct OutlineSides {
     using Traced = TracedSample;
 
-    static TracedSample* trace(const SceneView& scene, const BoundaryTask& task, Workspace& work,
-                               const FactorOf<TracedSample>& factor) {
-        const auto sample = [&](int at, SegmentCursor& cursor, OutlineSample& out) {
-            return sample_outline(scene, task, at, cursor, out);
+    EG_NOINLINE static TracedSample* trace(const SceneView& scene, const BoundaryTask& task, Workspace& work,
+                                           const FactorOf<TracedSample>& factor) {
+        const int count = static_cast<int>(task.count);
+        const SideFace none = {splat(-1), splat(-1), splat(0), splat(0.0f)};
+        const auto packet = [&](TracedSample& kept, int at, SegmentCursor& cursor,
+                                int& queued) EG_INLINE_LAMBDA {
+            EdgeSample& s = kept.sample;
+            OutlineSample outline;
+            s = sample(scene, task, at, cursor, outline);
+            set_factor(task, kept, factor);
+            // Find the surface behind
+            Behind behind;
+            if (any(s.active))
+                behind = look_behind(scene, s, {none, none, splat(0)}, task.limits.transparent,
+                                     GrazedField{outline.hit.face, outline.contact});
+            if (!any(s.active)) return;
+            // Start a path on each side
+            Closest hit = outline.hit;
+            hit.hit = s.active;
+            hit.mesh = mesh_of(scene, select(s.active, hit.face, splat(0)));
+            hit.distance = s.view.distance;
+            const Vec3 direction = onto_surface(outline.grazing, outline.normal);
+            const Int plus_path = lane_index() + at, minus_path = plus_path + count;
+            const auto start = [&](Int number, Vec3 along, const Closest& first) EG_INLINE_LAMBDA {
+                queued = start_side(task, work, queued, s, number, along, first, zero3(), behind);
+            };
+            start(select(outline.minus, minus_path, plus_path), direction, hit);
+            start(select(outline.minus, plus_path, minus_path), s.view.direction, behind.hit);
         };
-        return trace_outline_sides(scene, task, work, sample, factor);
+        return trace_packets<TracedSample>(scene, task, work, packet);
     }
+};
+
+struct FieldCurves : OutlineSides<sample_outline> {
     template <typename Mode>
     EG_INLINE static void blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                                  const TracedSample& traced, Vec3 color) {

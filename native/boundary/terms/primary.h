@@ -165,51 +165,6 @@ EG_INLINE void set_factor(const BoundaryTask& task, Traced& kept, const FactorOf
     if (!task.score) kept.sample.active &= ~(largest_component(kept.factor) == 0.0f);
 }
 
-// Estimates the radiance of both sides into work.radiance.
-[[maybe_unused]] EG_OUTLINE TracedSample* trace_sides(const SceneView& scene, const BoundaryTask& task,
-                                                      Workspace& work, const FactorOf<TracedSample>& factor) {
-    const int count = static_cast<int>(task.count);
-    const auto packet = [&](TracedSample& kept, int at, SegmentCursor& cursor, int& queued) EG_INLINE_LAMBDA {
-        EdgeSample& s = kept.sample;
-        // Sample a point of an edge
-        s = sample_edge(scene, task, at, cursor);
-        set_factor(task, kept, factor);
-        // Find the faces on both sides and the surface behind
-        Sides sides;
-        if (any(s.active)) {
-            sides = visible_faces(scene, s);
-            // An edge that is seen end-on has no face on either side, and no jump.
-            s.active &= (sides.plus.face >= 0) | (sides.minus.face >= 0);
-        }
-        Behind behind;
-        if (any(s.active)) behind = look_behind(scene, s, sides, task.limits.transparent, EdgeFaces{});
-        if (!any(s.active)) return;
-        // Start a path on each side
-        const Float slope = any(behind.touched) ? touched_slope(scene, s, behind.hit) : splat(0.0f);
-        const Int path = lane_index() + at;
-        Vec3 aside[2];
-        const auto met = [&](const SideFace& near, Vec3 outwards, Float slope_behind,
-                             Vec3& step) EG_INLINE_LAMBDA {
-            const Int mesh = mesh_of(scene, select(near.face >= 0, near.face, splat(0)));
-            return side_hit(scene, s, sides, near, mesh, behind, outwards, slope_behind, step);
-        };
-        const Closest plus = met(sides.plus, s.normal, slope, aside[0]);
-        const Closest minus = met(sides.minus, -s.normal, -slope, aside[1]);
-        const Mask bends = s.active & bent_lambertian(scene, s, sides, behind.touched);
-        const auto start = [&](Mask active, Int number, const Closest& hit, Vec3 step,
-                               const Closest& other) EG_INLINE_LAMBDA {
-            queued = append_start(work, queued, active, number, s.view.origin, s.view.direction, hit, step,
-                                  other, behind.through, behind.passed, task.max_depth);
-        };
-        Closest other = minus;
-        other.hit = bends;
-        start(s.active, path, plus, aside[0], other);
-        other.hit = splat(0);
-        if (any(s.active & ~bends)) start(s.active & ~bends, path + count, minus, aside[1], other);
-    };
-    return trace_packets<TracedSample>(scene, task, work, packet);
-}
-
 // L- - L+ of the samples from `at` on.
 EG_INLINE Vec3 jump_of(const BoundaryTask& task, const Workspace& work, int at) {
     Vec3 plus, minus;
@@ -274,9 +229,50 @@ EG_INLINE void edge_blocks(Mode& mode, const SceneView& scene, const DerivativeV
 struct MeshCurves {
     using Traced = TracedSample;
 
-    static TracedSample* trace(const SceneView& scene, const BoundaryTask& task, Workspace& work,
-                               const FactorOf<TracedSample>& factor) {
-        return trace_sides(scene, task, work, factor);
+    // Estimates the radiance of both sides into work.radiance.
+    EG_NOINLINE static TracedSample* trace(const SceneView& scene, const BoundaryTask& task, Workspace& work,
+                                           const FactorOf<TracedSample>& factor) {
+        const int count = static_cast<int>(task.count);
+        const auto packet = [&](TracedSample& kept, int at, SegmentCursor& cursor,
+                                int& queued) EG_INLINE_LAMBDA {
+            EdgeSample& s = kept.sample;
+            // Sample a point of an edge
+            s = sample_edge(scene, task, at, cursor);
+            set_factor(task, kept, factor);
+            // Find the faces on both sides and the surface behind
+            Sides sides;
+            if (any(s.active)) {
+                sides = visible_faces(scene, s);
+                // An edge that is seen end-on has no face on either side, and no jump.
+                s.active &= (sides.plus.face >= 0) | (sides.minus.face >= 0);
+            }
+            Behind behind;
+            if (any(s.active)) behind = look_behind(scene, s, sides, task.limits.transparent, EdgeFaces{});
+            if (!any(s.active)) return;
+            // Start a path on each side
+            const Float slope = any(behind.touched) ? touched_slope(scene, s, behind.hit) : splat(0.0f);
+            const Int path = lane_index() + at;
+            Vec3 aside[2];
+            const auto met = [&](const SideFace& near, Vec3 outwards, Float slope_behind,
+                                 Vec3& step) EG_INLINE_LAMBDA {
+                const Int mesh = mesh_of(scene, select(near.face >= 0, near.face, splat(0)));
+                return side_hit(scene, s, sides, near, mesh, behind, outwards, slope_behind, step);
+            };
+            const Closest plus = met(sides.plus, s.normal, slope, aside[0]);
+            const Closest minus = met(sides.minus, -s.normal, -slope, aside[1]);
+            const Mask bends = s.active & bent_lambertian(scene, s, sides, behind.touched);
+            const auto start = [&](Mask active, Int number, const Closest& hit, Vec3 step,
+                                   const Closest& other) EG_INLINE_LAMBDA {
+                queued = append_start(work, queued, active, number, s.view.origin, s.view.direction, hit,
+                                      step, other, behind.through, behind.passed, task.max_depth);
+            };
+            Closest other = minus;
+            other.hit = bends;
+            start(s.active, path, plus, aside[0], other);
+            other.hit = splat(0);
+            if (any(s.active & ~bends)) start(s.active & ~bends, path + count, minus, aside[1], other);
+        };
+        return trace_packets<TracedSample>(scene, task, work, packet);
     }
     template <typename Mode>
     EG_INLINE static void blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,

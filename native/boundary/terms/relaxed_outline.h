@@ -60,8 +60,8 @@ inline void set_near_miss(const SceneView& scene, const PictureRay& ray, NearMis
     set_place(f, m.grid, i, out.hit.b1, out.hit.b2);
 }
 
-EG_OUTLINE EdgeSample sample_band(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                  SegmentCursor& cursor, OutlineSample& out) {
+inline EG_NOINLINE EdgeSample sample_band(const SceneView& scene, const BoundaryTask& task, int64_t at,
+                                          SegmentCursor& cursor, OutlineSample& out) {
     const SegmentSample p = sample_edge_segment(scene, task, at, cursor);
     const CameraView& camera = scene.camera;
     EdgeSample s;
@@ -106,16 +106,7 @@ EG_OUTLINE EdgeSample sample_band(const SceneView& scene, const BoundaryTask& ta
     return s;
 }
 
-struct FieldBands {
-    using Traced = TracedSample;
-
-    static TracedSample* trace(const SceneView& scene, const BoundaryTask& task, Workspace& work,
-                               const FactorOf<TracedSample>& factor) {
-        const auto sample = [&](int at, SegmentCursor& cursor, OutlineSample& out) {
-            return sample_band(scene, task, at, cursor, out);
-        };
-        return trace_outline_sides(scene, task, work, sample, factor);
-    }
+struct FieldBands : OutlineSides<sample_band> {
     template <typename Mode>
     EG_INLINE static void blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                                  const TracedSample& traced, Vec3 color) {

@@ -160,7 +160,7 @@ def build_true_scene() -> Any:
         camera = add(lens.name, lens, (DISTANCE * np.sin(angle), -DISTANCE * np.cos(angle), height))
         look_at(camera, CENTER)
     scene.camera = bpy.data.objects[f"View {VIEWS[0][0]:03d}"]
-    # Half of the samples of other examples: Cycles' noise in eight pictures adds 0.4 % to the error of the shape
+    # Half of the samples of other examples: the error of the shape hardly grows (docs/measurements.md)
     set_up_cycles(scene, samples=SAMPLES // 2)
     return sculpt
 

@@ -7,6 +7,7 @@
 #include "tasks/dropped_samples.h"
 #include "tasks/edge_tree_view.h"
 #include "tasks/image_task.h"
+#include "tasks/light_beams.h"
 
 namespace edgegrad {
 
@@ -83,6 +84,8 @@ struct BoundaryTask {
     CameraSampledAlpha camera_sampled;
     EdgeTreeView tree;
     MirrorFaces mirrors;  // of kCausticEdge
+    // Of kCausticEdge, aimed at lights, and of kIndirectBoundary, at mirrors that throw light
+    BeamGridView beams;
     SampleRecord record;
     DroppedSamples* dropped;
 };

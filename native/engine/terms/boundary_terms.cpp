@@ -100,6 +100,7 @@ class TermBuilder {
         return searched(edges_, in_windows_, kept, key, find);
     }
     const FoundEdges& silhouettes();
+    std::shared_ptr<const LightBeams> light_beams();
     bool has_edges(Part part, int64_t size, const EdgeCounts& counts);
     void keep(SamplePlan plan, BoundaryTerm::Lines lines, CameraSampledAlpha camera_sampled,
               LearnedWeights* weights);
@@ -125,6 +126,7 @@ class TermBuilder {
     const EdgeCache::Sides mesh_sides_;
     bool in_windows_;
     std::optional<FoundEdges> silhouettes_;
+    std::optional<std::shared_ptr<const LightBeams>> beams_;
     std::shared_ptr<const Intersections> seen_;
     BoundaryTerms terms_;
 };
@@ -133,7 +135,8 @@ void TermBuilder::keep(SamplePlan plan, BoundaryTerm::Lines lines, CameraSampled
                        LearnedWeights* weights) {
     if (plan.total(0) > 0)
         terms_.push_back(
-            std::make_unique<BoundaryTerm>(std::move(plan), std::move(lines), camera_sampled, weights));
+            std::make_unique<BoundaryTerm>(std::move(plan), std::move(lines), camera_sampled, weights,
+                                           plan.kind() == kIndirectBoundary ? light_beams() : nullptr));
 }
 
 // Adds samples of candidates by their learned weights, or of `segments()`, from which about `cells` cells are
@@ -173,6 +176,19 @@ const FoundEdges& TermBuilder::silhouettes() {
         silhouettes_ = search(edges_.kept.silhouettes, mesh_sides_,
                               [&](const EdgeList& part) { return shadow_candidates(scene_, part, true); });
     return *silhouettes_;
+}
+
+// Beams over mirrors and smooth glass. Two kinds share one pilot.
+std::shared_ptr<const LightBeams> TermBuilder::light_beams() {
+    constexpr double kPart = 0.0625, kFewest = 1024.0, kMost = 4096.0;
+    if (!beams_) {
+        const bool listed = decided_[Part::kCausticEdges].reason != Reason::kNotEstimated;
+        beams_ = listed && may_be_specular(edges_.tables)
+                     ? LightBeams::find(scene_, edges_, options_, silhouettes(),
+                                        std::clamp(kPart * picture_, kFewest, kMost))
+                     : nullptr;
+    }
+    return *beams_;
 }
 
 // Whether the search for a part's edges has found any. Adds their counts to the decision.
@@ -278,9 +294,14 @@ void TermBuilder::add_emitter_outlines() {
 void TermBuilder::add_between(BoundaryKind kind, const FoundEdges& found) {
     found.each([&](const SharedCandidates& list, double of_samples, double factor) {
         const double samples = of_samples * most_samples(kind);
-        add(
-            kind, *list, [&] { return over_directions(*list, kDirectionSegments * samples, chains(kind)); },
-            learned_cells(samples), samples, {}, factor);
+        const auto cells = [&](const Candidates& edges) {
+            return over_directions(edges, kDirectionSegments * samples, chains(kind));
+        };
+        const auto segments = [&] {
+            const auto beams = kind == kIndirectBoundary ? light_beams() : nullptr;
+            return cells(beams ? beams->behind_mirrors(scene_, *list) : *list);
+        };
+        add(kind, *list, segments, learned_cells(samples), samples, {}, factor);
     });
 }
 
@@ -331,7 +352,7 @@ void TermBuilder::add_caustics() {
     if (!decided_.computes(Part::kCausticEdges)) return;
     const FoundEdges& found = silhouettes();
     if (has_edges(Part::kCausticEdges, found.size(), found.counts()) && !decided_.alone())
-        add_caustic_edges(terms_, scene_, tables, options_, found, samples(kCausticEdge));
+        add_caustic_edges(terms_, scene_, tables, options_, found, samples(kCausticEdge), light_beams());
 }
 
 }  // namespace
@@ -341,6 +362,7 @@ void BoundaryTerm::run_samples(TermRun& run, int pass, int64_t first, int64_t co
     task.dropped = &lost;
     task.camera_sampled = camera_sampled_;
     if (lines_.tree) task.tree = lines_.tree->view();
+    if (beams_) task.beams = beams_->towards_mirrors();
     const BoundaryKernels& kernels = run.kernels.boundary[task.kind];
     if (run.is_forward())
         kernels.forward(view(run.scene), task, run.work(), run.view, run.splats);

@@ -12,10 +12,12 @@ constexpr double least_of_caustics(BoundaryKind kind) {
     return kind == kCausticOutline || kind == kCausticEdge ? 0.25 : 0.0;
 }
 
-// Add terms of so many samples, if there is something to sample.
+// Add terms of so many samples, if there is something to sample. `beams`: at whose lights samples aim; null:
+// at none.
 void add_caustic_outlines(BoundaryTerms& terms, const SceneView& scene, const SceneTables& tables,
                           const RenderOptions& options, double samples);
 void add_caustic_edges(BoundaryTerms& terms, const SceneView& scene, const SceneTables& tables,
-                       const RenderOptions& options, const FoundEdges& found, double samples);
+                       const RenderOptions& options, const FoundEdges& found, double samples,
+                       const std::shared_ptr<const LightBeams>& beams);
 
 }  // namespace edgegrad

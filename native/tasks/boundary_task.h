@@ -84,6 +84,8 @@ struct BoundaryTask {
     CameraSampledAlpha camera_sampled;
     EdgeTreeView tree;
     MirrorFaces mirrors;  // of kCausticEdge
+    // Of kCausticEdge, by edge: shading continues across it, so that nothing jumps but at a silhouette.
+    const uint8_t* continues;
     // Of kCausticEdge, aimed at lights, and of kIndirectBoundary, at mirrors that throw light
     BeamGridView beams;
     SampleRecord record;

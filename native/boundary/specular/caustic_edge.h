@@ -8,7 +8,7 @@
 //   dI = int du int dw (change of the measure) W(x) T (L- - L+) (-dg/dtheta).
 // e is sampled on the edge, and w about it as between surfaces (boundary/terms/indirect.h), towards points of
 // mirrors, or away from where light comes from that passes e on its way to a mirror (light beams). Creases
-// count, too, as seen from all sides.
+// count, too, as seen from all sides. Edges across which shading continues count as silhouettes alone.
 #pragma once
 
 #include "boundary/samples/aimed_direction.h"
@@ -16,6 +16,14 @@
 #include "boundary/specular/caustic_path.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
+
+// The lanes whose edges count from all sides.
+EG_INLINE Mask is_crease(const BoundaryTask& task, const SegmentSample& p) {
+    Mask crease = p.active;
+    for (int i = 0; i < W; ++i)
+        if (crease[i] && task.continues[p.edge[i]]) crease[i] = 0;
+    return crease;
+}
 
 // A direction from a point of an edge to m_K. Half of those that are not aimed are about the edge, and half
 // to a point of a mirror, chosen by area. `face` and `instance` are those of the point, -1: there is none.
@@ -37,7 +45,7 @@ struct MirrorDirection {
 };
 
 EG_OUTLINE MirrorDirection mirror_direction(const SceneView& scene, const BoundaryTask& task,
-                                            const SegmentSample& p, Vec3 point) {
+                                            const SegmentSample& p, Mask crease, Vec3 point) {
     Float u, v;
     const float cells = cell_numbers(task, p, u, v);
     MirrorDirection d;
@@ -46,7 +54,7 @@ EG_OUTLINE MirrorDirection mirror_direction(const SceneView& scene, const Bounda
     const Float aimed_v = v;
     const Mask by_area = p.active & ~aimed & (v < 0.5f);
     v = 2.0f * v - select(v < 0.5f, splat(0.0f), splat(1.0f));
-    d.w = wedge_direction(scene, p, p.active, u, v, d.wedge);
+    d.w = wedge_direction(scene, p, crease, u, v, d.wedge);
     d.face = d.instance = splat(-1);
     if (any(by_area)) {
         const MirrorFaces& mirrors = task.mirrors;
@@ -65,7 +73,7 @@ EG_OUTLINE MirrorDirection mirror_direction(const SceneView& scene, const Bounda
         d.w = select(by_area, way * (1.0f / max(sqrt(dot(way, way)), 1e-30f)), d.w);
     }
     if (any(aimed)) d.w = select(aimed, -aimed_direction(task.beams, d.aim, u, aimed_v), d.w);
-    d.wedge = density_about(scene, task, p, p.active, d.w, d.wedge * cells);
+    d.wedge = density_about(scene, task, p, crease, d.w, d.wedge * cells);
     d.cells = cells;
     return d;
 }
@@ -81,7 +89,10 @@ EG_OUTLINE int sample_caustic_edges(const SceneView& scene, const BoundaryTask& 
         if (!any(p.active)) continue;
         const Float along = p.u0 + (p.u1 - p.u0) * p.tau;
         const Vec3 point = p.a + p.t * along;
-        const MirrorDirection d = mirror_direction(scene, task, p, point);
+        const Mask crease = is_crease(task, p);
+        const MirrorDirection d = mirror_direction(scene, task, p, crease, point);
+        p.active &= crease | (occluder_side(scene, p, cross(p.t, d.w)) != 0.0f);
+        if (!any(p.active)) continue;
         // Find m_K, the sampled point or what the direction about the edge meets
         const ReceiverHit m = find_receiver(scene, p.active, point, -d.w, {p.edge, p.instance},
                                             {all, all, kDiffuseRay, splat(63 * kChainVertex)}, p.random);

@@ -352,7 +352,7 @@ void TermBuilder::add_caustics() {
     if (!decided_.computes(Part::kCausticEdges)) return;
     const FoundEdges& found = silhouettes();
     if (has_edges(Part::kCausticEdges, found.size(), found.counts()) && !decided_.alone())
-        add_caustic_edges(terms_, scene_, tables, options_, found, samples(kCausticEdge), light_beams());
+        add_caustic_edges(terms_, scene_, edges_, options_, found, samples(kCausticEdge), light_beams());
 }
 
 }  // namespace

@@ -50,7 +50,6 @@ class BoundaryTerm : public SampledTerm {
 
  protected:
     void run_samples(TermRun& run, int pass, int64_t first, int64_t count, DroppedSamples& lost) override;
-    const LightBeams* beams() const { return beams_.get(); }
 
  private:
     SamplePlan plan_;

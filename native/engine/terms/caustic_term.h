@@ -16,7 +16,7 @@ constexpr double least_of_caustics(BoundaryKind kind) {
 // at none.
 void add_caustic_outlines(BoundaryTerms& terms, const SceneView& scene, const SceneTables& tables,
                           const RenderOptions& options, double samples);
-void add_caustic_edges(BoundaryTerms& terms, const SceneView& scene, const SceneTables& tables,
+void add_caustic_edges(BoundaryTerms& terms, const SceneView& scene, const EdgeList& edges,
                        const RenderOptions& options, const FoundEdges& found, double samples,
                        const std::shared_ptr<const LightBeams>& beams);
 

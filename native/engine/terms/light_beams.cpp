@@ -158,9 +158,12 @@ void BeamGridBuilder::place() {
             add(b.last), add(b.first), add(b.end);
             if (!b.is_distant()) add(b.light);
         }
-        std::sort(x.begin(), x.end());
-        const auto outside = static_cast<size_t>(kOutside * static_cast<double>(x.size() - 1));
-        const double low = x[outside], high = x[x.size() - 1 - outside];
+        const auto outside = static_cast<ptrdiff_t>(kOutside * static_cast<double>(x.size() - 1));
+        const auto nth = [&](ptrdiff_t n) {
+            std::nth_element(x.begin(), x.begin() + n, x.end());
+            return x[static_cast<size_t>(n)];
+        };
+        const double low = nth(outside), high = nth(static_cast<ptrdiff_t>(x.size()) - 1 - outside);
         grid_.low_[axis] = low - kMargin * (high - low);
         size[axis] = (1.0 + 2.0 * kMargin) * (high - low);
         longest = std::max(longest, size[axis]);

@@ -1,11 +1,11 @@
-// Directions aimed at the points that the cells of a grid list (tasks/light_beams.h). The densities of
+// Directions aimed at the points that the cells of a grid list (tasks/boundary_task.h). The densities of
 // directions about the points have heavy tails: about a direction d, 1/(s + b)^2 with s = 1 - cos of the
 // angle to d, and b the value of s at the width of the peak. All directions are possible.
 #pragma once
 
 #include "scene/view.h"
 #include "simd/vector.h"
-#include "tasks/light_beams.h"
+#include "tasks/boundary_task.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

@@ -14,7 +14,7 @@
 #pragma once
 
 #include "boundary/segment/silhouette.h"
-#include "boundary/specular/light_beams.h"
+#include "boundary/specular/traced_beams.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

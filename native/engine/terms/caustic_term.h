@@ -12,6 +12,9 @@ constexpr double least_of_caustics(BoundaryKind kind) {
     return kind == kCausticOutline ? 0.25 : kind == kCausticEdge ? 0.0625 : 0.0;
 }
 
+// By material, 1 or 0: whether it may have perfect lobes.
+std::vector<uint8_t> bending_materials(const SceneTables& tables);
+
 // Add terms of so many samples, if there is something to sample. `beams`: at whose lights samples aim; null:
 // at none.
 void add_caustic_outlines(BoundaryTerms& terms, const SceneView& scene, const SceneTables& tables,

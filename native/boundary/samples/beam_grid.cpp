@@ -1,20 +1,9 @@
-#include "engine/terms/light_beams.h"
+#include "boundary/samples/beam_grid.h"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <utility>
+#include <cstddef>
 
-#include "boundary/meshes/placed_vertex.h"
-#include "boundary/samples/sample_plan.h"
-#include "engine/decisions/decisions.h"
-#include "engine/terms/found_edges.h"
-#include "engine/terms/mirror_faces.h"
-#include "scene/sharp_lobes.h"
-#include "tasks/block_sizes.h"
-#include "tasks/kernel_table.h"
-#include "tasks/seed_tags.h"
-#include "util/double_vector.h"
 #include "util/parallel.h"
 
 namespace edgegrad {
@@ -26,43 +15,6 @@ constexpr double kCells = 32.0;
 constexpr double kLeastWidth = 1e-7;
 // Directions of beams are sampled in cells where they fill a smaller solid angle.
 constexpr double kWide = 0.3;
-
-struct Beam {
-    Vector light, last, first, end;
-    double weight, distance;  // as in BeamPaths
-
-    bool is_distant() const { return !(distance < std::numeric_limits<double>::infinity()); }
-};
-
-// Appends the beams of a pilot with samples on these faces.
-void trace_beams(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
-                 Candidates faces, double samples, std::vector<Beam>& out) {
-    if (faces.size() == 0) return;
-    SamplePlan plan(shared(std::move(faces)), samples, samples, options, kCausticOutline, false);
-    const int64_t count = plan.total(0), chunks = (count + kBoundaryChunk - 1) / kBoundaryChunk;
-    std::vector<float> columns[14];
-    for (auto& c : columns) c.resize(static_cast<size_t>(chunks * kBoundaryChunk));
-    parallel_for(edges.threads, chunks, {}, [&](int, int64_t chunk) {
-        const int64_t first = chunk * kBoundaryChunk;
-        const auto at = [&](size_t k) { return columns[k].data() + first; };
-        BeamPaths paths{{at(0), at(1), at(2)},
-                        {at(3), at(4), at(5)},
-                        {at(6), at(7), at(8)},
-                        {at(9), at(10), at(11)},
-                        at(12),
-                        at(13)};
-        const BoundaryTask task = plan.task(0, first, std::min(kBoundaryChunk, count - first));
-        edges.kernels.light_beams(scene, task, paths);
-    });
-    for (size_t i = 0; i < static_cast<size_t>(count); ++i) {
-        const auto point = [&](size_t k) {
-            return Vector{columns[k][i], columns[k + 1][i], columns[k + 2][i]};
-        };
-        const Beam b{point(0), point(3), point(6), point(9), columns[12][i], columns[13][i]};
-        const Vector all = b.light + b.last + b.first + b.end;
-        if (b.weight > 0.0 && std::isfinite(b.weight + all.x + all.y + all.z)) out.push_back(b);
-    }
-}
 
 // A number in (0, 1) for each beam and cell, by a hash (lowbias32).
 double random_number(size_t beam, size_t cell) {
@@ -78,73 +30,12 @@ double apart(Vector a, Vector b) {
     return 0.5 * dot(d, d);
 }
 
-// The ends of a candidate's part of its edge.
-struct Ends {
-    Vector a, b;
-};
-Ends ends_of(const SceneView& scene, const Candidates& edges, size_t i) {
-    const Placement place = Placement::of(scene, edges.instance.empty() ? -1 : edges.instance[i]);
-    const auto end = [&](int64_t k) {
-        return place(
-            vertex(scene, static_cast<int64_t>(scene.edge_vertices[2 * int64_t{edges.edge[i]} + k])));
-    };
-    const Vector a = end(0), way = end(1) - a;
-    return {a + way * static_cast<double>(edges.u0[i]), a + way * static_cast<double>(edges.u1[i])};
-}
-
-// Whether all faces of an edge may have perfect lobes. Beams that pass it on their way begin or end at its
-// own faces mostly, which it does not hide.
-bool is_of_mirror(const SceneView& scene, const std::vector<uint8_t>& bends, int32_t edge) {
-    for (uint32_t k = scene.edge_face_first[edge]; k < scene.edge_face_first[edge + 1]; ++k)
-        if (!bends[static_cast<size_t>(scene.face_material[scene.edge_faces[k]])]) return false;
-    return true;
-}
-
 Vector direction(Vector from, Vector to) {
     const Vector way = to - from;
     return way * (1.0 / std::max(length(way), 1e-30));
 }
 
 }  // namespace
-
-// Fills the cells of a grid with the beams that pass through them.
-class BeamGridBuilder {
- public:
-    BeamGridBuilder(const SceneView& scene, const FoundEdges& found, const std::vector<uint8_t>& bends,
-                    const std::vector<Beam>& beams, int threads)
-        : beams_(beams), threads_(threads) {
-        place();
-        mark(scene, *found.whole, bends);
-        if (found.windows) mark(scene, *found.windows, bends);
-    }
-
-    // Beams pass from `from(beam)` to `to(beam)`. `candidates(beam)` are points at which directions may be
-    // aimed from the cells that it passes; those about which the directions of a cell vary least are taken.
-    template <typename From, typename To, typename Points>
-    BeamGrid fill(const From& from, const To& to, const Points& candidates);
-
- private:
-    struct Kept {
-        size_t at = 0;  // cell
-        double flux = 0.0;
-        double key[kBeamTargets];
-        int32_t beam[kBeamTargets];
-        int32_t count = 0;
-    };
-
-    void place();
-    void mark(const SceneView& scene, const Candidates& edges, const std::vector<uint8_t>& bends);
-    void keep(Kept& cell, double key, int32_t beam) const;
-    template <typename Visit>
-    void visit_cells(Vector a, Vector b, const Visit& visit) const;
-    Vector middle(size_t cell) const;
-    bool aim(Vector middle, const std::vector<std::vector<Vector>>& choices, float* targets) const;
-
-    const std::vector<Beam>& beams_;
-    const int threads_;
-    BeamGrid grid_;
-    std::vector<uint8_t> marked_;  // cells with edges
-};
 
 // Places the grid about most ends of beams.
 void BeamGridBuilder::place() {
@@ -179,16 +70,6 @@ void BeamGridBuilder::place() {
     marked_.assign(cells, 0);
 }
 
-void BeamGridBuilder::mark(const SceneView& scene, const Candidates& edges,
-                           const std::vector<uint8_t>& bends) {
-    for (size_t i = 0; i < edges.edge.size(); ++i) {
-        if (i % 4096 == 0) may_cancel();
-        if (is_of_mirror(scene, bends, edges.edge[i])) continue;
-        const Ends ends = ends_of(scene, edges, i);
-        visit_cells(ends.a, ends.b, [&](size_t cell) { marked_[cell] = 1; });
-    }
-}
-
 Vector BeamGridBuilder::middle(size_t cell) const {
     double at[3];
     for (size_t k = 0; k < 3; ++k) {
@@ -200,8 +81,7 @@ Vector BeamGridBuilder::middle(size_t cell) const {
 }
 
 // Calls visit(cell) for each cell that the segment from a to b passes, but for corners that it clips.
-template <typename Visit>
-void BeamGridBuilder::visit_cells(Vector a, Vector b, const Visit& visit) const {
+void BeamGridBuilder::visit_cells(Vector a, Vector b, const std::function<void(size_t)>& visit) const {
     const double start[3] = {a.x, a.y, a.z}, way[3] = {b.x - a.x, b.y - a.y, b.z - a.z};
     double near = 0.0, far = 1.0, longest = 0.0;
     for (size_t k = 0; k < 3; ++k) {
@@ -280,8 +160,7 @@ bool BeamGridBuilder::aim(Vector middle, const std::vector<std::vector<Vector>>&
     return solid_angle < kWide;
 }
 
-template <typename From, typename To, typename Points>
-BeamGrid BeamGridBuilder::fill(const From& from, const To& to, const Points& candidates) {
+BeamGrid BeamGridBuilder::fill(const Place& from, const Place& to, const Places& candidates) const {
     BeamGrid out = grid_;
     std::vector<Kept> cells;
     for (size_t b = 0; b < beams_.size(); ++b) {
@@ -305,10 +184,9 @@ BeamGrid BeamGridBuilder::fill(const From& from, const To& to, const Points& can
                      std::vector<std::vector<Vector>> choices;
                      for (size_t slot = first; slot < std::min(first + kBlock, cells.size()); ++slot) {
                          const Kept& cell = cells[slot];
-                         choices.clear();
+                         choices.assign(3, {});
                          for (int32_t k = 0; k < cell.count; ++k) {
                              const auto points = candidates(beams_[static_cast<size_t>(cell.beam[k])]);
-                             choices.resize(points.size());
                              for (size_t c = 0; c < points.size(); ++c) choices[c].push_back(points[c]);
                          }
                          out.flux_[slot] = cell.flux;
@@ -345,75 +223,6 @@ double BeamGrid::flux(Vector p) const {
     const int64_t cell = cell_of(p);
     const int32_t slot = cell < 0 ? -1 : slot_[static_cast<size_t>(cell)];
     return slot < 0 ? 0.0 : flux_[static_cast<size_t>(slot)];
-}
-
-Candidates LightBeams::weighted(const BeamGrid& grid, double by_flux, const SceneView& scene,
-                                const Candidates& edges) const {
-    constexpr double kMostParts = 64.0;
-    Candidates out;
-    std::vector<double> mass, flux;
-    double all_flux = 0.0;
-    for (size_t i = 0; i < edges.edge.size(); ++i) {
-        if (i % 4096 == 0) may_cancel();
-        const Ends ends = ends_of(scene, edges, i);
-        const bool of_mirror = is_of_mirror(scene, bends_, edges.edge[i]);
-        const double own = edges.cumulative[i + 1] - edges.cumulative[i];
-        const double size = of_mirror ? 0.0 : length(ends.b - ends.a);
-        const int parts = static_cast<int>(std::clamp(std::ceil(size / grid.side()), 1.0, kMostParts));
-        const auto place = [&](double at) {
-            return at == parts ? edges.u1[i]
-                               : edges.u0[i] + (edges.u1[i] - edges.u0[i]) * static_cast<float>(at / parts);
-        };
-        double before = -1.0;
-        for (int part = 0; part < parts; ++part) {
-            const double here =
-                of_mirror ? 0.0 : grid.flux(ends.a + (ends.b - ends.a) * ((part + 0.5) / parts));
-            if (part == 0 || here != before) {
-                out.edge.push_back(edges.edge[i]);
-                if (!edges.instance.empty()) out.instance.push_back(edges.instance[i]);
-                out.u0.push_back(place(part)), out.u1.push_back(place(part));
-                mass.push_back(0.0), flux.push_back(0.0);
-            }
-            before = here;
-            out.u1.back() = place(part + 1.0);
-            mass.back() += own / parts, flux.back() += here * own / parts;
-            all_flux += here * own / parts;
-        }
-    }
-    if (all_flux == 0.0) by_flux = 0.0;
-    const double unit = all_flux > 0.0 ? by_flux * edges.mass() / all_flux : 0.0;
-    for (size_t i = 0; i < mass.size(); ++i)
-        out.cumulative.push_back(out.cumulative.back() + (1.0 - by_flux) * mass[i] + unit * flux[i]);
-    return out;
-}
-
-std::shared_ptr<const LightBeams> LightBeams::find(const SceneView& scene, const EdgeList& edges,
-                                                   const RenderOptions& options, const FoundEdges& found,
-                                                   double samples) {
-    RenderOptions own = options;
-    own.seed ^= kBeamSeed;
-    std::vector<uint8_t> bends =
-        marked_materials(edges.tables, [&](size_t k) { return may_be_specular(edges.tables, k); });
-    std::vector<Beam> beams;
-    for (const bool lit : {false, true}) {
-        own.seed ^= static_cast<uint32_t>(lit) << 31;
-        trace_beams(scene, edges, own, mirror_faces(scene, edges.tables, lit), 0.5 * samples, beams);
-    }
-    if (beams.empty()) return nullptr;
-    BeamGridBuilder builder(scene, found, bends, beams, edges.threads);
-    BeamGrid lights =
-        builder.fill([](const Beam& b) { return b.last; }, [](const Beam& b) { return b.light; },
-                     [](const Beam& b) { return std::array<Vector, 2>{b.light, b.last}; });
-    // What flat mirrors show is as far behind them as it is before them
-    BeamGrid mirrors = builder.fill(
-        [](const Beam& b) { return b.first; }, [](const Beam& b) { return b.end; },
-        [](const Beam& b) {
-            const Vector back = direction(b.end, b.first);
-            const double whole = length(b.light - b.last) + length(b.first - b.last);
-            return std::array<Vector, 3>{b.first, b.first + back * (0.3 * whole), b.first + back * whole};
-        });
-    return std::shared_ptr<const LightBeams>(
-        new LightBeams(std::move(lights), std::move(mirrors), std::move(bends)));
 }
 
 }  // namespace edgegrad

@@ -10,7 +10,7 @@
 #include "boundary/specular/caustic_path.h"
 #include "shading/lights/environment_samples.h"
 #include "shading/lights/lights.h"
-#include "tasks/light_beams.h"
+#include "tasks/boundary_task.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

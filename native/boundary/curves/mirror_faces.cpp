@@ -1,13 +1,11 @@
-#include "engine/terms/mirror_faces.h"
+#include "boundary/curves/mirror_faces.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "boundary/meshes/placed_vertex.h"
-#include "engine/decisions/decisions.h"
 #include "scene/lights/light_params.h"
 #include "scene/mesh_instances.h"
-#include "scene/sharp_lobes.h"
 
 namespace edgegrad {
 namespace {
@@ -59,8 +57,8 @@ class Irradiance {
 
 }  // namespace
 
-Candidates mirror_faces(const SceneView& scene, const SceneTables& tables, bool lit) {
-    const auto bends = marked_materials(tables, [&](size_t k) { return may_be_specular(tables, k); });
+Candidates mirror_faces(const SceneView& scene, const SceneTables& tables, const std::vector<uint8_t>& bends,
+                        bool lit) {
     const Irradiance light(scene.lights);
     const auto instances = mesh_instances(tables);
     Candidates out;

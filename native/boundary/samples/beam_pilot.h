@@ -1,46 +1,24 @@
-// The pilot of light beams (boundary/specular/light_beams.h), and the cells that aim samples of edges.
+// The pilot of light beams (boundary/specular/traced_beams.h), which aims samples of edges and weights these.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <vector>
 
 #include "boundary/curves/candidates.h"
-#include "engine/terms/found_edges.h"
-#include "tasks/light_beams.h"
+#include "boundary/samples/beam_grid.h"
 #include "tasks/render_options.h"
-#include "util/double_vector.h"
 
 namespace edgegrad {
 
-// Cells of space with the points at which their beams begin or end.
-class BeamGrid {
- public:
-    BeamGridView view() const;
-    // The flux of beams at a place.
-    double flux(Vector p) const;
-    double side() const { return side_; }
-
- private:
-    friend class BeamGridBuilder;
-    int64_t cell_of(Vector p) const;  // -1: outside
-
-    std::vector<int32_t> slot_;
-    std::vector<float> targets_;
-    std::vector<double> flux_;  // by slot: the summed weight of the beams
-    std::array<double, 3> low_{};
-    double side_ = 1.0;
-    std::array<int32_t, 3> count_{};
-};
-
-// Beams of about `samples` samples of a scene, where these edges are.
 class LightBeams {
  public:
-    // Null if there are none.
+    // Beams of a pilot of about `samples` samples, in the cells of these candidates; null if there are none.
+    // `bends`: 1 for materials that may have perfect lobes, else 0.
     static std::shared_ptr<const LightBeams> find(const SceneView& scene, const EdgeList& edges,
-                                                  const RenderOptions& options, const FoundEdges& found,
-                                                  double samples);
+                                                  const RenderOptions& options,
+                                                  const std::vector<std::shared_ptr<const Candidates>>& found,
+                                                  std::vector<uint8_t> bends, double samples);
 
     // For edges between lights and m_K, and between m_1 and what it lights: where directions from them aim,
     // and the edges, cut into parts of more weight where beams pass.
@@ -64,7 +42,7 @@ class LightBeams {
                         const Candidates& edges) const;
 
     const BeamGrid towards_lights_, towards_mirrors_;
-    const std::vector<uint8_t> bends_;  // materials that may have perfect lobes
+    const std::vector<uint8_t> bends_;
 };
 
 }  // namespace edgegrad

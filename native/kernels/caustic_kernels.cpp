@@ -48,6 +48,7 @@ void weigh_caustics_kernel(const SceneView& scene, const BoundaryTask& task, Cha
 
 void add_caustic_kernels(KernelTable& table) {
     table.caustics = caustics_kernel;
+    table.light_beams = find_light_beams;
     table.weigh_caustics = weigh_caustics_kernel;
 }
 

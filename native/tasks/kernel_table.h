@@ -72,6 +72,8 @@ struct KernelTable {
                            DerivativeView& gradient, float* seeds);
     // Boundaries in caustics (engine/terms/caustic_term.cpp); the rest as of the specular boundary.
     int (*caustics)(const SceneView&, const BoundaryTask&, ChainCrossings&);
+    // One beam per sample, of the pilot that aims samples of edges.
+    void (*light_beams)(const SceneView&, const BoundaryTask&, BeamPaths&);
     void (*weigh_caustics)(const SceneView&, const BoundaryTask&, ChainCrossings&, int count);
     void (*textures)(const SceneView&, const TextureTask&, float* rows);  // (count, kMaterialParams)
     void (*ray_batch)(const SceneView&, const RayBatch&, int32_t* face, float* distance);

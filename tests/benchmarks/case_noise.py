@@ -29,7 +29,7 @@ COLUMNS = ("seconds", "variance of blocks", "variance of pixels", "missed blocks
 def parts(case: Any, depth: int) -> tuple[Make, list[str], dict[str, Any]]:
     """The motion, the parameters and the options of a row of CASES."""
     if isinstance(case, tuple):
-        make, paths, *more = case
+        make, paths, *more = (*case[0], *case[1:]) if isinstance(case[0], tuple) else case
         given = more[0] if more else depth
         return make, paths, {"max_depth": given.get("max_depth", depth) if isinstance(given, dict) else given}
     return case.make, [case.path], {"max_depth": case.max_depth, "bounces": case.bounces}

@@ -31,6 +31,7 @@ SurfaceRegions surface_regions(const SceneTables& t) {
     SurfaceRegions out;
     out.region.resize(faces);
     out.face_edge.assign(3 * faces, -1);
+    out.continues.assign(edges, 0);
     std::iota(out.region.begin(), out.region.end(), 0);
     // Union-find. A region's number is the number of one of its faces.
     const auto root = [&](uint32_t face) {
@@ -49,6 +50,7 @@ SurfaceRegions surface_regions(const SceneTables& t) {
                     out.face_edge[3 * face + c] = static_cast<int32_t>(e);
         }
         if (shading_continues(t, e)) {
+            out.continues[e] = 1;
             const int32_t a = root(t.edge_faces[first]), b = root(t.edge_faces[first + 1]);
             out.region[static_cast<size_t>(std::max(a, b))] = std::min(a, b);
         }

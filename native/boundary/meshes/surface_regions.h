@@ -12,6 +12,7 @@ namespace edgegrad {
 struct SurfaceRegions {
     std::vector<int32_t> region;     // of each face
     std::vector<int32_t> face_edge;  // (F, 3): the edge opposite to each corner, or -1
+    std::vector<uint8_t> continues;  // of each edge: shading_continues
 };
 
 // Two faces of a visible mesh belong to one region if a chain of edges without a discontinuity joins them: at

@@ -6,33 +6,55 @@
 // (boundary/specular/chain_term.h). For a fixed p, dD delta(g) = du/r^2 with r = |e - p|, and dA_m |n . D|
 // /r^2 is the solid angle of the directions w from e to m_K. So
 //   dI = int du int dw (change of the measure) W(x) T (L- - L+) (-dg/dtheta).
-// e is sampled on the edge, and w about it as between surfaces (boundary/terms/indirect.h), or towards points
-// of mirrors. Creases count, too, as seen from all sides.
+// e is sampled on the edge, and w about it as between surfaces (boundary/terms/indirect.h), towards points of
+// mirrors, or away from where light comes from that passes e on its way to a mirror (light beams). Creases
+// count, too, as seen from all sides. Edges across which shading continues count as silhouettes alone.
 #pragma once
 
+#include "boundary/samples/aimed_direction.h"
 #include "boundary/segment/silhouette.h"
 #include "boundary/specular/caustic_path.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// A direction from a point of an edge to m_K: half of them about the edge, half to a point of a mirror,
-// chosen by area. `face` and `instance` are those of the point, -1: the direction is about the edge. `wedge`
-// is the density of directions about the edge.
+// The lanes whose edges count from all sides.
+EG_INLINE Mask is_crease(const BoundaryTask& task, const SegmentSample& p) {
+    Mask crease = p.active;
+    for (int i = 0; i < W; ++i)
+        if (crease[i] && task.continues[p.edge[i]]) crease[i] = 0;
+    return crease;
+}
+
+// A direction from a point of an edge to m_K. Half of those that are not aimed are about the edge, and half
+// to a point of a mirror, chosen by area. `face` and `instance` are those of the point, -1: there is none.
 struct MirrorDirection {
     Vec3 w;
     Int face, instance;
-    Float wedge;
-    float cells;  // by which densities are multiplied
+    Aim aim;
+    Float wedge;  // density of directions about the edge
+    float cells;  // by which the other densities are multiplied
+
+    // The density of all directions together (balance heuristic), if w meets a mirror at this distance.
+    EG_INLINE Float density(const BoundaryTask& task, Float distance, Float facing) const {
+        const auto area = static_cast<float>(task.mirrors.cumulative[task.mirrors.count]);
+        const Float rest = 0.5f * (wedge + cells * distance * distance / (max(facing, 1e-20f) * area));
+        if (!any(aim.known)) return rest;
+        const Float aimed = cells * aimed_density(task.beams, aim, -w);
+        return select(aim.known, kAimed * aimed + (1.0f - kAimed) * rest, rest);
+    }
 };
 
 EG_OUTLINE MirrorDirection mirror_direction(const SceneView& scene, const BoundaryTask& task,
-                                            const SegmentSample& p, Vec3 point) {
+                                            const SegmentSample& p, Mask crease, Vec3 point) {
     Float u, v;
     const float cells = cell_numbers(task, p, u, v);
     MirrorDirection d;
-    const Mask by_area = p.active & (v < 0.5f);
+    d.aim = aim_from(task.beams, p.active, point);
+    const Mask aimed = take_aimed(d.aim.known, v);
+    const Float aimed_v = v;
+    const Mask by_area = p.active & ~aimed & (v < 0.5f);
     v = 2.0f * v - select(v < 0.5f, splat(0.0f), splat(1.0f));
-    d.w = wedge_direction(scene, p, p.active, u, v, d.wedge);
+    d.w = wedge_direction(scene, p, crease, u, v, d.wedge);
     d.face = d.instance = splat(-1);
     if (any(by_area)) {
         const MirrorFaces& mirrors = task.mirrors;
@@ -50,7 +72,8 @@ EG_OUTLINE MirrorDirection mirror_direction(const SceneView& scene, const Bounda
         const Vec3 way = interpolate(t, 1.0f - root, v * root) - point;
         d.w = select(by_area, way * (1.0f / max(sqrt(dot(way, way)), 1e-30f)), d.w);
     }
-    d.wedge = density_about(scene, task, p, p.active, d.w, d.wedge * cells);
+    if (any(aimed)) d.w = select(aimed, -aimed_direction(task.beams, d.aim, u, aimed_v), d.w);
+    d.wedge = density_about(scene, task, p, crease, d.w, d.wedge * cells);
     d.cells = cells;
     return d;
 }
@@ -59,7 +82,6 @@ EG_OUTLINE MirrorDirection mirror_direction(const SceneView& scene, const Bounda
 EG_OUTLINE int sample_caustic_edges(const SceneView& scene, const BoundaryTask& task, ChainCrossings& out) {
     SegmentCursor cursor = first_segment(task);
     const Int all = splat(kScatteredRays);
-    const auto area = static_cast<float>(task.mirrors.cumulative[task.mirrors.count]);
     int found = 0;
     for (int64_t at = 0; at < task.count; at += W) {
         SegmentSample p = sample_edge_segment(scene, task, at, cursor);
@@ -67,7 +89,10 @@ EG_OUTLINE int sample_caustic_edges(const SceneView& scene, const BoundaryTask& 
         if (!any(p.active)) continue;
         const Float along = p.u0 + (p.u1 - p.u0) * p.tau;
         const Vec3 point = p.a + p.t * along;
-        const MirrorDirection d = mirror_direction(scene, task, p, point);
+        const Mask crease = is_crease(task, p);
+        const MirrorDirection d = mirror_direction(scene, task, p, crease, point);
+        p.active &= crease | (occluder_side(scene, p, cross(p.t, d.w)) != 0.0f);
+        if (!any(p.active)) continue;
         // Find m_K, the sampled point or what the direction about the edge meets
         const ReceiverHit m = find_receiver(scene, p.active, point, -d.w, {p.edge, p.instance},
                                             {all, all, kDiffuseRay, splat(63 * kChainVertex)}, p.random);
@@ -79,9 +104,7 @@ EG_OUTLINE int sample_caustic_edges(const SceneView& scene, const BoundaryTask& 
         active &=
             may_have(scene, s, active, kHasGlossy | kHasRefraction) & ~on_field(scene, active, m.hit.face);
         if (!any(active)) continue;
-        // The density of both kinds of directions together (balance heuristic)
-        const Float facing = max(abs(dot(s.normal, d.w)), 1e-20f);
-        const Float density = 0.5f * (d.wedge + d.cells * m.hit.distance * m.hit.distance / (facing * area));
+        const Float density = d.density(task, m.hit.distance, abs(dot(s.normal, d.w)));
         found = follow_caustic(
             scene, task, p, active, m.hit, -d.w, m.through * ((p.u1 - p.u0) / (density * p.density)), at, out,
             found, [](int, const BentLight&, int) EG_INLINE_LAMBDA { return true; },

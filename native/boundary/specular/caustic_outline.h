@@ -14,7 +14,7 @@
 #pragma once
 
 #include "boundary/segment/silhouette.h"
-#include "boundary/specular/caustic_path.h"
+#include "boundary/specular/traced_beams.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -133,14 +133,8 @@ EG_OUTLINE int sample_caustic_outlines(const SceneView& scene, const BoundaryTas
         Float u, v, pick, unused;
         const float cells = cell_numbers(task, p, u, v);
         sobol_pair(p.random.stream, p.random.sample, kPairLight, pick, unused);
-        const Float root = sqrt(u);
-        Closest m;
-        m.hit = p.active;
-        m.face = p.edge, m.instance = p.instance;
-        m.mesh = mesh_of(scene, p.edge);
-        m.b1 = 1.0f - root, m.b2 = v * root;
-        m.distance = splat(0.0f);
-        const Triangle t = placed_triangle(scene, m.face, m.instance).triangle;
+        Triangle t;
+        const Closest m = mirror_point(scene, p, u, v, t);
         SeenOutline outline;
         Float probability;
         const Int row = choose_outline(scene, p.active, interpolate(t, m.b1, m.b2), pick,

@@ -12,9 +12,12 @@
 // length is estimated by separate samples.
 //
 // u is uniform on the sampled segment. w is sampled in the wedges about the edge
-// (boundary/segment/silhouette.h).
+// (boundary/segment/silhouette.h). Where light passes that mirrors or smooth glass throw on other surfaces,
+// some directions are aimed at where it comes from (boundary/samples/aimed_direction.h): small lights are
+// hardly found otherwise.
 #pragma once
 
+#include "boundary/samples/aimed_direction.h"
 #include "boundary/segment/indirect_connection.h"
 #include "boundary/segment/occluder.h"
 #include "boundary/segment/silhouette.h"
@@ -22,6 +25,22 @@
 #include "tasks/workspace_view.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
+
+// A direction about an edge, or aimed, and the density of both together (balance heuristic).
+EG_INLINE Vec3 aimed_or_about(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
+                              Mask parted, Vec3 point, Float& density) {
+    Float u, v;
+    const float cells = cell_numbers(task, p, u, v);
+    const Aim aim = aim_from(task.beams, p.active, point);
+    const Mask aimed = take_aimed(aim.known, v);
+    Vec3 w = wedge_direction(scene, p, parted, u, v, density);
+    if (any(aimed)) w = select(aimed, -aimed_direction(task.beams, aim, u, v), w);
+    density = density_about(scene, task, p, parted, w, density * cells);
+    if (!any(aim.known)) return w;
+    const Float both = kAimed * cells * aimed_density(task.beams, aim, -w) + (1.0f - kAimed) * density;
+    density = select(aim.known, both, density);
+    return w;
+}
 
 // Samples the term without L(y) (connect_indirect).
 EG_OUTLINE int sample_indirect(const SceneView& scene, const BoundaryTask& task,
@@ -38,8 +57,7 @@ EG_OUTLINE int sample_indirect(const SceneView& scene, const BoundaryTask& task,
     const Mask parted = parts_light(scene, clear, s.edge);
     // Sample a direction about the edge
     Float density;
-    const Vec3 w = cell_direction(scene, task, p, parted, density), across = cross(p.t, w);
-    density = density_about(scene, task, p, parted, w, density);
+    const Vec3 w = aimed_or_about(scene, task, p, parted, s.point, density), across = cross(p.t, w);
     s.towards = -w;
     const Float sigma = select(clear, splat(1.0f), occluder_side(scene, p, across));
     s.sweep = across * sigma;

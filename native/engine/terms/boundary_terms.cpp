@@ -100,6 +100,7 @@ class TermBuilder {
         return searched(edges_, in_windows_, kept, key, find);
     }
     const FoundEdges& silhouettes();
+    std::shared_ptr<const LightBeams> light_beams();
     bool has_edges(Part part, int64_t size, const EdgeCounts& counts);
     void keep(SamplePlan plan, BoundaryTerm::Lines lines, CameraSampledAlpha camera_sampled,
               LearnedWeights* weights);
@@ -125,6 +126,7 @@ class TermBuilder {
     const EdgeCache::Sides mesh_sides_;
     bool in_windows_;
     std::optional<FoundEdges> silhouettes_;
+    std::optional<std::shared_ptr<const LightBeams>> beams_;
     std::shared_ptr<const Intersections> seen_;
     BoundaryTerms terms_;
 };
@@ -133,7 +135,8 @@ void TermBuilder::keep(SamplePlan plan, BoundaryTerm::Lines lines, CameraSampled
                        LearnedWeights* weights) {
     if (plan.total(0) > 0)
         terms_.push_back(
-            std::make_unique<BoundaryTerm>(std::move(plan), std::move(lines), camera_sampled, weights));
+            std::make_unique<BoundaryTerm>(std::move(plan), std::move(lines), camera_sampled, weights,
+                                           plan.kind() == kIndirectBoundary ? light_beams() : nullptr));
 }
 
 // Adds samples of candidates by their learned weights, or of `segments()`, from which about `cells` cells are
@@ -173,6 +176,22 @@ const FoundEdges& TermBuilder::silhouettes() {
         silhouettes_ = search(edges_.kept.silhouettes, mesh_sides_,
                               [&](const EdgeList& part) { return shadow_candidates(scene_, part, true); });
     return *silhouettes_;
+}
+
+// Beams over mirrors and smooth glass. Two kinds share one pilot.
+std::shared_ptr<const LightBeams> TermBuilder::light_beams() {
+    constexpr double kPart = 0.0625, kFewest = 1024.0, kMost = 4096.0;
+    if (!beams_) {
+        const bool listed = decided_[Part::kCausticEdges].reason != Reason::kNotEstimated;
+        const FoundEdges& found = silhouettes();
+        std::vector<SharedCandidates> lists;
+        found.each([&](const SharedCandidates& list, double, double) { lists.push_back(list); });
+        beams_ = listed && may_be_specular(edges_.tables)
+                     ? LightBeams::find(scene_, edges_, options_, lists, bending_materials(edges_.tables),
+                                        std::clamp(kPart * picture_, kFewest, kMost))
+                     : nullptr;
+    }
+    return *beams_;
 }
 
 // Whether the search for a part's edges has found any. Adds their counts to the decision.
@@ -278,9 +297,14 @@ void TermBuilder::add_emitter_outlines() {
 void TermBuilder::add_between(BoundaryKind kind, const FoundEdges& found) {
     found.each([&](const SharedCandidates& list, double of_samples, double factor) {
         const double samples = of_samples * most_samples(kind);
-        add(
-            kind, *list, [&] { return over_directions(*list, kDirectionSegments * samples, chains(kind)); },
-            learned_cells(samples), samples, {}, factor);
+        const auto cells = [&](const Candidates& edges) {
+            return over_directions(edges, kDirectionSegments * samples, chains(kind));
+        };
+        const auto segments = [&] {
+            const auto beams = kind == kIndirectBoundary ? light_beams() : nullptr;
+            return cells(beams ? beams->behind_mirrors(scene_, *list) : *list);
+        };
+        add(kind, *list, segments, learned_cells(samples), samples, {}, factor);
     });
 }
 
@@ -331,7 +355,7 @@ void TermBuilder::add_caustics() {
     if (!decided_.computes(Part::kCausticEdges)) return;
     const FoundEdges& found = silhouettes();
     if (has_edges(Part::kCausticEdges, found.size(), found.counts()) && !decided_.alone())
-        add_caustic_edges(terms_, scene_, tables, options_, found, samples(kCausticEdge));
+        add_caustic_edges(terms_, scene_, edges_, options_, found, samples(kCausticEdge), light_beams());
 }
 
 }  // namespace
@@ -341,6 +365,7 @@ void BoundaryTerm::run_samples(TermRun& run, int pass, int64_t first, int64_t co
     task.dropped = &lost;
     task.camera_sampled = camera_sampled_;
     if (lines_.tree) task.tree = lines_.tree->view();
+    if (beams_) task.beams = beams_->towards_mirrors();
     const BoundaryKernels& kernels = run.kernels.boundary[task.kind];
     if (run.is_forward())
         kernels.forward(view(run.scene), task, run.work(), run.view, run.splats);
@@ -361,35 +386,6 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
     builder.add_curves();
     builder.add_caustics();
     return builder.take();
-}
-
-// The sum has the least variance if the number of samples of each term is proportional to the standard
-// deviation of one sample (Neyman 1934). The error of systematic samples falls faster than that of random
-// ones, so terms keep somewhat more samples than this rule says.
-double guide_second_passes(const BoundaryTerms& terms) {
-    constexpr double kLeast = 0.02, kSlack = 2.0;
-    std::vector<double> noise;
-    double most = 0.0;
-    for (const auto& term : terms) {
-        SamplePlan& plan = term->plan();
-        if (plan.passes() < 2) continue;
-        may_cancel();
-        plan.guide();
-        noise.push_back(plan.noise());
-        most = std::max(most, noise.back() / static_cast<double>(plan.total(1)));
-    }
-    if (!(most > 0.0)) return 0.0;
-    double variance = 0.0;
-    size_t k = 0;
-    for (const auto& term : terms) {
-        SamplePlan& plan = term->plan();
-        if (plan.passes() < 2) continue;
-        const double sample = noise[k++];
-        const double needed = sample / static_cast<double>(plan.total(1));
-        plan.thin(std::clamp(kSlack * needed / most, std::max(kLeast, least_of_caustics(plan.kind())), 1.0));
-        variance += sample * sample / static_cast<double>(plan.total(1));
-    }
-    return variance;
 }
 
 }  // namespace edgegrad

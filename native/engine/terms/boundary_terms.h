@@ -8,6 +8,7 @@
 #include "boundary/curves/edge_tree.h"
 #include "boundary/curves/intersections.h"
 #include "boundary/curves/learned_weights.h"
+#include "boundary/samples/beam_pilot.h"
 #include "boundary/samples/sample_plan.h"
 #include "engine/terms/term.h"
 #include "tasks/boundary_task.h"
@@ -23,13 +24,16 @@ class BoundaryTerm : public SampledTerm {
         std::shared_ptr<const EdgeTree> tree;                        // for camera-sampled samples
     };
     // `camera_sampled`: the lobes with camera-sampled edges. `learned`: sample weights of
-    // earlier calls, which the call uses and updates; null: none.
-    BoundaryTerm(SamplePlan plan, Lines lines, CameraSampledAlpha camera_sampled, LearnedWeights* learned)
+    // earlier calls, which the call uses and updates; null: none. `beams`: at whose mirrors samples aim;
+    // null: at none.
+    BoundaryTerm(SamplePlan plan, Lines lines, CameraSampledAlpha camera_sampled, LearnedWeights* learned,
+                 std::shared_ptr<const LightBeams> beams = nullptr)
         : SampledTerm(kBoundaryTable[plan.kind()].term(), kBoundaryTable[plan.kind()].part),
           plan_(std::move(plan)),
           lines_(std::move(lines)),
           camera_sampled_(camera_sampled),
-          learned_(learned) {}
+          learned_(learned),
+          beams_(std::move(beams)) {}
 
     SamplePlan& plan() { return plan_; }
     int passes() const override { return plan_.passes(); }
@@ -52,6 +56,7 @@ class BoundaryTerm : public SampledTerm {
     const Lines lines_;
     const CameraSampledAlpha camera_sampled_;
     LearnedWeights* const learned_;
+    const std::shared_ptr<const LightBeams> beams_;
 };
 using BoundaryTerms = std::vector<std::unique_ptr<BoundaryTerm>>;
 

@@ -1,129 +1,57 @@
 #include "engine/terms/caustic_term.h"
 
 #include <algorithm>
-#include <cmath>
 
+#include "boundary/curves/mirror_faces.h"
 #include "boundary/curves/segment_cells.h"
-#include "boundary/meshes/placed_vertex.h"
+#include "boundary/meshes/surface_regions.h"
 #include "engine/chain_sweeps.h"
-#include "scene/lights/light_params.h"
-#include "scene/mesh_instances.h"
 #include "scene/sharp_lobes.h"
 #include "tasks/seed_tags.h"
 
 namespace edgegrad {
 namespace {
 
-// The irradiance at a point from the sized lights, roughly, and the same from any direction. A light that a
-// face does not see counts a little, since its other points may.
-class Irradiance {
- public:
-    explicit Irradiance(const LightView& lights) {
-        for (int32_t k = 0; k < lights.sized_count + lights.sized_distant; ++k) {
-            const int32_t row = lights.sized[k];
-            if (!(lights.visible_to[row] & kBentRays)) continue;
-            const float* p = lights.params + kLightParams * static_cast<ptrdiff_t>(row);
-            const double radiance = std::abs(p[0] + p[1] + p[2]) / 3.0;
-            rows_.push_back({lights.kind[lights.light_of_row[row]], vertex(p + kLightPosition),
-                             vertex(p + kLightDirection), radiance * static_cast<double>(p[kLightArea]),
-                             radiance, static_cast<double>(p[kLightRadius])});
-        }
-    }
-    double at(Vector x, Vector n, double extent) const {
-        constexpr double kLeast = 0.05;
-        double sum = 0.0;
-        for (const Row& l : rows_) {
-            if (l.kind == kConeLight) {
-                sum += l.power * std::max(kLeast, std::abs(dot(n, l.direction)));
-                continue;
-            }
-            const Vector way = l.position - x;
-            const double r2 = std::max(dot(way, way), 1e-30), r = std::sqrt(r2);
-            double facing = 1.0, power = l.power;
-            if (l.kind == kRectangleLight || l.kind == kEllipseLight)
-                facing = std::max(kLeast, -dot(way, l.direction) / r);
-            else
-                power = 3.14159265 * l.radius * l.radius * l.radiance;
-            sum += power * facing * std::max(kLeast, std::abs(dot(n, way)) / r) /
-                   (r2 + extent + 0.1 * l.radius * l.radius);
-        }
-        return sum;
-    }
-
- private:
-    struct Row {
-        int32_t kind;
-        Vector position, direction;
-        double power, radiance, radius;
-    };
-    std::vector<Row> rows_;
+// What samples of edges need; those of outlines need nothing.
+struct EdgeSurroundings {
+    SharedCandidates mirrors;  // faces by area
+    std::shared_ptr<const LightBeams> beams;
+    std::shared_ptr<const SurfaceRegions> regions;
 };
-
-// The faces that may have perfect lobes, in place of edges, weighted by area. With `lit`, times the
-// irradiance that the sized lights may have there.
-Candidates mirror_faces(const SceneView& scene, const SceneTables& tables, bool lit) {
-    const auto bends = marked_materials(tables, [&](size_t k) { return may_be_specular(tables, k); });
-    const Irradiance light(scene.lights);
-    const auto instances = mesh_instances(tables);
-    Candidates out;
-    for (int32_t mesh = 0; mesh < tables.first_field(); ++mesh) {
-        const auto m = static_cast<size_t>(mesh);
-        if (!(tables.mesh_mask[m] & kScatteredRays)) continue;
-        for (const int32_t instance : instances[m]) {
-            const Placement place = Placement::of(scene, instance);
-            for (int32_t face = tables.mesh_first_face[m]; face < tables.mesh_first_face[m + 1]; ++face) {
-                if (!bends[static_cast<size_t>(scene.face_material[face])]) continue;
-                Vector p[3];
-                for (int k = 0; k < 3; ++k)
-                    p[k] = place(vertex(scene, static_cast<int64_t>(scene.faces[3 * int64_t{face} + k])));
-                const Vector normal = cross(p[1] - p[0], p[2] - p[0]);
-                const double size = length(normal);
-                if (!(size > 0.0)) continue;
-                const double mass = lit ? size * light.at((p[0] + p[1] + p[2]) * (1.0 / 3.0),
-                                                          normal * (1.0 / size), 0.25 * size)
-                                        : 0.5 * size;
-                if (!(mass > 0.0) || !std::isfinite(mass)) continue;
-                out.edge.push_back(face), out.instance.push_back(instance);
-                out.u0.push_back(0.0f), out.u1.push_back(1.0f);
-                out.cumulative.push_back(out.cumulative.back() + mass);
-            }
-        }
-    }
-    return out;
-}
 
 class CausticTerm : public BoundaryTerm {
  public:
-    // `mirrors`: faces by area, for samples of edges; null for those of outlines.
-    CausticTerm(SamplePlan plan, SharedCandidates mirrors)
-        : BoundaryTerm(std::move(plan), {}, {}, nullptr), mirrors_(std::move(mirrors)) {}
+    CausticTerm(SamplePlan plan, EdgeSurroundings about)
+        : BoundaryTerm(std::move(plan), {}, {}, nullptr), about_(std::move(about)) {}
 
  private:
     void run_samples(TermRun& run, int pass, int64_t first, int64_t count, DroppedSamples& lost) override;
 
-    const SharedCandidates mirrors_;
+    const EdgeSurroundings about_;
 };
 
 // Adds samples of mirror_faces with cells on each face, or of edges with cells of directions. The term is
 // multiplied by `factor`.
 void add(BoundaryTerms& terms, const RenderOptions& options, BoundaryKind kind, const Candidates& found,
-         const SharedCandidates& mirrors, double samples, double factor) {
-    if (found.size() == 0 || (mirrors && mirrors->size() == 0)) return;
+         const EdgeSurroundings& about, double samples, double factor) {
+    if (found.size() == 0 || (about.mirrors && about.mirrors->size() == 0)) return;
     RenderOptions own = options;
     if (factor != 1.0) own.seed ^= kWindowSeed;
     const bool chains = kBoundaryTable[kind].chains(options.max_depth);
     SamplePlan plan(shared(over_directions(found, kDirectionSegments * samples, chains)), samples, samples,
                     own, kind, options.two_passes, static_cast<float>(factor));
-    if (plan.total(0) > 0) terms.push_back(std::make_unique<CausticTerm>(std::move(plan), mirrors));
+    if (plan.total(0) > 0) terms.push_back(std::make_unique<CausticTerm>(std::move(plan), about));
 }
 
 void CausticTerm::run_samples(TermRun& run, int pass, int64_t first, int64_t count, DroppedSamples& lost) {
     if (run.is_forward()) std::fill_n(run.splats.x, count, kNowhere);
     BoundaryTask task = plan().task(pass, first, count);
     task.dropped = &lost;
-    if (mirrors_)
-        task.mirrors = {mirrors_->edge.data(), mirrors_->instance.data(), mirrors_->cumulative.data(),
-                        mirrors_->size()};
+    if (const Candidates* faces = about_.mirrors.get()) {
+        task.mirrors = {faces->edge.data(), faces->instance.data(), faces->cumulative.data(), faces->size()};
+        task.continues = about_.regions->continues.data();
+    }
+    if (about_.beams) task.beams = about_.beams->towards_lights();
     ChainSweeps sweeps(run);
     const int found = run.kernels.caustics(run.scene, task, sweeps.crossings());
     if (found == 0) return;
@@ -137,16 +65,25 @@ void CausticTerm::run_samples(TermRun& run, int pass, int64_t first, int64_t cou
 
 }  // namespace
 
-void add_caustic_outlines(BoundaryTerms& terms, const SceneView& scene, const SceneTables& tables,
-                          const RenderOptions& options, double samples) {
-    add(terms, options, kCausticOutline, mirror_faces(scene, tables, true), nullptr, samples, 1.0);
+std::vector<uint8_t> bending_materials(const SceneTables& tables) {
+    return marked_materials(tables, [&](size_t k) { return may_be_specular(tables, k); });
 }
 
-void add_caustic_edges(BoundaryTerms& terms, const SceneView& scene, const SceneTables& tables,
-                       const RenderOptions& options, const FoundEdges& found, double samples) {
-    const SharedCandidates mirrors = shared(mirror_faces(scene, tables, false));
+void add_caustic_outlines(BoundaryTerms& terms, const SceneView& scene, const SceneTables& tables,
+                          const RenderOptions& options, double samples) {
+    add(terms, options, kCausticOutline, mirror_faces(scene, tables, bending_materials(tables), true), {},
+        samples, 1.0);
+}
+
+void add_caustic_edges(BoundaryTerms& terms, const SceneView& scene, const EdgeList& edges,
+                       const RenderOptions& options, const FoundEdges& found, double samples,
+                       const std::shared_ptr<const LightBeams>& beams) {
+    const EdgeSurroundings about{
+        shared(mirror_faces(scene, edges.tables, bending_materials(edges.tables), false)), beams,
+        edges.kept.regions.get(true, [&] { return surface_regions(edges.tables); })};
     found.each([&](const SharedCandidates& list, double part, double factor) {
-        add(terms, options, kCausticEdge, *list, mirrors, part * samples, factor);
+        add(terms, options, kCausticEdge, beams ? beams->before_mirrors(scene, *list) : *list, about,
+            part * samples, factor);
     });
 }
 

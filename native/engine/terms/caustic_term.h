@@ -7,15 +7,20 @@
 namespace edgegrad {
 
 // The least part of the samples of a second pass. Mirrors and glass magnify motions, which the size of a
-// sample does not contain.
+// sample does not contain. Of edges, most scenes have none that matter.
 constexpr double least_of_caustics(BoundaryKind kind) {
-    return kind == kCausticOutline || kind == kCausticEdge ? 0.25 : 0.0;
+    return kind == kCausticOutline ? 0.25 : kind == kCausticEdge ? 0.0625 : 0.0;
 }
 
-// Add terms of so many samples, if there is something to sample.
+// By material, 1 or 0: whether it may have perfect lobes.
+std::vector<uint8_t> bending_materials(const SceneTables& tables);
+
+// Add terms of so many samples, if there is something to sample. `beams`: at whose lights samples aim; null:
+// at none.
 void add_caustic_outlines(BoundaryTerms& terms, const SceneView& scene, const SceneTables& tables,
                           const RenderOptions& options, double samples);
-void add_caustic_edges(BoundaryTerms& terms, const SceneView& scene, const SceneTables& tables,
-                       const RenderOptions& options, const FoundEdges& found, double samples);
+void add_caustic_edges(BoundaryTerms& terms, const SceneView& scene, const EdgeList& edges,
+                       const RenderOptions& options, const FoundEdges& found, double samples,
+                       const std::shared_ptr<const LightBeams>& beams);
 
 }  // namespace edgegrad

@@ -10,8 +10,8 @@
 // one that continues. If only the lights of the table differ that both rays meet, it is the outline of a
 // light (boundary/specular/mirrored_outline.h). Shadow edges are found in the same way, on the ray from the
 // chain's end to a point of a light. That point is sampled at one of the two places. The choice of the place
-// affects only the point's density. Features narrower than the spacing of the places are missed, except lights
-// of the table (boundary/specular/narrow_light.h).
+// affects only the point's density. Features narrower than the spacing of the places are missed, except
+// lights of the table (boundary/specular/narrow_light.h).
 //
 // Every second place of a line chooses the events of a chain, and the places on both sides of it follow them.
 // This takes three chains for two segments. Lines start at a random offset within such a pair, so that either

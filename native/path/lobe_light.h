@@ -57,7 +57,7 @@ EG_INLINE SharpLobes sharp_lobes(const SceneView& scene, const ShadedSurface& su
         Mask sharp = active & is_sharp(f, k);
         if (any(sharp)) {
             const Microfacets& g = facets_of(f, k);
-            sharp &= (~g.followed | (lobe_width(k, g) > scene.least_followed)) &
+            sharp &= (~g.followed | (widest_alpha(g) > scene.least_followed)) &
                      (~p.led | (min(g.ax, g.ay) * width_by_alpha(k) <= scene.lobe_samples));
         }
         f.probability[k] = select(sharp, detach(f.probability[k]), splat(0.0f));

@@ -50,9 +50,8 @@ EG_OUTLINE RimChoice choose_rims(const SceneView& scene, const ImageTask& task, 
     // The domain of a followed lobe moves with it, but for light that its rays do not meet.
     Mask through = splat(0);
     if (f.any_lobe[kInterfaceLobe])
-        through =
-            has_rim(f.glass, f.view) &
-            (~f.glass.facets.followed | (lobe_width(kInterfaceLobe, f.glass.facets) > scene.least_followed));
+        through = has_rim(f.glass, f.view) &
+                  (~f.glass.facets.followed | (widest_alpha(f.glass.facets) > scene.least_followed));
     const Mask diffuse = has_diffuse_rim(f), may = p.active & ~p.past_rim & (through | diffuse);
     if (!any(may)) return r;
     // Emitter samples do not use these random numbers before the rim.
@@ -118,8 +117,7 @@ EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Wor
             light = select(diffuse, share * s.geometry, light);
         }
         if (any(s.active & followed))
-            s.active &= ~followed | (lobe_width(kInterfaceLobe, bsdf.glass.facets) >
-                                     followed_for(scene, s.active, s.row));
+            s.active &= ~followed | (widest_alpha(bsdf.glass.facets) > followed_for(scene, s.active, s.row));
         if (any(s.active)) {
             const Vec3 start = leave_surface(x, s.w) + terminator_lift(scene, x, unbent_normal(surface), s.w);
             const Vec3 seen =

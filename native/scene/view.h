@@ -133,7 +133,7 @@ struct SceneView {
     // Lobes up to this alpha are followed, if the camera sees them by such lobes alone
     // (shading/bsdf/followed_lobes.h); 0: none.
     float followed_alpha;
-    // (L) Their widest (lobe_width) for light of each row of the light table, 0 for lights without size: rays
+    // (L) Their widest (by alpha) for light of each row of the light table, 0 for lights without size: rays
     // of wider ones do not meet it. Null: none is followed. And the least of them of lights with a size.
     const float* light_followed;
     float least_followed;

@@ -12,10 +12,11 @@ constexpr int kMostChain = 16;
 
 // Length of a segment of a scan line, pixels. Features narrower than a segment are missed.
 constexpr float kScanSegment = 0.25f;
-// Side of a tile in pixels, and the number of segments of a line across it. A line begins up to two segments
-// before the tile.
-constexpr float kScanTile = 4.0f;
-constexpr int32_t kScanLine = 2 * (static_cast<int32_t>(kScanTile / (2.0f * kScanSegment)) + 1);
+// The number of segments of a line across a tile whose side is `tile` pixels. A line begins up to two
+// segments before the tile.
+constexpr int32_t scan_line_segments(float tile) {
+    return 2 * (static_cast<int32_t>(tile / (2.0f * kScanSegment)) + 1);
+}
 
 // Scan lines over the picture, divided into numbered segments: for each tile those of the horizontal lines,
 // then those of equally many vertical lines.
@@ -24,9 +25,10 @@ struct ScanTask {
     const int64_t* tile_first;          // cumulative number of segments by tile
     const int32_t* tile_lines;          // of each direction
     int32_t columns, rows;              // of tiles
-    int64_t first, count;               // segments, both even
-    float low[2], high[2];              // the scanned region, pixels
-    float scale;                        // weight of the pass
+    float tile;                         // side of a tile, pixels
+    bool guides;            // crossings only guide another pass: lines also find lights that they pass nearby
+    int64_t first, count;   // segments, both even
+    float low[2], high[2];  // the scanned region, pixels
     uint32_t seed;
     // Which edges are computed: edges seen by chains, edges of shadows on surfaces seen by chains, and edges
     // between such a surface and others that light it. `outlines`: those of lights of the table seen by

@@ -156,6 +156,13 @@ def test_agrees_with_differences(case: str) -> None:
     check_agreement(along(*CASES[case]), **OPTIONS)
 
 
+@pytest.mark.slow
+def test_rounding_loses_no_outline() -> None:
+    """Two neighbouring chains may be so near to an outline that rounding puts both on one side of it."""
+    need("native")
+    check_agreement(along(*CASES["rectangle moves"]), seeds=64, reference_spp=1024, reference_seeds=64, **OPTIONS)
+
+
 @pytest.mark.parametrize("case", ["rectangle moves", "mirror moves: sun", "glass moves"])
 def test_differences_notice_a_missing_outline(case: str) -> None:
     need("native")

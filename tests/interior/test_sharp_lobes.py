@@ -79,7 +79,7 @@ def test_narrow_lobes_bring_little_noise(seen: bool, limit: float) -> None:
     even sky in metal that lights a floor, where samples on both sides of a lobe's middle cancel. Without either the
     noise is more than the derivative."""
     need_every_table()
-    metal = Material(kind="GLOSSY", base_color=np.full(3, 0.9), roughness=0.2 if seen else 0.1)
+    metal = Material(kind="GLOSSY", base_color=np.full(3, 0.9), roughness=0.25 if seen else 0.1)
 
     def make() -> Scene:
         scene = lit(metal, seen=seen)

@@ -164,9 +164,26 @@ EG_OUTLINE Mask scatter_chain(const SceneView& scene, const ChainSurface& s, Mas
 
 // Random numbers in [0, 1) for the choices at a vertex.
 EG_INLINE Float chain_random(UInt stream, int level, int which) {
-    const uint32_t place =
-        hash(static_cast<uint32_t>(4 * level + (which & 3)) ^ (which < 4 ? 0x7f4a7c15u : 0x2545f491u));
+    const uint32_t place = hash(static_cast<uint32_t>(4 * level + which) ^ 0x7f4a7c15u);
     return to_float(bits(hash(stream ^ splat(place)) >> 8)) * 5.9604645e-8f;
+}
+
+// The stream of a scan line: its lower bits are the line's number.
+constexpr uint32_t kLineBits = 0xfffu;
+EG_INLINE uint32_t line_stream(uint32_t lines, int32_t number) {
+    return (hash(lines) & ~kLineBits) | (static_cast<uint32_t>(number) & kLineBits);
+}
+
+// A pair of numbers in [0, 1) at a vertex that is well distributed over the lines of a tile: a rank-1 lattice
+// in two dimensions (the R2 sequence), shifted at random.
+EG_INLINE void line_numbers(UInt stream, int level, Float& u, Float& v) {
+    const UInt line = stream & splat(kLineBits);
+    const auto number = [&](int which, uint32_t step) {
+        const uint32_t place = hash(static_cast<uint32_t>(2 * level + which) ^ 0x2545f491u);
+        const UInt shifted = hash((stream ^ line) ^ splat(place)) + line * splat(step);
+        return to_float(bits(shifted >> 8)) * 5.9604645e-8f;
+    };
+    u = number(0, 3242174889u), v = number(1, 2447445414u);
 }
 
 // The least probability of a possible event, shared among several lobes. It limits the weight of rare events.
@@ -251,9 +268,11 @@ EG_OUTLINE Int choose_event(const SceneView& scene, const ChainSurface& s, Mask 
     // Evaluate the perfect and followed lobes
     PerfectLobes lobes;
     perfect_values(surface.bsdf, left, lobes);
-    if (scene.followed_alpha > 0.0f)
-        followed_values(surface.bsdf, left, chain_random(stream, level, 4), chain_random(stream, level, 5),
-                        lobes);
+    if (scene.followed_alpha > 0.0f) {
+        Float u, v;
+        line_numbers(stream, level, u, v);
+        followed_values(surface.bsdf, left, u, v, lobes);
+    }
     const LobeSum sum = sum_of(lobes);
     Mask lit = left & may_be_lit;
     // Go on to a light, if there are wide lobes. So are followed lobes whose rays do not meet some lights.

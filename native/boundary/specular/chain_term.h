@@ -345,7 +345,7 @@ static void chain_forward_kernel(const SceneView& scene, const ChainCrossings& c
         const Vec3 value = jump * g;
         for (int i = 0; i < W; ++i) {
             if (!s.active[i] && !horizon[i] && !light[i]) continue;
-            const int32_t n = c.segment[at + i];
+            const int n = at + i;
             splats.x[n] = c.x[at + i], splats.y[n] = c.y[at + i];
             splats.value[0][n] = value.x[i], splats.value[1][n] = value.y[i], splats.value[2][n] = value.z[i];
         }

@@ -10,7 +10,8 @@
 // one that continues. If only the lights of the table differ that both rays meet, it is the outline of a
 // light (boundary/specular/mirrored_outline.h). Shadow edges are found in the same way, on the ray from the
 // chain's end to a point of a light. That point is sampled at one of the two places. The choice of the place
-// affects only the point's density. Features narrower than the spacing of the places are missed.
+// affects only the point's density. Features narrower than the spacing of the places are missed, except
+// lights of the table (boundary/specular/narrow_light.h).
 //
 // Every second place of a line chooses the events of a chain, and the places on both sides of it follow them.
 // This takes three chains for two segments. Lines start at a random offset within such a pair, so that either
@@ -20,6 +21,7 @@
 
 #include <algorithm>
 
+#include "boundary/specular/narrow_light.h"
 #include "boundary/specular/touched_curve.h"
 #include "tasks/image_task.h"
 
@@ -31,64 +33,6 @@ constexpr int kHalvings = 14;
 // rounding lets rays slip past an edge or between its faces. Such differences belong to one crossing, whose
 // sides are known by construction.
 constexpr int kApart = 9;
-
-// Two segments that share an end, at which the chain's events are chosen.
-struct SegmentPair {
-    Mask active, horizontal;
-    PicturePoint chosen, end[2];
-    UInt stream;
-    Float low, high;  // of the tile, along the line; crossings elsewhere belong to other tiles
-    Float share;      // weight of a line: line spacing times the weight of the pass
-};
-
-// The pairs of segments of the task from `at` on.
-EG_INLINE SegmentPair scan_segments(const ScanTask& task, int64_t at) {
-    SegmentPair s;
-    s.active = splat(0);
-    const int64_t tiles = static_cast<int64_t>(task.columns) * task.rows;
-    int64_t tile =
-        std::upper_bound(task.tile_first, task.tile_first + tiles, task.first + at) - task.tile_first - 1;
-    // Find the tile and the line of each segment
-    for (int i = 0; i < W; ++i) {
-        const int64_t k = task.first + at + 2 * i;
-        s.active[i] = at + 2 * i < task.count ? -1 : 0;
-        while (tile + 1 < tiles && task.tile_first[tile + 1] <= k) ++tile;
-        const int32_t lines = task.tile_lines[tile];
-        const auto number = static_cast<int32_t>(k - task.tile_first[tile]), line = number / kScanLine;
-        const bool flat = line < lines;
-        const int along = flat ? 0 : 1;
-        const int64_t place_of_tile[2] = {tile % task.columns, tile / task.columns};
-        float low[2], high[2];
-        for (int axis = 0; axis < 2; ++axis) {
-            low[axis] = task.low[axis] + kScanTile * static_cast<float>(place_of_tile[axis]);
-            high[axis] = __builtin_fminf(low[axis] + kScanTile, task.high[axis]);
-        }
-        const float width = high[1 - along] - low[1 - along];
-        // Lines are evenly spaced, each with a random offset within its strip.
-        const uint32_t random = hash(static_cast<uint32_t>(k - number % kScanLine) ^ hash(task.seed));
-        const auto uniform = [random](uint32_t which) {
-            return static_cast<float>(hash(random ^ (0x9e3779b9u * which)) >> 8) * 5.9604645e-8f;
-        };
-        const float across =
-            low[1 - along] +
-            width * (static_cast<float>(flat ? line : line - lines) + uniform(1)) / static_cast<float>(lines);
-        const float begin =
-            low[along] + (static_cast<float>(number % kScanLine) - 2.0f * uniform(2)) * kScanSegment;
-        s.active[i] &= begin < high[along] ? -1 : 0;
-        s.horizontal[i] = flat ? -1 : 0;
-        s.low[i] = low[along], s.high[i] = high[along];
-        s.share[i] = task.scale / (static_cast<float>(lines) / width);
-        // Place the three points on the line
-        const auto place = [&](PicturePoint& p, float steps) {
-            const float here = begin + steps * kScanSegment;
-            p.x[i] = flat ? here : across, p.y[i] = flat ? across : here;
-            p.lens_u[i] = uniform(3), p.lens_v[i] = uniform(4);
-        };
-        place(s.end[0], 0.0f), place(s.chosen, 1.0f), place(s.end[1], 2.0f);
-        s.stream[i] = hash(static_cast<uint32_t>(k) ^ hash(task.seed ^ 0x27d4eb2fu));
-    }
-    return s;
-}
 
 EG_INLINE PicturePoint middle(const PicturePoint& a, const PicturePoint& b) {
     return {0.5f * (a.x + b.x), 0.5f * (a.y + b.y), a.lens_u, a.lens_v};
@@ -186,9 +130,11 @@ struct IntersectedSegments {
     Int number, half;  // number in the task; first or second of its pair
     ChainChoices choices;
     SpecularChain at_chosen, at_end;
-    Int common;   // number of vertices up to which the other end could follow the events
-    Mask lone;    // the other end cannot see the light's point
+    Int common;  // number of vertices up to which the other end could follow the events
+    Mask lone;   // the other end cannot see the light's point
+    Float weight;
     int waiting;  // number of collected segments
+    int spare;    // number of segments so far that have no crossing
 };
 
 // Finds the crossings of the collected segments, appends them, and empties the collection. Returns the number
@@ -201,7 +147,7 @@ EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, Inte
     PicturePoint p = s.chosen, q = s.end;
     SpecularChain &chain_p = s.at_chosen, &chain_q = s.at_end, chain_m;
     ChainChoices& choices = s.choices;
-    Float weight = splat(1.0f);
+    Float weight = s.weight;
     // Bisect the segments
     for (int step = 0; step < kHalvings; ++step) {
         const PicturePoint m = middle(p, q);
@@ -264,15 +210,46 @@ EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, Inte
     return found;
 }
 
+// A segment, chosen by `random`, of the tile in which a place is.
+EG_INLINE int32_t segment_at(const ScanTask& task, float x, float y, uint32_t random) {
+    const auto column = std::min(static_cast<int32_t>((x - task.low[0]) / task.tile), task.columns - 1),
+               row = std::min(static_cast<int32_t>((y - task.low[1]) / task.tile), task.rows - 1);
+    const int64_t tile = int64_t{row} * task.columns + column;
+    const auto line = static_cast<int64_t>(random % static_cast<uint32_t>(2 * task.tile_lines[tile]));
+    return static_cast<int32_t>(task.tile_first[tile] + line * scan_line_segments(task.tile) - task.first);
+}
+
 // Collects the segments from `at` on that end at end[half] and whose chains differ there. Finds their
 // crossings whenever they fill a packet. Returns the number of crossings.
 EG_OUTLINE int sort_out_intersected(const SceneView& scene, const ScanTask& task, int64_t at, int half,
                                     const SegmentPair& s, Mask active, ChainChoices& choices,
                                     const SpecularChain& chosen, IntersectedSegments& crossed,
                                     ChainCrossings& out, int found) {
-    SpecularChain end;
+    SpecularChain end, middle, beside;
     trace_chain<false>(scene, task, active, s.end[half], s.stream, choices, end);
-    active &= first_difference(chosen, end, active) >= 0;
+    const Mask differs = active & (first_difference(chosen, end, active) >= 0);
+    // Find lights that lie between both ends
+    Mask narrow = splat(0), near = narrow;
+    PicturePoint between = s.chosen, place = between;
+    if (task.outlines && any(active & ~differs)) {
+        const PassedLight light = passed_light(scene, active & ~differs, choices, chosen, end,
+                                               task.guides ? kGuidedFrom / kScanSegment : 0.0f);
+        if (any(light.found)) {
+            between.x = s.chosen.x + (s.end[half].x - s.chosen.x) * light.at;
+            between.y = s.chosen.y + (s.end[half].y - s.chosen.y) * light.at;
+            trace_chain<false>(scene, task, light.found, between, s.stream, choices, middle);
+            const Mask other = first_difference(chosen, middle, light.found) >= 0;
+            narrow = light.inside & other;
+            near = light.found & ~other;
+            if (task.guides && any(near))
+                near =
+                    find_beside(scene, task, near, light, s, half, between, middle, choices, place, beside);
+            else
+                near = splat(0);
+        }
+    }
+    for (int i = 0; i < W; ++i) crossed.spare += active[i] && !differs[i] && !narrow[i] && !near[i];
+    active &= differs | narrow | near;
     if (!any(active)) return found;
     // Find which crossings the other end could not have found
     Int common = end.count;
@@ -280,18 +257,40 @@ EG_OUTLINE int sort_out_intersected(const SceneView& scene, const ScanTask& task
         common = select((k < end.count) & (end.key[k] == splat(static_cast<int>(kDead))), splat(k), common);
     const Mask lone = active & choices.light.scatters & ~sees_surface(scene, choices, end, active);
     // Collect the segments
-    for (int i = 0; i < W; ++i) {
-        if (!active[i]) continue;
+    const auto collect = [&](int i, const PicturePoint& p, const PicturePoint& q, const SpecularChain& at_p,
+                             const SpecularChain& at_q, float weight) {
         const int to = crossed.waiting++;
-        move_lane(crossed.chosen, to, s.chosen, i), move_lane(crossed.end, to, s.end[half], i);
+        move_lane(crossed.chosen, to, p, i), move_lane(crossed.end, to, q, i);
         move_lane(crossed.stream, to, s.stream, i), move_lane(crossed.horizontal, to, s.horizontal, i);
         move_lane(crossed.low, to, s.low, i), move_lane(crossed.high, to, s.high, i);
         move_lane(crossed.share, to, s.share, i);
         crossed.number[to] = static_cast<int32_t>(at) + 2 * i + half, crossed.half[to] = half;
+        if (near[i]) {
+            crossed.number[to] = segment_at(task, place.x[i], place.y[i], s.stream[i]);
+            crossed.low[to] = -__builtin_inff(), crossed.high[to] = __builtin_inff();
+        }
         move_lane(crossed.choices, to, choices, i);
-        move_lane(crossed.at_chosen, to, chosen, i), move_lane(crossed.at_end, to, end, i);
+        move_lane(crossed.at_chosen, to, at_p, i), move_lane(crossed.at_end, to, at_q, i);
         move_lane(crossed.common, to, common, i), move_lane(crossed.lone, to, lone, i);
+        crossed.weight[to] = weight;
         if (crossed.waiting == W) found = cross_segments(scene, task, crossed, out, found);
+    };
+    for (int i = 0; i < W; ++i) {
+        if (!active[i]) continue;
+        if (near[i]) {
+            collect(i, between, place, middle, beside, kGuideWeight);
+            continue;
+        }
+        if (!narrow[i]) {
+            collect(i, s.chosen, s.end[half], chosen, end, 1.0f);
+            continue;
+        }
+        // A segment has room for one crossing. The second one takes that of a segment without any; if there
+        // is none, one of both is chosen at random.
+        const bool both = crossed.spare > 0, first = both || (hash(s.stream[i] ^ 0x68bc21ebu) & 1u);
+        if (first) collect(i, s.chosen, between, chosen, middle, both ? 1.0f : 2.0f);
+        if (both || !first) collect(i, between, s.end[half], middle, end, both ? 1.0f : 2.0f);
+        crossed.spare -= both;
     }
     return found;
 }

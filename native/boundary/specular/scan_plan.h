@@ -1,5 +1,5 @@
 // The number and the distribution of scan lines over tiles of the picture. A first pass with lines everywhere
-// guides a second one.
+// guides a second one, and is no part of the estimate.
 #pragma once
 
 #include <vector>
@@ -21,6 +21,7 @@ class ScanPlan {
     // About `lines` lines per pixel and direction over the film, in two passes if `guided`, else in one.
     ScanPlan(const FilmRectangle& film, double lines, bool guided, uint32_t seed);
 
+    int32_t line_segments() const { return scan_line_segments(tile_); }
     int passes() const { return guided_ ? 2 : 1; }
     int64_t total(int pass) const;  // segments
     // Distributes the second pass by the crossings of the first, keeping about the same number of segments.
@@ -36,9 +37,11 @@ class ScanPlan {
         std::vector<int64_t> first;
     };
     void set_lines(int pass, const std::vector<double>& requested);
+    int32_t whole_lines(double requested) const;
     int64_t tiles() const { return static_cast<int64_t>(columns_) * rows_; }
 
     FilmRectangle film_;
+    float tile_;  // side of a tile, pixels
     int32_t columns_, rows_;
     bool guided_;
     uint32_t seed_;

@@ -173,9 +173,11 @@ EG_INLINE TouchedCurve touched_crossing(const SceneView& scene, const SpecularCh
 }
 
 // The light of the table whose outline the last ray passes, for neighbouring chains that differ only in the
-// lights that they meet before a vertex; no light, if surfaces pass through it there.
+// lights that they meet before a vertex; no light, if surfaces pass through it there. Both chains are so near
+// to the outline that rounding may put them on the same side of it.
 EG_INLINE TouchedCurve touched_light(const SceneView& scene, const SpecularChain& p, const SpecularChain& q,
                                      const ChainChoices& choices, int level, int i) {
+    constexpr float kRounding = 1e-3f;
     // Find what scattered the ray
     int last = level - 1, bounces = -1;
     while (last > 0 && choices.event[last][i] == kEventPasses) --last;
@@ -194,8 +196,9 @@ EG_INLINE TouchedCurve touched_light(const SceneView& scene, const SpecularChain
                 .rho[0];
         };
         const float a = rho(p), b = rho(q);
-        const float off = __builtin_fabsf(0.5f * (a + b) - 1.0f);
-        if ((a <= 1.0f) == (b <= 1.0f) || !(off < found.off)) continue;
+        float off = __builtin_fabsf(0.5f * (a + b) - 1.0f);
+        if ((a <= 1.0f) == (b <= 1.0f)) off = off < kRounding ? off + kRounding : found.off;
+        if (!(off < found.off)) continue;
         found.light = row, found.off = off;
     }
     return found;

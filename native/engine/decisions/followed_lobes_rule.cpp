@@ -14,19 +14,17 @@
 namespace edgegrad {
 namespace {
 
-// Limits of alpha: in scenes with emissive meshes or sized lights of the table, and in all others. Wider
+// Limits of alpha: in scenes with emissive meshes, with sized lights of the table, and in all others. Wider
 // lobes have less noise if they are not followed: edges are sampled along them
 // (boundary/terms/camera_sampled.h), which scan lines find only by chance, and lights are sampled. Where no
 // lobe is followed, light keeps its direction near contact at more surfaces of a path
-// (fixed_direction_surfaces).
-constexpr float kFollowedByEmitters = 0.0205f, kFollowedAlpha = kWidestFollowed;
-// The same in scenes of distance fields with sized lights of the table. Fields have no other estimator for
-// the light that they hide from narrower lobes.
-constexpr float kFollowedByFields = 0.0505f;
-// For light of the table, the largest width of followed lobes (lobe_width) as a multiple of the light's
+// (fixed_direction_surfaces). Fields have no other estimator for the light that they hide from narrower
+// lobes.
+constexpr float kFollowedByEmitters = 0.0205f, kFollowedByLights = 0.0505f, kFollowedAlpha = kWidestFollowed;
+// For light of the table, the largest alpha of followed lobes as a multiple of the light's
 // angular radius. Rays of wider lobes rarely meet the light. Emitter samples find it there, as for lobes that
 // are not followed.
-constexpr float kFollowedBySize = 0.2f;
+constexpr float kFollowedBySize = 0.8f;
 // Emitter samples sample lobes up to this multiple of the angular radius of some light (path/lobe_light.h).
 constexpr float kSampledBySize = 0.5f;
 // Number of places at which the size of lights is measured.
@@ -80,8 +78,8 @@ bool lights_cross(const EdgeList& edges) {
 
 float widest_followed(const SceneTables& tables, const LightView& lights) {
     const bool sized = lights.sized_count + lights.sized_distant > 0;
-    if (!tables.fields.empty()) return sized ? kFollowedByFields : kFollowedAlpha;
-    return sized || lights.face_light ? kFollowedByEmitters : kFollowedAlpha;
+    if (lights.face_light && tables.fields.empty()) return kFollowedByEmitters;
+    return sized ? kFollowedByLights : kFollowedAlpha;
 }
 
 // Places, (n, 3), on surfaces with sharp lobes, spread over the faces and copies of meshes.
@@ -149,8 +147,13 @@ FollowedAlpha followed_alpha(const EdgeList& edges, const RequestedMotion& motio
     else
         out.all = widest;
     // Fields have no other estimator for the light that they hide from followed lobes
-    for (float& alpha : out.by_row)
+    float largest = 0.0f;
+    for (float& alpha : out.by_row) {
         if (alpha > 0.0f) alpha = tables.fields.empty() ? std::min(widest, kFollowedBySize * alpha) : widest;
+        largest = std::max(largest, alpha);
+    }
+    // Lobes that show no light follow the environment alone, and are noisier beside lights
+    if (largest > 0.0f) out.all = std::min(out.all, std::max(largest, kFollowedByEmitters));
     return out;
 }
 

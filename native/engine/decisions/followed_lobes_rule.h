@@ -12,7 +12,7 @@ constexpr float kWidestFollowed = 0.0905f;
 // Limits of the alpha of followed lobes, and of others.
 struct FollowedAlpha {
     float all = 0.0f;  // of all light; 0: no lobe is followed
-    // (L) Their largest width (lobe_width) for light of each row of the light table, which rays of wider ones
+    // (L) Their largest alpha for light of each row of the light table, which rays of wider ones
     // do not meet; 0 for lights without size. Empty: no lobe is followed.
     std::vector<float> by_row;
     float lobe_samples = 0.0f;  // largest width of lobes that emitter samples of recorded paths sample

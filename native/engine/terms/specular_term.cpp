@@ -110,8 +110,7 @@ void SpecularTerm::run_samples(TermRun& run, int pass, int64_t first, int64_t co
     run.kernels.chain_sides(run.scene, sides, run.work(), sweeps.vertices(), c, found);
     for (int k = 0; k < 2; ++k) sweeps.differentiate_by_place(shift_[k], c.by_screen[k]);
     run.kernels.chain_sweeps(sides, c, found);
-    if (pass == 0 && plan_.passes() > 1) note_sizes(first, sweeps);
-    sweeps.differentiate();
+    scan.guides ? note_sizes(first, sweeps) : sweeps.differentiate();
 }
 
 // Of the first pass: each chunk writes to its own entry of sizes_, by which the second pass is distributed.
@@ -119,7 +118,7 @@ void SpecularTerm::note_sizes(int64_t first, const ChainSweeps& sweeps) {
     std::vector<IntersectionSize>& sizes = sizes_[static_cast<size_t>(first / kBoundaryChunk)];
     for (int i = 0; i < sweeps.count(); ++i)
         if (const float size = sweeps.size(i); size > 0.0f)
-            sizes.push_back({(first + sweeps.crossings().segment[i]) / kScanLine, size});
+            sizes.push_back({(first + sweeps.crossings().segment[i]) / plan_.line_segments(), size});
 }
 
 }  // namespace edgegrad

@@ -17,7 +17,6 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 // Width of a lobe's directions by its alpha, relative to reflection: refraction at glass spreads rays less.
 constexpr float width_by_alpha(int lobe) { return lobe == kInterfaceLobe ? 0.2f : 1.0f; }
-EG_INLINE Float lobe_width(int lobe, const Microfacets& g) { return widest_alpha(g) * width_by_alpha(lobe); }
 
 // Selects the lobes with an alpha up to `widest` and a width up to `width` as followed. Returns their bits
 // (1 << Lobe). Refraction closures are excluded: they stop transmitting at total reflection, which is a
@@ -27,7 +26,7 @@ EG_INLINE Int follow_lobes(Bsdf& f, Mask m, float widest, Float width = splat(1.
     const auto follow = [&](Lobe k, Microfacets& g, Mask may) {
         if (!f.any_lobe[k]) return;
         g.followed = m & may & (f.probability[k] > 0.0f) & ~is_smooth(g) & (widest_alpha(g) <= widest) &
-                     (lobe_width(k, g) <= width);
+                     (widest_alpha(g) <= width);
         bits = bits | (g.followed & (1 << k));
     };
     follow(kMirrorLobe, f.mirror.facets, ~f.mirror.separable);
@@ -47,7 +46,7 @@ EG_INLINE void follow_lobes(Bsdf& f, Int bits) {
 // Keeps of the followed lobes those up to a width.
 EG_INLINE void follow_up_to(Bsdf& f, Float width) {
     const auto keep = [&](Lobe k, Microfacets& g) {
-        if (f.any_lobe[k]) g.followed &= lobe_width(k, g) <= width;
+        if (f.any_lobe[k]) g.followed &= widest_alpha(g) <= width;
     };
     keep(kMirrorLobe, f.mirror.facets), keep(kCoatLobe, f.coat.facets), keep(kInterfaceLobe, f.glass.facets);
 }
@@ -57,7 +56,7 @@ EG_INLINE Float followed_lobe_width(const Bsdf& f, Int lobe, Mask transmitted) {
     Float width = splat(0.0f);
     const auto of = [&](Lobe k, const Microfacets& g, Mask follows) {
         if (f.any_lobe[k])
-            width = select((lobe == splat(static_cast<int>(k))) & follows, lobe_width(k, g), width);
+            width = select((lobe == splat(static_cast<int>(k))) & follows, widest_alpha(g), width);
     };
     of(kMirrorLobe, f.mirror.facets, f.mirror.facets.followed);
     of(kCoatLobe, f.coat.facets, f.coat.facets.followed);

@@ -11,6 +11,7 @@ import pytest
 
 import edgegrad
 from edgegrad import AreaLight, Image, Material, Mesh, Mixture, PointLight, Scene, SunLight, World
+from edgegrad.rendering.options import RenderOptions
 from edgegrad.rendering.renderer import Renderer
 from tests.support import shapes
 from tests.support.block_statistics import ALARM, NOTICED, check, check_in_stages, compare
@@ -110,16 +111,33 @@ def _shadows(scene: Scene, alpha: float, spp: int, seeds: int, depth: int) -> np
                      for k in range(seeds)])  # fmt: skip
 
 
-@pytest.mark.parametrize("name", CASES)
-def test_samples_from_edges_and_from_the_camera_agree(name: str) -> None:
-    need("native")
-    make, depth = CASES[name]
+def _check_equal_means(make: Callable[[], Scene], alpha: float, depth: int) -> None:
+    """Lobes up to `alpha` sampled from the camera: the mean is as with all lobes sampled from edges."""
     edges = _shadows(make(), 0.0, 1024, 32, depth)
-    outcome = compare(_shadows(make(), ALL_GLOSSY, 512, 32, depth), edges.mean(axis=0),
+    outcome = compare(_shadows(make(), alpha, 512, 32, depth), edges.mean(axis=0),
                       edges.std(axis=0, ddof=1) / np.sqrt(len(edges)))  # fmt: skip
     print(outcome)
     check(outcome)
     assert outcome.noticed(ALARM) < NOTICED
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_samples_from_edges_and_from_the_camera_agree(name: str) -> None:
+    need("native")
+    make, depth = CASES[name]
+    _check_equal_means(make, ALL_GLOSSY, depth)
+
+
+def test_each_lobe_belongs_to_one_kind_of_samples() -> None:
+    """The floor's lobes are too wide for samples from the camera, which the scene has for a polished wall."""
+    need("native")
+
+    def make() -> Scene:
+        scene = over_gloss(metal(0.45))
+        scene.materials["wall"] = metal(0.15)
+        return scene
+
+    _check_equal_means(make, RenderOptions(1).camera_sampled_alpha, 2)
 
 
 @pytest.mark.parametrize("what", ["metal", "pane"])

@@ -90,10 +90,13 @@ class TermBuilder {
     std::vector<int32_t> camera_sampled_materials() const {
         return camera_sampled(scene_, edges_.tables, edges_sampled_);
     }
-    // The lobes whose light samples of a kind leave to samples that start at the camera
+    // The lobes whose light belongs to samples that start at the camera, and is left out by those of the same
+    // part that start at edges
     CameraSampledAlpha sampled_from_camera(BoundaryKind kind) const {
         if (kind == kContactBorder) return {};
-        return kind == kShadowBoundary || kind == kEnvironmentShadow ? shadows_sampled_ : edges_sampled_;
+        const bool shadow =
+            kind == kShadowBoundary || kind == kEnvironmentShadow || kind == kCameraSampledShadow;
+        return shadow ? shadows_sampled_ : edges_sampled_;
     }
     template <typename Key, typename Search>
     FoundEdges search(Kept<Key, Candidates>& kept, const std::type_identity_t<Key>& key, const Search& find) {

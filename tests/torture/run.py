@@ -1,7 +1,7 @@
 """Random scenes over the whole public interface, in processes of their own: ``python -m tests.torture.run``.
 
 Each scene is a pure function of its seed, so that ``--only SEED`` examines one again, and ``--only dSEED`` a comparison
-of a derivative with differences, ``--only fSEED`` one in a scene of distance fields.
+of a derivative with differences, ``--only fSEED`` one in a scene of distance fields, ``--only gSEED`` one of gloss.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ PROGRESS = 30.0
 
 
 def tasks(args: argparse.Namespace, until: float) -> Iterator[str]:
-    """Scenes by their seeds, and comparisons ("d" or "f" and the seed) among them, until the time is up."""
+    """Scenes by their seeds, and comparisons (a letter and the seed) among them, until the time is up."""
     if args.only is not None:
         yield args.only
         return
-    shares = {"d": args.differences, "f": args.fields}
+    shares = {"d": args.differences, "f": args.fields, "g": args.gloss}
     due = dict.fromkeys(shares, 0.0)
     for seed in range(args.seed, args.seed + args.count):
         if time.monotonic() > until:
@@ -55,7 +55,8 @@ def main() -> int:
                         help="comparisons of derivatives with differences, as a share of the scenes")
     parser.add_argument("--fields", type=float, default=0.0,
                         help="the same in scenes of distance fields among mirrors, glass, meshes and other fields")
-    parser.add_argument("--only", help="examine the scene of this seed (dSEED, fSEED: the comparison) alone")
+    parser.add_argument("--gloss", type=float, default=0.0, help="the same in scenes of several glossy surfaces")
+    parser.add_argument("--only", help="examine the scene of this seed (dSEED, fSEED, gSEED: the comparison) alone")
     parser.add_argument("--workers", type=int, default=2, help="processes")
     parser.add_argument("--minutes", type=float, default=1e6, help="begin no scene after this time")
     parser.add_argument("--timeout", type=float, default=60.0, help="seconds after which a scene counts as hanging")

@@ -109,12 +109,12 @@ def comparison(seed: int) -> Comparison:
     draw = Draw(seed)
     shader = tuple(SHADERS)[seed % len(SHADERS)]
     parameter = CYCLE[seed // len(SHADERS) % len(CYCLE)]
-    light = _light(draw, parameter)
+    light = drawn_light(draw, parameter)
     if Draw((seed, 2)).chance(0.1):  # it takes away what the world gives
         light = negative(light)
     scene = Scene(
-        _camera(draw, parameter), _meshes(draw, shader), _materials(draw, shader, parameter), {"lamp": light},
-        _world(draw, parameter), _images(draw),
+        drawn_camera(draw, parameter), _meshes(draw, shader), _materials(draw, shader, parameter), {"lamp": light},
+        drawn_world(draw, parameter), drawn_images(draw),
     )  # fmt: skip
     if parameter.startswith("field"):
         _put_field(draw, scene, shader)
@@ -187,7 +187,7 @@ def _materials(draw: Draw, shader: str, parameter: str) -> dict[str, Material | 
             "body": Mixture(("one", "other"), np.array([0.6, 0.5])), "floor": floor}  # fmt: skip
 
 
-def _light(draw: Draw, parameter: str) -> Light:
+def drawn_light(draw: Draw, parameter: str) -> Light:
     at = np.array([draw.uniform(-1.5, 1.5), draw.uniform(-1.5, 1.5), draw.uniform(2.2, 3.2)])
     color, along = draw.rng.uniform(0.4, 1.0, 3), np.array([0.1, 0.0, 0.2]) - at
     back = -along / np.linalg.norm(along)
@@ -209,7 +209,7 @@ def _light(draw: Draw, parameter: str) -> Light:
     return kinds[draw.one(fitting.get(parameter, tuple(kinds)))]()
 
 
-def _camera(draw: Draw, parameter: str) -> Camera:
+def drawn_camera(draw: Draw, parameter: str) -> Camera:
     aim = turn(0.0, 0.0, draw.uniform(-np.pi, np.pi)) @ turn(draw.uniform(0.7, 1.3), 0.0, 0.0)
     extras: dict[str, Any] = {}
     if parameter == "camera lens" or draw.chance(0.1):
@@ -219,12 +219,12 @@ def _camera(draw: Draw, parameter: str) -> Camera:
     return Camera(pose(aim, *(aim @ [0.0, 0.0, 5.0])), 0.6, 12, 12, clip_start=1e-3, **extras)
 
 
-def _world(draw: Draw, parameter: str) -> World:
+def drawn_world(draw: Draw, parameter: str) -> World:
     image = "sky" if parameter in ("sky rotation", "sky texel") or draw.chance(0.3) else None
     return World(draw.rng.uniform(0.2, 0.5, 3), 1.0, image, turn(*draw.rng.normal(size=3)))
 
 
-def _images(draw: Draw) -> dict[str, Image]:
+def drawn_images(draw: Draw) -> dict[str, Image]:
     return {"colors": Image(draw.rng.uniform(0.2, 0.8, (4, 4, 3)).astype(np.float32)),
             "sky": Image(draw.rng.uniform(0.2, 2.0, (4, 8, 3)).astype(np.float32))}  # fmt: skip
 

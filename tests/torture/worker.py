@@ -5,25 +5,30 @@ from __future__ import annotations
 import json
 import sys
 import time
+from collections.abc import Callable
 from typing import Any
 
 from tests.torture.checks import examine
-from tests.torture.compare import compare
-from tests.torture.drawing import field_comparisons
+from tests.torture.compare import Outcome, compare
+from tests.torture.drawing import field_comparisons, glossy_comparisons
 from tests.torture.scenes import case
 from tests.torture.tame import ABSENT, Comparison, comparison
 
+# By the letter before the seed: what draws a comparison with differences, the parts that plans may name in it, and how
+# many times the seeds it takes. Scenes of gloss render fast, and one surface of several must not hide in their noise.
+COMPARISONS: dict[str, tuple[Callable[[int], Comparison], tuple[str, ...], int]] = {
+    "d": (comparison, ABSENT, 1),
+    "f": (field_comparisons.comparison, field_comparisons.ABSENT, 1),
+    "g": (glossy_comparisons.comparison, glossy_comparisons.ABSENT, 4),
+}
+
 
 def result(task: str) -> dict[str, Any]:
-    """The findings of a task: a seed, of a scene to examine; after "d" or "f" of a comparison with differences.
-
-    "f" stands for scenes of fields among mirrors, glass, meshes and other fields.
-    """
+    """The findings of a task: a seed, of a scene to examine; after a letter of `COMPARISONS` of a comparison."""
     start, cpu = time.perf_counter(), time.process_time()
-    if task.startswith("d"):
-        found = _compared(comparison(int(task[1:])), int(task[1:]))
-    elif task.startswith("f"):
-        found = _compared(field_comparisons.comparison(int(task[1:])), int(task[1:]), field_comparisons.ABSENT)
+    if task[0] in COMPARISONS:
+        make, absent, scale = COMPARISONS[task[0]]
+        found = _compared(compare(made := make(int(task[1:])), int(task[1:]), scale, absent), made)
     else:
         found = _examined(int(task))
     seconds, cpu = time.perf_counter() - start, time.process_time() - cpu
@@ -36,8 +41,7 @@ def _examined(seed: int) -> dict[str, Any]:
     return {"kinds": made.kinds, "wrong": found.wrong, "told": found.told, "numbers": found.numbers}
 
 
-def _compared(made: Comparison, seed: int, absent: tuple[str, ...] = ABSENT) -> dict[str, Any]:
-    found = compare(made, seed, absent=absent)
+def _compared(found: Outcome, made: Comparison) -> dict[str, Any]:
     words = (f"'{made.path}': derivative {found.derivative:.4g}, difference {found.difference:.4g} +- {found.error:.2g}"
              f", z of blocks {', '.join(f'{z:.1f}' for z in found.z)}")  # fmt: skip
     return {

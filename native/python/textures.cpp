@@ -234,7 +234,7 @@ TextureTables read_textures(nb::handle t) {
     require_narrow(s.attributes.size(), "the attributes of meshes and fields have");
     s.field_grids = read_grids(t, s.attributes.size());
     s.face_mesh = column<int32_t>(t, "face_mesh");
-    s.mesh_box = column<float>(t, "mesh_box");
+    s.mesh_extent = column<int32_t>(t, "mesh_extent");
     return s;
 }
 

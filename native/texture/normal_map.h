@@ -165,6 +165,9 @@ EG_INLINE Float bump_shadowing(Vec3 smooth, Vec3 bent, Vec3 wi) {
     return select(is_same(smooth, bent), splat(1.0f), r);
 }
 
+// The least size of a bounding box along an axis, metres (BKE_mesh_texspace_calc).
+constexpr float kLeastBoxSize = 2e-5f;
+
 // Unit direction of anisotropy, orthogonal to the normal n: along u of the closure's UV map, or, without one,
 // around the z axis of the mesh's bounding box, like Cycles with generated coordinates.
 EG_INLINE Vec3 surface_tangent(const SceneView& scene, Mask active, Int closure, const TexturePoint& point,
@@ -174,13 +177,19 @@ EG_INLINE Vec3 surface_tangent(const SceneView& scene, Mask active, Int closure,
     const UvTangent t = uv_tangent(scene, active, uv_map(scene.textures, closure), point, in_mesh);
     Vec3 direction = t.tangent;
     const Mask radial = active & ~t.known;
-    if (any(radial) && scene.textures.mesh_box && scene.textures.mesh_count > 0) {
+    if (any(radial) && scene.textures.mesh_extent && scene.textures.mesh_count > 0) {
         const Int face = select(active, point.face, splat(0));
         const Vec3 p = interpolate(gather_triangle(scene, face), point.b1, point.b2);
-        Float box[6];
-        gather_row(scene.textures.mesh_box, 6, gather(scene.textures.face_mesh, face), box);
-        direction =
-            select(radial, Vec3{(box[1] - p.y) / box[4], (p.x - box[0]) / box[3], splat(0.0f)}, direction);
+        // The box moves with the vertices at its ends
+        const Int row = gather(scene.textures.face_mesh, face) * kMeshExtent;
+        const auto coordinate = [&](int k) {
+            return gather(scene.vertices, gather(scene.textures.mesh_extent + k, row));
+        };
+        const auto from_center = [&](Float x, int axis) {
+            const Float size = max(coordinate(4 * axis + 3) - coordinate(4 * axis + 2), splat(kLeastBoxSize));
+            return (x - 0.5f * (coordinate(4 * axis) + coordinate(4 * axis + 1))) / size;
+        };
+        direction = select(radial, Vec3{-from_center(p.y, 1), from_center(p.x, 0), splat(0.0f)}, direction);
     }
     direction = normal_to_world(scene, point.instance, direction);
     Vec3 a, b;

@@ -7,6 +7,7 @@ import pytest
 
 import edgegrad
 from tests.support import small_scenes
+from tests.support.picture_differences import check_agreement
 
 OPTIONS = {"spp": 4, "max_depth": 2, "seed": 1}
 
@@ -62,3 +63,24 @@ def test_tangents_that_turn_fast_leave_the_modes_equal(anisotropy: float, roundi
         pulled = renderer.render_backward(adjoint, [path], **OPTIONS)[path] * tangent
         gaps.append((pushed.sum() - pulled.sum()) / (np.abs(pushed).sum() + np.abs(pulled).sum()))
     assert np.sqrt(np.mean(np.square(gaps))) < rounding
+
+
+@pytest.mark.parametrize("stretched", [False, True])
+def test_the_box_moves_with_the_mesh(stretched: bool) -> None:
+    """A sheet and a small one in its corner, of one mesh: the box's centre is in neither."""
+    small_scenes.need("native")
+    sheet = small_scenes.rectangle((0.0, 0.0, 0.0), (0.7, 0.1, 0.2), (-0.1, 0.6, 0.1), "brushed")
+    small = small_scenes.rectangle((1.2, 0.9, -0.2), (0.1, 0.0, 0.0), (0.0, 0.1, 0.0), "brushed")
+    vertices = np.concatenate([sheet.vertices, small.vertices])
+    faces = np.concatenate([sheet.faces, small.faces + len(sheet.vertices)])
+    rate = vertices * [0.3, -0.2, 0.4] if stretched else np.broadcast_to([1.0, 0.5, 0.2], vertices.shape)
+
+    def make(theta: float) -> edgegrad.Scene:
+        return edgegrad.Scene(
+            small_scenes.camera((0.0, -2.0, 2.5), (0.1, 0.1, 0.0), 16, up=(0, 0, 1)),
+            {"sheet": edgegrad.Mesh(vertices + theta * rate, faces, ("brushed",))},
+            {"brushed": edgegrad.Material(np.full(3, 0.8), metallic=1.0, roughness=0.4, anisotropy=0.8)},
+            {"lamp": edgegrad.PointLight(np.array([0.3, 1.5, 2.0]), 50.0)}, small_scenes.white_world(0.2),
+        )  # fmt: skip
+
+    check_agreement(small_scenes.along(make, ["meshes.sheet.vertices"]), max_depth=2)

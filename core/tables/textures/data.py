@@ -1,4 +1,4 @@
-"""The data that programs of textures look up: images, tables of ramps and curves, attributes, and boxes of meshes."""
+"""The data that programs of textures look up: images, tables of ramps and curves, attributes, and extents of meshes."""
 
 from __future__ import annotations
 
@@ -13,12 +13,10 @@ from ...scene.field import Field
 from ...scene.image import Image
 from ...scene.mesh import Mesh
 from .lowering import Resources
-from .texture_tables import F32, StoredImage, TextureTables
+from .texture_tables import F32, I32, StoredImage, TextureTables
 
 # Lookups read four floats at once: so many lie behind the last one.
 _PADDING = 4
-# Of boxes that radial tangents are relative to, along each axis (BKE_mesh_texspace_calc), metres.
-_LEAST_SIZE = 2e-5
 
 
 def is_opaque(pixels: F32) -> bool:
@@ -93,23 +91,27 @@ def lookup_tables(resources: Resources) -> dict[str, Any]:
     }
 
 
-def bounding_boxes(meshes: Sequence[Mesh], origin: NDArray[np.float64]) -> F32:
-    """Centre and size of each mesh's bounding box, in the floats that kernels have; as in Blender no size is below
-    `_LEAST_SIZE`.
+def mesh_extents(meshes: Sequence[Mesh], origin: NDArray[np.float64]) -> I32:
+    """(S, 2, 4) Where `vertices` has the ends of each mesh's bounding box along x and y: least and greatest coordinate,
+    then the two whose difference counts as the size.
 
     A mesh that is turned into a plane of the axes is flat but for rounding, which must not pass for its size: what
     remains of a float's digits there would be the direction of the tangents. Flat meshes count as thick as they are
     long, so that this stays small (Blender's 1 m is large in one world and small in another).
     """
-    boxes = np.zeros((len(meshes), 2, 3), np.float32)
-    for box, mesh in zip(boxes, meshes, strict=True):
+    extents, first = np.zeros((len(meshes), 2, 4), np.int32), 0
+    for extent, mesh in zip(extents, meshes, strict=True):
         vertices = mesh.vertices - (0.0 if mesh.instances is not None else origin)
-        low, high = vertices.min(axis=0), vertices.max(axis=0)
+        ends = np.stack([vertices.argmin(axis=0), vertices.argmax(axis=0)])
+        low, high = np.take_along_axis(vertices, ends, axis=0)
         size = high - low
         rounding = 4.0 * np.finfo(np.float32).eps * max(np.abs(low).max(), np.abs(high).max())
-        box[0] = 0.5 * (low + high)
-        box[1] = np.maximum(np.where(size > rounding, size, size.max()), _LEAST_SIZE)
-    return boxes
+        places = 3 * (first + ends) + np.arange(3)
+        for axis in range(2):
+            of_size = axis if size[axis] > rounding else int(size.argmax())
+            extent[axis] = *places[:, axis], *places[:, of_size]
+        first += len(vertices)
+    return extents
 
 
 def attribute_tables(

@@ -23,7 +23,7 @@ from ...scene.placement import has_uv_tangents
 from ...scene.scene import Scene
 from ..materials import COLUMNS, is_padded
 from . import lower_color, lower_image, lower_math, lower_normal, lower_procedural  # noqa: F401  (their rules are registered)
-from .data import attribute_tables, bounding_boxes, image_tables, lookup_tables
+from .data import attribute_tables, image_tables, lookup_tables, mesh_extents
 from .lowering import Lowering, Resources
 from .ops import OPCODES, Builder, Number, Output, Value
 from .texture_tables import NumberPlaces, TextureTables
@@ -108,7 +108,7 @@ def compile_textures(
         **image_tables(scene.images, resources, with_alpha, earlier),
         **lookup_tables(resources),
         **attribute_tables(placed, list(scene.fields.values()), resources, earlier),
-        mesh_box=bounding_boxes(placed, start),
+        mesh_extent=mesh_extents(placed, start),
         numbers={key: _places(own, programs, resources) for key, own in tracked.items()},
         with_alpha=frozenset(with_alpha),
         with_tangents=frozenset(with_tangents),

@@ -80,7 +80,7 @@ class TextureTables:
     grid_shape: I32  # (A * K, 4) sizes along the axes, and numbers of each value; 0: the field has no such attribute
     attributes: F32
     face_mesh: I32  # (F) mesh of each face
-    mesh_box: F32  # (S, 2, 3) centre and size of the bounding box, relative to the origin
+    mesh_extent: I32  # (S, 2, 4) places in `vertices`: ends and size of the bounding box along x and y
     stored_images: tuple[StoredImage, ...]  # what `pixels` consists of
     least_blue: dict[str, float]  # by image: least value of its third or only channel, where it was asked for
     attribute_names: tuple[str, ...]  # (A)

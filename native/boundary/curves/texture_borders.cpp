@@ -30,7 +30,7 @@ constexpr double kRounding = 1e-5;
 // Calls visit(corners) for each coordinate of the grids that varies over the face.
 template <typename Visit>
 void visit_coordinates(const TextureJumps& jumps, const TextureTables& t, int32_t face, const Visit& visit) {
-    const size_t meshes = t.mesh_box.size() / 6,
+    const size_t meshes = t.mesh_extent.size() / kMeshExtent,
                  mesh = static_cast<size_t>(t.face_mesh[static_cast<size_t>(face)]);
     for (const CellGrid& grid : jumps.grids) {
         const TextureAttribute& a = t.mesh_attributes[static_cast<size_t>(grid.attribute) * meshes + mesh];

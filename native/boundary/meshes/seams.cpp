@@ -61,7 +61,7 @@ bool reads_attributes(const SceneTables& t, int32_t material, bool& slope) {
 
 bool attributes_differ(const SceneTables& t, const uint32_t (&face)[2], const int (&corner)[2]) {
     const TextureTables& x = t.textures;
-    const size_t meshes = x.mesh_box.size() / 6;
+    const size_t meshes = x.mesh_extent.size() / kMeshExtent;
     if (meshes == 0 || face[0] >= x.face_mesh.size()) return false;
     const auto mesh = static_cast<size_t>(x.face_mesh[face[0]]);
     for (size_t a = 0; a * meshes < x.mesh_attributes.size(); ++a) {

@@ -45,7 +45,7 @@ struct TextureTables {
     std::vector<TextureGrid> field_grids;
     SharedFloats attributes;
     std::vector<int32_t> face_mesh;
-    std::vector<float> mesh_box;
+    std::vector<int32_t> mesh_extent;
 
     TextureView view() const {
         TextureView v{};
@@ -67,10 +67,10 @@ struct TextureTables {
         v.field_grids = rows_of(field_grids);
         v.attributes = rows_of(attributes);
         v.face_mesh = rows_of(face_mesh);
-        v.mesh_count = static_cast<int32_t>(mesh_box.size() / 6);
+        v.mesh_count = static_cast<int32_t>(mesh_extent.size() / kMeshExtent);
         v.closure_uv = closure_uv.data();
         v.closure_tangent = closure_tangent.data();
-        v.mesh_box = mesh_box.data();
+        v.mesh_extent = mesh_extent.data();
         return v;
     }
 };

@@ -15,6 +15,8 @@ struct TextureInstruction {
 };
 constexpr int kTextureRegisters = 128;
 constexpr int kTextureScratch = kTextureRegisters;
+// Integers of a mesh in TextureView::mesh_extent.
+constexpr int kMeshExtent = 8;
 
 enum TextureInterpolation : int32_t { kImageLinear, kImageClosest, kImageCubic };
 enum TextureExtension : int32_t { kImageRepeat, kImageExtend, kImageClip, kImageMirror };
@@ -70,7 +72,9 @@ struct TextureView {
     // By closure: the attributes of its normal map and anisotropy; -1: none.
     const int32_t* closure_uv;
     const int32_t* closure_tangent;
-    const float* mesh_box;  // (meshes, 2, 3) centre and size, for tangents of meshes without a UV map
+    // (meshes, 2, 4) places in `vertices` of the least and the greatest coordinate along x and y, and of the
+    // two whose difference is the size, for tangents of meshes without a UV map
+    const int32_t* mesh_extent;
 };
 
 }  // namespace edgegrad

@@ -25,7 +25,7 @@ TO_RUN := $(if $(wildcard $(VENV)/installed),$(VENV)/installed,$(VENV)/demo-inst
 PACKAGE := pyproject.toml CMakeLists.txt $(SOURCES)
 
 help:
-	@echo "make demo        fit a real .blend to a Cycles picture, headless (about 4 minutes the first time)"
+	@echo "make demo        fit a real .blend to a Cycles picture, headless (about 3 minutes the first time)"
 	@echo "make recover     find again what was lost, from pictures: shapes, materials, lamps, textures, cameras"
 	@echo "make test        run the tests"
 	@echo "make test-slow   run the slow tests"

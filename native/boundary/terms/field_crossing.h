@@ -90,36 +90,32 @@ EG_INLINE void crossing_blocks(Mode& mode, const SceneView& scene, const Derivat
 struct CrossingCurves {
     using Traced = TracedCrossing;
 
-    // Estimates the radiance of both sides, as MeshCurves::trace does for edges.
-    EG_NOINLINE static TracedCrossing* trace(const SceneView& scene, const BoundaryTask& task,
-                                             Workspace& work, const FactorOf<TracedCrossing>& factor) {
+    EG_INLINE static void start(const SceneView& scene, const BoundaryTask& task, Workspace& work,
+                                const FactorOf<TracedCrossing>& factor, TracedCrossing& kept, int at,
+                                SegmentCursor& cursor, int& queued) {
         const int count = static_cast<int>(task.count);
-        const auto packet = [&](TracedCrossing& kept, int at, SegmentCursor& cursor,
-                                int& queued) EG_INLINE_LAMBDA {
-            EdgeSample& s = kept.sample;
-            CrossingSample& curve = kept.curve;
-            // Sample a point of the curve
-            s = sample_curve(scene, task, at, cursor,
-                             [&](EdgeSample& sample) { bend_to_crossing(scene, sample, curve); });
-            s.weight = select(curve.reversed, -s.weight, s.weight);
-            set_factor(task, kept, factor);
-            // Find out what is in front of it
-            Int plus = splat(0);
-            if (any(s.active)) plus = nearer_beside(s, curve);
-            Float contact[2];
-            if (any(s.active)) s.active = reached_first(scene, s.active, curve, s.view.direction, contact);
-            if (!any(s.active)) return;
-            const Behind before = look_behind(
-                scene, s, crossed_sides(curve), task.limits.transparent,
-                CrossedFields{{curve.side[0].face, curve.side[1].face}, {contact[0], contact[1]}});
-            if (!any(s.active)) return;
-            const auto start = [&](int k, const Closest& hit, Vec3 step) EG_INLINE_LAMBDA {
-                queued = start_side(task, work, queued, s, lane_index() + at + (k == 0 ? 0 : count),
-                                    s.view.direction, hit, step, before);
-            };
-            start_on_both_sides(scene, s, curve, plus, start);
+        EdgeSample& s = kept.sample;
+        CrossingSample& curve = kept.curve;
+        // Sample a point of the curve
+        s = sample_curve(scene, task, at, cursor,
+                         [&](EdgeSample& sample) { bend_to_crossing(scene, sample, curve); });
+        s.weight = select(curve.reversed, -s.weight, s.weight);
+        set_factor(task, kept, factor);
+        // Find out what is in front of it
+        Int plus = splat(0);
+        if (any(s.active)) plus = nearer_beside(s, curve);
+        Float contact[2];
+        if (any(s.active)) s.active = reached_first(scene, s.active, curve, s.view.direction, contact);
+        if (!any(s.active)) return;
+        const Behind before =
+            look_behind(scene, s, crossed_sides(curve), task.limits.transparent,
+                        CrossedFields{{curve.side[0].face, curve.side[1].face}, {contact[0], contact[1]}});
+        if (!any(s.active)) return;
+        const auto start = [&](int k, const Closest& hit, Vec3 step) EG_INLINE_LAMBDA {
+            queued = start_side(task, work, queued, s, lane_index() + at + (k == 0 ? 0 : count),
+                                s.view.direction, hit, step, before);
         };
-        return trace_packets<TracedCrossing>(scene, task, work, packet);
+        start_on_both_sides(scene, s, curve, plus, start);
     }
     template <typename Mode>
     EG_INLINE static void blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,

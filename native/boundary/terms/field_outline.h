@@ -63,42 +63,39 @@ EG_INLINE EdgeSample sample_outline(const SceneView& scene, const BoundaryTask& 
     return s;
 }
 
-// Estimates the radiance of both sides, as MeshCurves::trace does for edges. sample(scene, task, at, cursor,
-// outline) returns the samples [task.first + at, ...).
+// Samples of outlines, as MeshCurves for edges. sample(scene, task, at, cursor, outline) returns the samples
+// [task.first + at, ...).
 template <auto sample>
 struct OutlineSides {
     using Traced = TracedSample;
 
-    EG_NOINLINE static TracedSample* trace(const SceneView& scene, const BoundaryTask& task, Workspace& work,
-                                           const FactorOf<TracedSample>& factor) {
+    EG_INLINE static void start(const SceneView& scene, const BoundaryTask& task, Workspace& work,
+                                const FactorOf<TracedSample>& factor, TracedSample& kept, int at,
+                                SegmentCursor& cursor, int& queued) {
         const int count = static_cast<int>(task.count);
         const SideFace none = {splat(-1), splat(-1), splat(0), splat(0.0f)};
-        const auto packet = [&](TracedSample& kept, int at, SegmentCursor& cursor,
-                                int& queued) EG_INLINE_LAMBDA {
-            EdgeSample& s = kept.sample;
-            OutlineSample outline;
-            s = sample(scene, task, at, cursor, outline);
-            set_factor(task, kept, factor);
-            // Find the surface behind
-            Behind behind;
-            if (any(s.active))
-                behind = look_behind(scene, s, {none, none, splat(0)}, task.limits.transparent,
-                                     GrazedField{outline.hit.face, outline.contact});
-            if (!any(s.active)) return;
-            // Start a path on each side
-            Closest hit = outline.hit;
-            hit.hit = s.active;
-            hit.mesh = mesh_of(scene, select(s.active, hit.face, splat(0)));
-            hit.distance = s.view.distance;
-            const Vec3 direction = onto_surface(outline.grazing, outline.normal);
-            const Int plus_path = lane_index() + at, minus_path = plus_path + count;
-            const auto start = [&](Int number, Vec3 along, const Closest& first) EG_INLINE_LAMBDA {
-                queued = start_side(task, work, queued, s, number, along, first, zero3(), behind);
-            };
-            start(select(outline.minus, minus_path, plus_path), direction, hit);
-            start(select(outline.minus, plus_path, minus_path), s.view.direction, behind.hit);
+        EdgeSample& s = kept.sample;
+        OutlineSample outline;
+        s = sample(scene, task, at, cursor, outline);
+        set_factor(task, kept, factor);
+        // Find the surface behind
+        Behind behind;
+        if (any(s.active))
+            behind = look_behind(scene, s, {none, none, splat(0)}, task.limits.transparent,
+                                 GrazedField{outline.hit.face, outline.contact});
+        if (!any(s.active)) return;
+        // Start a path on each side
+        Closest hit = outline.hit;
+        hit.hit = s.active;
+        hit.mesh = mesh_of(scene, select(s.active, hit.face, splat(0)));
+        hit.distance = s.view.distance;
+        const Vec3 direction = onto_surface(outline.grazing, outline.normal);
+        const Int plus_path = lane_index() + at, minus_path = plus_path + count;
+        const auto start = [&](Int number, Vec3 along, const Closest& first) EG_INLINE_LAMBDA {
+            queued = start_side(task, work, queued, s, number, along, first, zero3(), behind);
         };
-        return trace_packets<TracedSample>(scene, task, work, packet);
+        start(select(outline.minus, minus_path, plus_path), direction, hit);
+        start(select(outline.minus, plus_path, minus_path), s.view.direction, behind.hit);
     }
 };
 

@@ -126,21 +126,6 @@ struct TracedSample {
     Vec3 factor;  // multiplies the jump
 };
 
-// Calls start(kept, at, cursor, queued) for the packets of a task's samples from `at` on, which samples their
-// points and appends the paths of both sides, and traces all paths. Returns what the calls have kept.
-template <typename Traced, typename Start>
-EG_INLINE Traced* trace_packets(const SceneView& scene, const BoundaryTask& task, Workspace& work,
-                                const Start& start) {
-    const int count = static_cast<int>(task.count);
-    const auto packets = static_cast<size_t>((count + W - 1) / W);
-    auto* const traced = static_cast<Traced*>(work.segments->grow(packets * sizeof(Traced), 0));
-    SegmentCursor cursor = first_segment(task);
-    int queued = 0;
-    for (int at = 0; at < count; at += W) start(traced[at / W], at, cursor, queued);
-    run_appended(scene, side_paths(task), work, queued, 2 * task.count);
-    return traced;
-}
-
 // What a mode multiplies the jump of a sample by. A call by address lets both modes share the code that
 // traces the samples.
 template <typename Traced>
@@ -163,6 +148,24 @@ EG_INLINE void set_factor(const BoundaryTask& task, Traced& kept, const FactorOf
     if (!any(kept.sample.active)) return;
     kept.factor = factor(kept);
     if (!task.score) kept.sample.active &= ~(largest_component(kept.factor) == 0.0f);
+}
+
+// Estimates the radiance of both sides of a task's samples into work.radiance: Curves::start samples the
+// points of a packet and appends the paths of both sides. Returns what it has kept of each packet.
+template <typename Curves>
+EG_OUTLINE typename Curves::Traced* trace_sides(const SceneView& scene, const BoundaryTask& task,
+                                                Workspace& work,
+                                                const FactorOf<typename Curves::Traced>& factor) {
+    using Traced = typename Curves::Traced;
+    const int count = static_cast<int>(task.count);
+    const auto packets = static_cast<size_t>((count + W - 1) / W);
+    auto* const traced = static_cast<Traced*>(work.segments->grow(packets * sizeof(Traced), 0));
+    SegmentCursor cursor = first_segment(task);
+    int queued = 0;
+    for (int at = 0; at < count; at += W)
+        Curves::start(scene, task, work, factor, traced[at / W], at, cursor, queued);
+    run_appended(scene, side_paths(task), work, queued, 2 * task.count);
+    return traced;
 }
 
 // L- - L+ of the samples from `at` on.
@@ -229,50 +232,46 @@ EG_INLINE void edge_blocks(Mode& mode, const SceneView& scene, const DerivativeV
 struct MeshCurves {
     using Traced = TracedSample;
 
-    // Estimates the radiance of both sides into work.radiance.
-    EG_NOINLINE static TracedSample* trace(const SceneView& scene, const BoundaryTask& task, Workspace& work,
-                                           const FactorOf<TracedSample>& factor) {
+    EG_INLINE static void start(const SceneView& scene, const BoundaryTask& task, Workspace& work,
+                                const FactorOf<TracedSample>& factor, TracedSample& kept, int at,
+                                SegmentCursor& cursor, int& queued) {
         const int count = static_cast<int>(task.count);
-        const auto packet = [&](TracedSample& kept, int at, SegmentCursor& cursor,
-                                int& queued) EG_INLINE_LAMBDA {
-            EdgeSample& s = kept.sample;
-            // Sample a point of an edge
-            s = sample_edge(scene, task, at, cursor);
-            set_factor(task, kept, factor);
-            // Find the faces on both sides and the surface behind
-            Sides sides;
-            if (any(s.active)) {
-                sides = visible_faces(scene, s);
-                // An edge that is seen end-on has no face on either side, and no jump.
-                s.active &= (sides.plus.face >= 0) | (sides.minus.face >= 0);
-            }
-            Behind behind;
-            if (any(s.active)) behind = look_behind(scene, s, sides, task.limits.transparent, EdgeFaces{});
-            if (!any(s.active)) return;
-            // Start a path on each side
-            const Float slope = any(behind.touched) ? touched_slope(scene, s, behind.hit) : splat(0.0f);
-            const Int path = lane_index() + at;
-            Vec3 aside[2];
-            const auto met = [&](const SideFace& near, Vec3 outwards, Float slope_behind,
-                                 Vec3& step) EG_INLINE_LAMBDA {
-                const Int mesh = mesh_of(scene, select(near.face >= 0, near.face, splat(0)));
-                return side_hit(scene, s, sides, near, mesh, behind, outwards, slope_behind, step);
-            };
-            const Closest plus = met(sides.plus, s.normal, slope, aside[0]);
-            const Closest minus = met(sides.minus, -s.normal, -slope, aside[1]);
-            const Mask bends = s.active & bent_lambertian(scene, s, sides, behind.touched);
-            const auto start = [&](Mask active, Int number, const Closest& hit, Vec3 step,
-                                   const Closest& other) EG_INLINE_LAMBDA {
-                queued = append_start(work, queued, active, number, s.view.origin, s.view.direction, hit,
-                                      step, other, behind.through, behind.passed, task.max_depth);
-            };
-            Closest other = minus;
-            other.hit = bends;
-            start(s.active, path, plus, aside[0], other);
-            other.hit = splat(0);
-            if (any(s.active & ~bends)) start(s.active & ~bends, path + count, minus, aside[1], other);
+        EdgeSample& s = kept.sample;
+        // Sample a point of an edge
+        s = sample_edge(scene, task, at, cursor);
+        set_factor(task, kept, factor);
+        // Find the faces on both sides and the surface behind
+        Sides sides;
+        if (any(s.active)) {
+            sides = visible_faces(scene, s);
+            // An edge that is seen end-on has no face on either side, and no jump.
+            s.active &= (sides.plus.face >= 0) | (sides.minus.face >= 0);
+        }
+        Behind behind;
+        if (any(s.active)) behind = look_behind(scene, s, sides, task.limits.transparent, EdgeFaces{});
+        if (!any(s.active)) return;
+        // Start a path on each side
+        const Float slope = any(behind.touched) ? touched_slope(scene, s, behind.hit) : splat(0.0f);
+        const Int path = lane_index() + at;
+        Vec3 aside[2];
+        const auto met = [&](const SideFace& near, Vec3 outwards, Float slope_behind,
+                             Vec3& step) EG_INLINE_LAMBDA {
+            const Int mesh = mesh_of(scene, select(near.face >= 0, near.face, splat(0)));
+            return side_hit(scene, s, sides, near, mesh, behind, outwards, slope_behind, step);
         };
-        return trace_packets<TracedSample>(scene, task, work, packet);
+        const Closest plus = met(sides.plus, s.normal, slope, aside[0]);
+        const Closest minus = met(sides.minus, -s.normal, -slope, aside[1]);
+        const Mask bends = s.active & bent_lambertian(scene, s, sides, behind.touched);
+        const auto start = [&](Mask active, Int number, const Closest& hit, Vec3 step,
+                               const Closest& other) EG_INLINE_LAMBDA {
+            queued = append_start(work, queued, active, number, s.view.origin, s.view.direction, hit, step,
+                                  other, behind.through, behind.passed, task.max_depth);
+        };
+        Closest other = minus;
+        other.hit = bends;
+        start(s.active, path, plus, aside[0], other);
+        other.hit = splat(0);
+        if (any(s.active & ~bends)) start(s.active & ~bends, path + count, minus, aside[1], other);
     }
     template <typename Mode>
     EG_INLINE static void blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
@@ -307,7 +306,7 @@ static void primary_forward_kernel(const SceneView& scene, const BoundaryTask& t
     // Trace only samples that move.
     using Traced = typename Curves::Traced;
     const auto factor = [&](const Traced& kept) { return gray(sweep<Curves>(scene, tangent, kept)); };
-    Traced* traced = Curves::trace(scene, task, work, FactorOf<Traced>(factor));
+    Traced* traced = trace_sides<Curves>(scene, task, work, FactorOf<Traced>(factor));
     for (int at = 0; at < static_cast<int>(task.count); at += W, ++traced) {
         EdgeSample& s = traced->sample;
         Vec3 value = zero3();
@@ -329,7 +328,7 @@ static void primary_backward_kernel(const SceneView& scene, const BoundaryTask& 
         const EdgeSample& s = kept.sample;
         return adjoint_at(scene.camera, s.active, s.view.sx, s.view.sy, adjoint);
     };
-    Traced* traced = Curves::trace(scene, task, work, FactorOf<Traced>(factor));
+    Traced* traced = trace_sides<Curves>(scene, task, work, FactorOf<Traced>(factor));
     for (int at = 0; at < static_cast<int>(task.count); at += W, ++traced) {
         EdgeSample& s = traced->sample;
         if (!any(s.active)) continue;  // neither score nor contribution

@@ -48,33 +48,28 @@ EG_INLINE Closest border_hit(const SceneView& scene, const TracedBorder& border,
 struct BorderCurves {
     using Traced = TracedBorder;
 
-    // Estimates the radiance of both sides, as MeshCurves::trace does for edges.
-    EG_NOINLINE static TracedBorder* trace(const SceneView& scene, const BoundaryTask& task, Workspace& work,
-                                           const FactorOf<TracedBorder>& factor) {
+    EG_INLINE static void start(const SceneView& scene, const BoundaryTask& task, Workspace& work,
+                                const FactorOf<TracedBorder>& factor, TracedBorder& kept, int at,
+                                SegmentCursor& cursor, int& queued) {
         const int count = static_cast<int>(task.count);
-        const auto packet = [&](TracedBorder& kept, int at, SegmentCursor& cursor,
-                                int& queued) EG_INLINE_LAMBDA {
-            EdgeSample& s = kept.sample;
-            // Sample a point of a border
-            s = sample_edge(scene, task, at, cursor);
-            if (!any(s.active)) return;
-            const Triangle t = place_border(scene, kept);
-            set_factor(task, kept, factor);
-            // Find out what is in front of it
-            const SideFace own{kept.face, kept.instance, splat(0), splat(0.0f)};
-            Behind before;
-            if (any(s.active))
-                before =
-                    look_behind(scene, s, Sides{own, own, splat(0)}, task.limits.transparent, EdgeFaces{});
-            if (!any(s.active)) return;
-            // Start a path on each side
-            for (int k = 0; k < 2; ++k) {
-                const Closest hit = border_hit(scene, kept, t, k == 0 ? s.normal : -s.normal);
-                queued = start_side(task, work, queued, s, lane_index() + at + (k == 0 ? 0 : count),
-                                    s.view.direction, hit, zero3(), before);
-            }
-        };
-        return trace_packets<TracedBorder>(scene, task, work, packet);
+        EdgeSample& s = kept.sample;
+        // Sample a point of a border
+        s = sample_edge(scene, task, at, cursor);
+        if (!any(s.active)) return;
+        const Triangle t = place_border(scene, kept);
+        set_factor(task, kept, factor);
+        // Find out what is in front of it
+        const SideFace own{kept.face, kept.instance, splat(0), splat(0.0f)};
+        Behind before;
+        if (any(s.active))
+            before = look_behind(scene, s, Sides{own, own, splat(0)}, task.limits.transparent, EdgeFaces{});
+        if (!any(s.active)) return;
+        // Start a path on each side
+        for (int k = 0; k < 2; ++k) {
+            const Closest hit = border_hit(scene, kept, t, k == 0 ? s.normal : -s.normal);
+            queued = start_side(task, work, queued, s, lane_index() + at + (k == 0 ? 0 : count),
+                                s.view.direction, hit, zero3(), before);
+        }
     }
     template <typename Mode>
     EG_INLINE static void blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,

@@ -216,7 +216,7 @@ EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspac
         // Record which lobes are followed
         if (vertex && scene.followed_alpha > 0.0f)
             put(vertex->follows, part.active,
-                follow_lobes(surface.bsdf, part.active & part.led, scene.followed_alpha));
+                follow_lobes(surface.bsdf, part.active & part.led, splat(scene.followed_alpha)));
         // Scatter some paths along the rims of their transmission lobes
         if (vertex && work.vertices->rims) {
             const RimChoice rim = choose_rims(scene, task, part, surface, index);

@@ -58,7 +58,7 @@ EG_OUTLINE Vec3 scattered_by(const SceneView& scene, const SurfacePoint& x, cons
     }
     if (any(others)) {
         ShadedSurface surface = shaded_surface(scene, others, x, point, shader, normal);
-        if (any(followed > 0.0f)) follow_lobes(surface.bsdf, others, scene.followed_alpha, followed);
+        if (any(followed > 0.0f)) follow_lobes(surface.bsdf, others, followed);
         const Mask reached = others & (surface.both_sides() | (above > 0.0f));
         value = select(reached, evaluate(surface, reached), value);
         lit |= reached;

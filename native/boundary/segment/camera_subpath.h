@@ -70,8 +70,7 @@ struct ScatteringPoint {
         if (!any(others)) return;
         ShadedSurface surface = shaded_surface(scene, others, x, point, shader, normal);
         if (by_face) surface.from_below = false;
-        if (any(others & (followed > 0.0f)))
-            follow_lobes(surface.bsdf, others, scene.followed_alpha, followed);
+        if (any(others & (followed > 0.0f))) follow_lobes(surface.bsdf, others, followed);
         visit_surface(surface, others);
     }
 };

@@ -111,7 +111,7 @@ EG_OUTLINE ChainSurface chain_surface(const SceneView& scene, const SurfacePoint
 EG_OUTLINE ShadedSurface chain_bsdf(const SceneView& scene, Mask active, const ChainSurface& s) {
     const Vec3 normal = shading_normal(scene, active, s.shader, s.point);
     ShadedSurface surface = shaded_surface(scene, active, s.x, s.point, s.shader, normal);
-    if (scene.followed_alpha > 0.0f) follow_lobes(surface.bsdf, active, scene.followed_alpha);
+    if (scene.followed_alpha > 0.0f) follow_lobes(surface.bsdf, active, splat(scene.followed_alpha));
     return surface;
 }
 

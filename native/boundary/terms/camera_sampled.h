@@ -54,7 +54,7 @@ struct CameraSampledSurface {
           flat{s.normal, s.x.normal, s.shader.color(kBaseColor),
                scene.all_flags & kHasNormalMap ? &s.point.normal : nullptr} {
         if (any(others)) rest = shaded_surface(scene, others, s.x, s.point, s.shader, s.normal);
-        if (any(others & (followed > 0.0f))) follow_lobes(rest.bsdf, others, scene.followed_alpha, followed);
+        if (any(others & (followed > 0.0f))) follow_lobes(rest.bsdf, others, followed);
     }
     // f |n_s . w| for light from w, of lobes that scatter `kinds` (bits 1 << RayKind). Compiled once: copies
     // of all lobes in each caller would only compile slowly.

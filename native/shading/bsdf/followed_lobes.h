@@ -18,15 +18,13 @@ namespace edgegrad::EDGEGRAD_ISA {
 // Width of a lobe's directions by its alpha, relative to reflection: refraction at glass spreads rays less.
 constexpr float width_by_alpha(int lobe) { return lobe == kInterfaceLobe ? 0.2f : 1.0f; }
 
-// Selects the lobes with an alpha up to `widest` and a width up to `width` as followed. Returns their bits
-// (1 << Lobe). Refraction closures are excluded: they stop transmitting at total reflection, which is a
-// discontinuity at fixed h.
-EG_INLINE Int follow_lobes(Bsdf& f, Mask m, float widest, Float width = splat(1.0f)) {
+// Selects the lobes with an alpha up to `widest` as followed. Returns their bits (1 << Lobe). Refraction
+// closures are excluded: they stop transmitting at total reflection, which is a discontinuity at fixed h.
+EG_INLINE Int follow_lobes(Bsdf& f, Mask m, Float widest) {
     Int bits = splat(0);
     const auto follow = [&](Lobe k, Microfacets& g, Mask may) {
         if (!f.any_lobe[k]) return;
-        g.followed = m & may & (f.probability[k] > 0.0f) & ~is_smooth(g) & (widest_alpha(g) <= widest) &
-                     (widest_alpha(g) <= width);
+        g.followed = m & may & (f.probability[k] > 0.0f) & ~is_smooth(g) & (widest_alpha(g) <= widest);
         bits = bits | (g.followed & (1 << k));
     };
     follow(kMirrorLobe, f.mirror.facets, ~f.mirror.separable);
@@ -43,15 +41,15 @@ EG_INLINE void follow_lobes(Bsdf& f, Int bits) {
     set(kMirrorLobe, f.mirror.facets), set(kCoatLobe, f.coat.facets), set(kInterfaceLobe, f.glass.facets);
 }
 
-// Keeps of the followed lobes those up to a width.
-EG_INLINE void follow_up_to(Bsdf& f, Float width) {
+// Keeps of the followed lobes those with an alpha up to `widest`.
+EG_INLINE void follow_up_to(Bsdf& f, Float widest) {
     const auto keep = [&](Lobe k, Microfacets& g) {
-        if (f.any_lobe[k]) g.followed &= widest_alpha(g) <= width;
+        if (f.any_lobe[k]) g.followed &= widest_alpha(g) <= widest;
     };
     keep(kMirrorLobe, f.mirror.facets), keep(kCoatLobe, f.coat.facets), keep(kInterfaceLobe, f.glass.facets);
 }
 
-// The width of lobes that scatter as followed ones, else 0.
+// The width (alpha) of lobes that scatter as followed ones, else 0.
 EG_INLINE Float followed_lobe_width(const Bsdf& f, Int lobe, Mask transmitted) {
     Float width = splat(0.0f);
     const auto of = [&](Lobe k, const Microfacets& g, Mask follows) {

@@ -286,15 +286,12 @@ Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, con
                     place_of(static_cast<uint32_t>(task.tile[k]), weight));
                 continue;
             }
-            frame.visit_segments(place(vertex(scene, scene.edge_vertices[2 * edge])),
-                                 place(vertex(scene, scene.edge_vertices[2 * edge + 1])),
-                                 [&](const PictureFrame::EdgeSegment& segment) {
-                                     const uint32_t tile = z_order(segment.x / camera.width,
-                                                                   segment.y / camera.height, kTileBits);
-                                     add(edge, static_cast<float>(segment.u0), static_cast<float>(segment.u1),
-                                         static_cast<float>(segment.pixels * static_cast<double>(weight)),
-                                         place_of(tile, weight));
-                                 });
+            const EdgeEnds ends = EdgeEnds::of(scene, place, edge);
+            frame.visit_segments(ends.a, ends.b, [&](const PictureFrame::EdgeSegment& segment) {
+                const uint32_t tile = z_order(segment.x / camera.width, segment.y / camera.height, kTileBits);
+                add(edge, static_cast<float>(segment.u0), static_cast<float>(segment.u1),
+                    static_cast<float>(segment.pixels * static_cast<double>(weight)), place_of(tile, weight));
+            });
         }
     });
 }

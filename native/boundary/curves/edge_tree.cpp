@@ -31,8 +31,8 @@ struct EdgeCone {
 EdgeCone edge_cone(const SceneView& scene, const SceneTables& tables, int64_t edge, int32_t instance,
                    bool emitters) {
     const Placement place = Placement::of(scene, instance);
-    EdgeCone cone{place(vertex(scene, scene.edge_vertices[2 * edge])), {}, {1.0, 0.0, 0.0}, -1.0, {}};
-    cone.t = place(vertex(scene, scene.edge_vertices[2 * edge + 1])) - cone.a;
+    const EdgeEnds ends = EdgeEnds::of(scene, place, edge);
+    EdgeCone cone{ends.a, ends.b - ends.a, {1.0, 0.0, 0.0}, -1.0, {}};
     const uint32_t first = scene.edge_face_first[edge];
     if (scene.edge_face_first[edge + 1] - first != 2) return cone;
     // Faces of different transparency are a shadow boundary from all sides. Faces of different emission are a

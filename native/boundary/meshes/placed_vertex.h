@@ -29,4 +29,14 @@ struct Placement {
     }
 };
 
+// The ends of an edge.
+struct EdgeEnds {
+    Vector a, b;
+
+    static EdgeEnds of(const SceneView& scene, const Placement& place, int64_t edge) {
+        return {place(vertex(scene, scene.edge_vertices[2 * edge])),
+                place(vertex(scene, scene.edge_vertices[2 * edge + 1]))};
+    }
+};
+
 }  // namespace edgegrad

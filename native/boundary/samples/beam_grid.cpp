@@ -109,7 +109,7 @@ void BeamGridBuilder::visit_cells(Vector a, Vector b, const std::function<void(s
 }
 
 // Keeps the beams with the smallest keys: a random choice by weight (Efraimidis and Spirakis 2006).
-void BeamGridBuilder::keep(Kept& cell, double key, int32_t beam) const {
+void BeamGridBuilder::keep(Kept& cell, double key, int32_t beam) {
     if (cell.count < kBeamTargets) {
         cell.key[cell.count] = key, cell.beam[cell.count++] = beam;
         return;

@@ -67,7 +67,7 @@ class BeamGridBuilder {
     };
 
     void place();
-    void keep(Kept& cell, double key, int32_t beam) const;
+    static void keep(Kept& cell, double key, int32_t beam);
     void visit_cells(Vector a, Vector b, const std::function<void(size_t)>& visit) const;
     Vector middle(size_t cell) const;
     bool aim(Vector middle, const std::vector<std::vector<Vector>>& choices, float* targets) const;

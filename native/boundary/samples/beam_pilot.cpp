@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "boundary/curves/mirror_faces.h"
 #include "boundary/meshes/placed_vertex.h"
 #include "boundary/samples/sample_plan.h"
 #include "tasks/block_sizes.h"
@@ -18,10 +17,9 @@ namespace {
 
 // Appends the beams of a pilot with samples on these faces.
 void trace_beams(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
-                 Candidates faces, double samples, std::vector<Beam>& out) {
-    if (faces.size() == 0) return;
-    SamplePlan plan(std::make_shared<const Candidates>(std::move(faces)), samples, samples, options,
-                    kCausticOutline, false);
+                 const std::shared_ptr<const Candidates>& faces, double samples, std::vector<Beam>& out) {
+    if (faces->size() == 0) return;
+    SamplePlan plan(faces, samples, samples, options, kCausticOutline, false);
     const int64_t count = plan.total(0), chunks = (count + kBoundaryChunk - 1) / kBoundaryChunk;
     std::vector<float> columns[14];
     for (auto& c : columns) c.resize(static_cast<size_t>(chunks * kBoundaryChunk));
@@ -48,16 +46,10 @@ void trace_beams(const SceneView& scene, const EdgeList& edges, const RenderOpti
 }
 
 // The ends of a candidate's part of its edge.
-struct Ends {
-    Vector a, b;
-};
-Ends ends_of(const SceneView& scene, const Candidates& edges, size_t i) {
+EdgeEnds ends_of(const SceneView& scene, const Candidates& edges, size_t i) {
     const Placement place = Placement::of(scene, edges.instance.empty() ? -1 : edges.instance[i]);
-    const auto end = [&](int64_t k) {
-        return place(
-            vertex(scene, static_cast<int64_t>(scene.edge_vertices[2 * int64_t{edges.edge[i]} + k])));
-    };
-    const Vector a = end(0), way = end(1) - a;
+    const auto [a, b] = EdgeEnds::of(scene, place, edges.edge[i]);
+    const Vector way = b - a;
     return {a + way * static_cast<double>(edges.u0[i]), a + way * static_cast<double>(edges.u1[i])};
 }
 
@@ -79,7 +71,7 @@ Candidates LightBeams::weighted(const BeamGrid& grid, double by_flux, const Scen
     double all_flux = 0.0;
     for (size_t i = 0; i < edges.edge.size(); ++i) {
         if (i % 4096 == 0) may_cancel();
-        const Ends ends = ends_of(scene, edges, i);
+        const EdgeEnds ends = ends_of(scene, edges, i);
         const bool of_mirror = is_of_mirror(scene, bends_, edges.edge[i]);
         const double own = edges.cumulative[i + 1] - edges.cumulative[i];
         const double size = of_mirror ? 0.0 : length(ends.b - ends.a);
@@ -111,15 +103,16 @@ Candidates LightBeams::weighted(const BeamGrid& grid, double by_flux, const Scen
     return out;
 }
 
-std::shared_ptr<const LightBeams> LightBeams::find(
-    const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
-    const std::vector<std::shared_ptr<const Candidates>>& found, std::vector<uint8_t> bends, double samples) {
+std::shared_ptr<const LightBeams> LightBeams::find(const SceneView& scene, const EdgeList& edges,
+                                                   const RenderOptions& options,
+                                                   const std::array<SharedCandidates, 2>& mirrors,
+                                                   const std::vector<SharedCandidates>& found,
+                                                   std::vector<uint8_t> bends, double samples) {
     RenderOptions own = options;
-    own.seed ^= kBeamSeed;
     std::vector<Beam> beams;
-    for (const bool lit : {false, true}) {
-        own.seed ^= static_cast<uint32_t>(lit) << 31;
-        trace_beams(scene, edges, own, mirror_faces(scene, edges.tables, bends, lit), 0.5 * samples, beams);
+    for (uint32_t k = 0; k < mirrors.size(); ++k) {
+        own.seed = options.seed ^ kBeamSeed ^ (k << 31);
+        trace_beams(scene, edges, own, mirrors[k], 0.5 * samples, beams);
     }
     if (beams.empty()) return nullptr;
     BeamGridBuilder builder(beams, edges.threads);
@@ -127,15 +120,15 @@ std::shared_ptr<const LightBeams> LightBeams::find(
         for (size_t i = 0; i < list->edge.size(); ++i) {
             if (i % 4096 == 0) may_cancel();
             if (is_of_mirror(scene, bends, list->edge[i])) continue;
-            const Ends ends = ends_of(scene, *list, i);
+            const EdgeEnds ends = ends_of(scene, *list, i);
             builder.mark(ends.a, ends.b);
         }
     }
-    BeamGrid lights =
+    BeamGrid towards_lights =
         builder.fill([](const Beam& b) { return b.last; }, [](const Beam& b) { return b.light; },
                      [](const Beam& b) { return std::array<Vector, 3>{b.light, b.last, b.last}; });
     // What flat mirrors show is as far behind them as it is before them
-    BeamGrid mirrors = builder.fill(
+    BeamGrid towards_mirrors = builder.fill(
         [](const Beam& b) { return b.first; }, [](const Beam& b) { return b.end; },
         [](const Beam& b) {
             const Vector ray = b.first - b.end, back = ray * (1.0 / std::max(length(ray), 1e-30));
@@ -143,7 +136,7 @@ std::shared_ptr<const LightBeams> LightBeams::find(
             return std::array<Vector, 3>{b.first, b.first + back * (0.3 * whole), b.first + back * whole};
         });
     return std::shared_ptr<const LightBeams>(
-        new LightBeams(std::move(lights), std::move(mirrors), std::move(bends)));
+        new LightBeams(std::move(towards_lights), std::move(towards_mirrors), std::move(bends)));
 }
 
 }  // namespace edgegrad

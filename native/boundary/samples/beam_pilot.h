@@ -1,6 +1,7 @@
 // The pilot of light beams (boundary/specular/traced_beams.h), which aims samples of edges and weights these.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -13,11 +14,14 @@ namespace edgegrad {
 
 class LightBeams {
  public:
-    // Beams of a pilot of about `samples` samples, in the cells of these candidates; null if there are none.
-    // `bends`: 1 for materials that may have perfect lobes, else 0.
+    using SharedCandidates = std::shared_ptr<const Candidates>;
+    // Beams of a pilot of about `samples` samples on the faces of `mirrors`, an equal part on each list, in
+    // the cells of the candidates `found`; null if there are none. `bends`: 1 for materials that may have
+    // perfect lobes, else 0.
     static std::shared_ptr<const LightBeams> find(const SceneView& scene, const EdgeList& edges,
                                                   const RenderOptions& options,
-                                                  const std::vector<std::shared_ptr<const Candidates>>& found,
+                                                  const std::array<SharedCandidates, 2>& mirrors,
+                                                  const std::vector<SharedCandidates>& found,
                                                   std::vector<uint8_t> bends, double samples);
 
     // For edges between lights and m_K, and between m_1 and what it lights: where directions from them aim,

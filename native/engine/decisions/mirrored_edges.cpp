@@ -10,9 +10,6 @@
 namespace edgegrad {
 namespace {
 
-// The largest alpha of lobes by their width (shading/bsdf/followed_lobes.h).
-constexpr float kMostAlphaByWidth = 5.0f;
-
 // The sized lights of the table that mirrors, smooth glass and followed lobes show.
 std::vector<int32_t> lights_in_mirrors(const BoundaryFacts& f) {
     const LightView& lights = f.scene.lights;
@@ -20,8 +17,7 @@ std::vector<int32_t> lights_in_mirrors(const BoundaryFacts& f) {
     for (int32_t k = 0; k < lights.sized_count + lights.sized_distant; ++k) {
         const int32_t row = lights.sized[k];
         if ((lights.visible_to[row] & kBentRays) &&
-            may_be_specular(f.tables,
-                            f.scene.light_followed ? kMostAlphaByWidth * f.scene.light_followed[row] : 0.0f))
+            may_be_specular(f.tables, f.scene.light_followed ? f.scene.light_followed[row] : 0.0f))
             shown.push_back(row);
     }
     std::sort(shown.begin(), shown.end());
@@ -33,7 +29,7 @@ constexpr int64_t kMostMirrorFaces = int64_t{1} << 22;
 
 // The number of faces of meshes with perfect lobes, of all instances.
 int64_t count_mirror_faces(const SceneTables& tables) {
-    const auto smooth = marked_materials(tables, [&](size_t k) { return may_be_specular(tables, k); });
+    const std::vector<uint8_t> smooth = bending_materials(tables);
     const auto instances = mesh_instances(tables);
     int64_t sum = 0;
     for (size_t m = 0; m < static_cast<size_t>(tables.first_field()); ++m)
@@ -60,6 +56,10 @@ bool all_perfect(const SceneView& scene, const SceneTables& tables) {
 }
 
 }  // namespace
+
+std::vector<uint8_t> bending_materials(const SceneTables& tables) {
+    return marked_materials(tables, [&](size_t k) { return may_be_specular(tables, k); });
+}
 
 bool mirrors_turn(const BoundaryFacts& f) {
     const SceneTables& tables = f.tables;

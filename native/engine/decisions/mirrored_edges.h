@@ -8,6 +8,8 @@
 
 namespace edgegrad {
 
+// By material, 1 or 0: whether it may have perfect lobes.
+std::vector<uint8_t> bending_materials(const SceneTables& tables);
 // Whether rays turn that mirrors, smooth glass and followed lobes show. Else what they show of still things
 // is still.
 bool mirrors_turn(const BoundaryFacts& facts);

@@ -4,7 +4,9 @@
 #include <optional>
 #include <type_traits>
 
+#include "boundary/curves/mirror_faces.h"
 #include "boundary/curves/segment_cells.h"
+#include "engine/decisions/mirrored_edges.h"
 #include "engine/terms/caustic_term.h"
 #include "engine/terms/curve_terms.h"
 #include "engine/terms/found_edges.h"
@@ -93,16 +95,14 @@ class TermBuilder {
     // The lobes whose light belongs to samples that start at the camera, and is left out by those of the same
     // part that start at edges
     CameraSampledAlpha sampled_from_camera(BoundaryKind kind) const {
-        if (kind == kContactBorder) return {};
-        const bool shadow =
-            kind == kShadowBoundary || kind == kEnvironmentShadow || kind == kCameraSampledShadow;
-        return shadow ? shadows_sampled_ : edges_sampled_;
+        return kBoundaryTable[kind].term() == kShadowTerm ? shadows_sampled_ : edges_sampled_;
     }
     template <typename Key, typename Search>
     FoundEdges search(Kept<Key, Candidates>& kept, const std::type_identity_t<Key>& key, const Search& find) {
         return searched(edges_, in_windows_, kept, key, find);
     }
     const FoundEdges& silhouettes();
+    const SharedCandidates& mirrors(bool lit);
     std::shared_ptr<const LightBeams> light_beams();
     bool has_edges(Part part, int64_t size, const EdgeCounts& counts);
     void keep(SamplePlan plan, BoundaryTerm::Lines lines, CameraSampledAlpha camera_sampled,
@@ -129,6 +129,7 @@ class TermBuilder {
     const EdgeCache::Sides mesh_sides_;
     bool in_windows_;
     std::optional<FoundEdges> silhouettes_;
+    SharedCandidates mirrors_[2];  // null: not listed yet
     std::optional<std::shared_ptr<const LightBeams>> beams_;
     std::shared_ptr<const Intersections> seen_;
     BoundaryTerms terms_;
@@ -181,19 +182,24 @@ const FoundEdges& TermBuilder::silhouettes() {
     return *silhouettes_;
 }
 
+// Faces of mirrors and smooth glass (boundary/curves/mirror_faces.h), which outlines, edges and beams share.
+const SharedCandidates& TermBuilder::mirrors(bool lit) {
+    SharedCandidates& list = mirrors_[lit];
+    if (!list) list = shared(mirror_faces(scene_, edges_.tables, bending_materials(edges_.tables), lit));
+    return list;
+}
+
 // Beams over mirrors and smooth glass. Two kinds share one pilot.
 std::shared_ptr<const LightBeams> TermBuilder::light_beams() {
     constexpr double kPart = 0.0625, kFewest = 1024.0, kMost = 4096.0;
-    if (!beams_) {
-        const bool listed = decided_[Part::kCausticEdges].reason != Reason::kNotEstimated;
-        const FoundEdges& found = silhouettes();
-        std::vector<SharedCandidates> lists;
-        found.each([&](const SharedCandidates& list, double, double) { lists.push_back(list); });
-        beams_ = listed && may_be_specular(edges_.tables)
-                     ? LightBeams::find(scene_, edges_, options_, lists, bending_materials(edges_.tables),
-                                        std::clamp(kPart * picture_, kFewest, kMost))
-                     : nullptr;
-    }
+    if (beams_) return *beams_;
+    beams_ = nullptr;
+    const bool listed = decided_[Part::kCausticEdges].reason != Reason::kNotEstimated;
+    if (!listed || !may_be_specular(edges_.tables)) return nullptr;
+    std::vector<SharedCandidates> found;
+    silhouettes().each([&](const SharedCandidates& list, double, double) { found.push_back(list); });
+    beams_ = LightBeams::find(scene_, edges_, options_, {mirrors(false), mirrors(true)}, found,
+                              bending_materials(edges_.tables), std::clamp(kPart * picture_, kFewest, kMost));
     return *beams_;
 }
 
@@ -352,13 +358,13 @@ void TermBuilder::add_curves() {
 
 void TermBuilder::add_caustics() {
     const auto samples = [&](BoundaryKind kind) { return learned_share(kind) * most_samples(kind); };
-    const SceneTables& tables = edges_.tables;
     if (decided_.computes(Part::kCausticOutlines) && !decided_.alone())
-        add_caustic_outlines(terms_, scene_, tables, options_, samples(kCausticOutline));
+        add_caustic_outlines(terms_, options_, *mirrors(true), samples(kCausticOutline));
     if (!decided_.computes(Part::kCausticEdges)) return;
     const FoundEdges& found = silhouettes();
     if (has_edges(Part::kCausticEdges, found.size(), found.counts()) && !decided_.alone())
-        add_caustic_edges(terms_, scene_, edges_, options_, found, samples(kCausticEdge), light_beams());
+        add_caustic_edges(terms_, scene_, edges_, options_, found, samples(kCausticEdge), mirrors(false),
+                          light_beams());
 }
 
 }  // namespace

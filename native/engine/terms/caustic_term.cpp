@@ -2,11 +2,9 @@
 
 #include <algorithm>
 
-#include "boundary/curves/mirror_faces.h"
 #include "boundary/curves/segment_cells.h"
 #include "boundary/meshes/surface_regions.h"
 #include "engine/chain_sweeps.h"
-#include "scene/sharp_lobes.h"
 #include "tasks/seed_tags.h"
 
 namespace edgegrad {
@@ -65,22 +63,16 @@ void CausticTerm::run_samples(TermRun& run, int pass, int64_t first, int64_t cou
 
 }  // namespace
 
-std::vector<uint8_t> bending_materials(const SceneTables& tables) {
-    return marked_materials(tables, [&](size_t k) { return may_be_specular(tables, k); });
-}
-
-void add_caustic_outlines(BoundaryTerms& terms, const SceneView& scene, const SceneTables& tables,
-                          const RenderOptions& options, double samples) {
-    add(terms, options, kCausticOutline, mirror_faces(scene, tables, bending_materials(tables), true), {},
-        samples, 1.0);
+void add_caustic_outlines(BoundaryTerms& terms, const RenderOptions& options, const Candidates& lit_mirrors,
+                          double samples) {
+    add(terms, options, kCausticOutline, lit_mirrors, {}, samples, 1.0);
 }
 
 void add_caustic_edges(BoundaryTerms& terms, const SceneView& scene, const EdgeList& edges,
                        const RenderOptions& options, const FoundEdges& found, double samples,
-                       const std::shared_ptr<const LightBeams>& beams) {
-    const EdgeSurroundings about{
-        shared(mirror_faces(scene, edges.tables, bending_materials(edges.tables), false)), beams,
-        edges.kept.regions.get(true, [&] { return surface_regions(edges.tables); })};
+                       const SharedCandidates& mirrors, const std::shared_ptr<const LightBeams>& beams) {
+    const EdgeSurroundings about{mirrors, beams,
+                                 edges.kept.regions.get(true, [&] { return surface_regions(edges.tables); })};
     found.each([&](const SharedCandidates& list, double part, double factor) {
         add(terms, options, kCausticEdge, beams ? beams->before_mirrors(scene, *list) : *list, about,
             part * samples, factor);

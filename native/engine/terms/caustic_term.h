@@ -12,15 +12,13 @@ constexpr double least_of_caustics(BoundaryKind kind) {
     return kind == kCausticOutline ? 0.25 : kind == kCausticEdge ? 0.0625 : 0.0;
 }
 
-// By material, 1 or 0: whether it may have perfect lobes.
-std::vector<uint8_t> bending_materials(const SceneTables& tables);
-
-// Add terms of so many samples, if there is something to sample. `beams`: at whose lights samples aim; null:
-// at none.
-void add_caustic_outlines(BoundaryTerms& terms, const SceneView& scene, const SceneTables& tables,
-                          const RenderOptions& options, double samples);
+// Add terms of so many samples, if there is something to sample. `lit_mirrors` and `mirrors`: faces by the
+// light that they may receive, and by area (boundary/curves/mirror_faces.h). `beams`: at whose lights samples
+// aim; null: at none.
+void add_caustic_outlines(BoundaryTerms& terms, const RenderOptions& options, const Candidates& lit_mirrors,
+                          double samples);
 void add_caustic_edges(BoundaryTerms& terms, const SceneView& scene, const EdgeList& edges,
                        const RenderOptions& options, const FoundEdges& found, double samples,
-                       const std::shared_ptr<const LightBeams>& beams);
+                       const SharedCandidates& mirrors, const std::shared_ptr<const LightBeams>& beams);
 
 }  // namespace edgegrad

@@ -230,6 +230,14 @@ def drawn_images(draw: Draw) -> dict[str, Image]:
 
 
 # ---- What moves ----
+def lamp_paths(lamp: Light) -> dict[str, tuple[str, ...]]:
+    """The paths of the light "lamp" by kind of parameter."""
+    area = isinstance(lamp, AreaLight)
+    return {"light place": ("lights.lamp.to_world" if area else "lights.lamp.position",),
+            "light size": ("lights.lamp.size" if area else "lights.lamp.radius",),
+            "light direction": ("lights.lamp.direction",)}  # fmt: skip
+
+
 def _path(draw: Draw, scene: Scene, shader: str, parameter: str) -> str:
     body = "one" if shader == "mixture" else "body"
     lamp, own = scene.lights["lamp"], SHADERS[shader][1]
@@ -241,9 +249,7 @@ def _path(draw: Draw, scene: Scene, shader: str, parameter: str) -> str:
         "floor": ("meshes.floor.vertices",),
         "light strength": ("lights.lamp.strength" if isinstance(lamp, SunLight) else "lights.lamp.power",
                            "lights.lamp.color"),
-        "light place": ("lights.lamp.to_world" if isinstance(lamp, AreaLight) else "lights.lamp.position",),
-        "light size": ("lights.lamp.size" if isinstance(lamp, AreaLight) else "lights.lamp.radius",),
-        "light direction": ("lights.lamp.direction",), "camera pose": ("camera.to_world",),
+        **lamp_paths(lamp), "camera pose": ("camera.to_world",),
         "camera lens": ("camera.aperture_radius", "camera.focus_distance"), "sky color": ("world.color",),
         "field values": ("fields.solid.values",), "field transform": ("fields.solid.transform",),
         "field grid": ("fields.solid.attributes.paint",), "field box": ("fields.solid.lower", "fields.solid.upper"),

@@ -34,7 +34,7 @@ from tests.support.fields.splines import exact_sphere, sampled, torus
 from tests.support.rich_scene import pose, turn
 from tests.torture.drawing.draw import Draw
 from tests.torture.tame import ABSENT as TAME
-from tests.torture.tame import Comparison, curve_of
+from tests.torture.tame import Comparison, curve_of, lamp_paths
 
 F64 = NDArray[np.float64]
 
@@ -214,7 +214,6 @@ def _images(draw: Draw) -> dict[str, Image]:
 
 # ---- What moves ----
 def _path(draw: Draw, scene: Scene, parameter: str) -> str:
-    lamp = scene.lights["lamp"]
     name = "one" if "one" in scene.materials else "body"
     body = scene.materials[name]
     assert isinstance(body, Material)
@@ -227,9 +226,7 @@ def _path(draw: Draw, scene: Scene, parameter: str) -> str:
     choices: dict[str, tuple[str, ...]] = {
         "values": ("fields.solid.values",), "transform": ("fields.solid.transform",),
         "box": ("fields.solid.lower", "fields.solid.upper"), "grid": ("fields.solid.attributes.paint",),
-        "light place": ("lights.lamp.to_world" if isinstance(lamp, AreaLight) else "lights.lamp.position",),
-        "light size": ("lights.lamp.size" if isinstance(lamp, AreaLight) else "lights.lamp.radius",),
-        "light direction": ("lights.lamp.direction",), "camera pose": ("camera.to_world",),
+        **lamp_paths(scene.lights["lamp"]), "camera pose": ("camera.to_world",),
         "camera lens": ("camera.aperture_radius", "camera.focus_distance", "camera.fov_x"),
         "other": tuple(others) or ("fields.solid.transform",), "sky rotation": ("world.rotation",),
         "material": tuple(f"materials.{name}.{field}" for field in own) or ("fields.solid.attributes.paint",),

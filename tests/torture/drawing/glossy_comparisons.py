@@ -17,7 +17,7 @@ from tests.support import shapes as solids
 from tests.support.rich_scene import turn
 from tests.torture.drawing.draw import Draw
 from tests.torture.tame import ABSENT as TAME
-from tests.torture.tame import Comparison, curve_of, drawn_camera, drawn_images, drawn_light, drawn_world
+from tests.torture.tame import Comparison, curve_of, drawn_camera, drawn_images, drawn_light, drawn_world, lamp_paths
 
 # Beginnings of the plan's sentences on parts that do not keep derivatives from being compared.
 ABSENT = (*TAME, "seen in mirrors", "seen in lobes")
@@ -73,8 +73,8 @@ def _meshes(draw: Draw) -> dict[str, Mesh]:
 
     floor, faces = solids.sheet(2, 7.0)
     wall = solids.sheet(2, 5.0)[0] @ turn(np.pi / 2, 0.0, 0.0).T @ turn(0.0, 0.0, draw.uniform(-3.0, 3.0)).T
-    away = -2.6 * np.cross(wall[1] - wall[0], wall[2] - wall[0])
-    away *= 2.6 / np.linalg.norm(away)
+    across = np.cross(wall[1] - wall[0], wall[2] - wall[0])
+    away = -2.6 / np.linalg.norm(across) * across
     return {"body": solid("body", (0.1, 0.0, 0.5), 0.8), "other": solid("other", (-0.9, 0.8, 0.3), 0.5),
             "floor": Mesh(floor - [0.0, 0.0, 0.7], faces, ("floor",)),
             "wall": Mesh(wall + away + [0.0, 0.0, 1.9], faces, ("wall",))}  # fmt: skip
@@ -98,15 +98,13 @@ def _lights(draw: Draw, parameter: str) -> dict[str, Light]:
 
 
 def _path(draw: Draw, scene: Scene, parameter: str) -> str:
-    lamp, mesh = scene.lights["lamp"], draw.one(MESHES)
+    mesh = draw.one(MESHES)
     if parameter == "roughness":
         rough = [name for name in MESHES if parameters.get(scene, f"materials.{name}.roughness") > 0.0]
         return f"materials.{draw.one(rough)}.roughness" if rough else "materials.body.base_color"
     choices = {
-        "vertices": f"meshes.{mesh}.vertices", "transform": f"meshes.{mesh}.transform",
-        "light place": "lights.lamp.to_world" if isinstance(lamp, AreaLight) else "lights.lamp.position",
-        "light size": "lights.lamp.size" if isinstance(lamp, AreaLight) else "lights.lamp.radius",
-        "light direction": "lights.lamp.direction", "camera pose": "camera.to_world",
-        "color": f"materials.{mesh}.base_color", "sky rotation": "world.rotation",
+        **lamp_paths(scene.lights["lamp"]), "vertices": (f"meshes.{mesh}.vertices",),
+        "transform": (f"meshes.{mesh}.transform",), "camera pose": ("camera.to_world",),
+        "color": (f"materials.{mesh}.base_color",), "sky rotation": ("world.rotation",),
     }  # fmt: skip
-    return choices[parameter]
+    return choices[parameter][0]

@@ -127,9 +127,9 @@ def shadow(words: SceneWords) -> Term:
                    f"{words.material_names(outlines)} see them: light in sharp lobes has a fixed direction, so the "
                    "interior term does not contain its motion")
     sampled = words.computed("camera-sampled shadows")
-    if sampled is not None:
-        why.append(f"seen in sharp lobes ({words.material_names(sampled)}) by samples that start at the camera, except "
-                   "for emissive meshes and lights without size")
+    if sampled is not None and sampled.materials:
+        why.append(f"those that the camera sees by sharp lobes ({words.material_names(sampled)}): by samples that start "
+                   "at the camera, except for emissive meshes and lights without size")
     absent = _absent_lights(words)
     if absent:
         why.append(f"no shadows of {', '.join(absent)}: there are none")

@@ -90,7 +90,7 @@ constexpr BoundaryKindRow kBoundaryTable[kBoundaryKinds] = {
     {kCrossedLight, Part::kCrossedLights, kLineDirections, 0.5, 0.0625, 2, kLightIntersection},
     {kCrossedSurface, Part::kCrossedSurfaces, kLineDirections, 0.5, 0.0625, 3, kLightIntersection},
     {kTextureBorder, Part::kTextureBorders, kPictureLines, 0.27, 0.18, 1, kTextureBorder},
-    {kCameraSampledShadow, Part::kCameraSampledShadows, kWholePicture, 1.0, 0.0625, 2, kCameraSampledShadow},
+    {kCameraSampledShadow, Part::kCameraSampledShadows, kWholePicture, 0.25, 0.0625, 2, kCameraSampledShadow},
     {kContactBorder, Part::kContactBorders, kLineDirections, 1.5, 0.0625, 3, kContactBorder},
     {kCausticOutline, Part::kCausticOutlines, kLineDirections, 0.5, 0.125, 3, kCausticOutline},
     {kCausticEdge, Part::kCausticEdges, kLineDirections, 0.75, 0.125, 3, kCausticEdge},

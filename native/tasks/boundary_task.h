@@ -40,13 +40,6 @@ struct SampleRecord {
     int64_t place(int64_t number) const { return number >> shift; }
 };
 
-// Largest alpha of camera-sampled lobes, by the side to which they scatter.
-struct CameraSampledAlpha {
-    float reflected = 0.0f, transmitted = 0.0f;
-
-    constexpr bool any() const { return reflected > 0.0f || transmitted > 0.0f; }
-};
-
 // Faces that may have perfect lobes, with their cumulative areas (count + 1).
 struct MirrorFaces {
     const int32_t *face, *instance;
@@ -100,7 +93,7 @@ struct BoundaryTask {
     float* score;
     // Lobes that the camera sees belong to camera-sampled samples (kCameraSampledIndirect and
     // kCameraSampledShadow) if their alpha is at most this. Camera-sampled samples find edges in the tree.
-    CameraSampledAlpha camera_sampled;
+    float camera_sampled;
     EdgeTreeView tree;
     MirrorFaces mirrors;  // of kCausticEdge
     // Of kCausticEdge, by edge: shading continues across it, so that nothing jumps but at a silhouette.

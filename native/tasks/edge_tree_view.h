@@ -25,6 +25,7 @@ struct EdgeTreeView {
     const int32_t* top;  // numbers of the nodes from which the search starts
     int32_t top_count;
     const float* pieces;  // (count, kSegmentColumns)
+    float mass;           // sum of the weights of the edges
 };
 
 }  // namespace edgegrad

@@ -10,11 +10,11 @@
 
 namespace edgegrad {
 
-// Up to this alpha, lobes through which the camera sees edges between other surfaces are sampled from the
-// camera (boundary/terms/camera_sampled.h).
+// Up to this alpha, lobes through which the camera sees edges between other surfaces, or shadows, are sampled
+// from the camera (boundary/terms/camera_sampled.h, boundary/terms/camera_sampled_shadow.h).
 constexpr float kCameraSampledAlpha = 0.25f;
-// Of shadows (boundary/terms/camera_sampled_shadow.h) this holds for rough transmission. Reflecting lobes are
-// sampled from the camera up to this part of it: wider ones have less noise by samples that start at edges.
+// Of shadows of lights of the table, reflecting lobes are sampled from the camera up to this part of it:
+// wider ones have less noise by samples that start at edges.
 constexpr float kReflectedShadows = 0.16f;
 
 // Searches list so many edges of instances, which take some hundred megabytes.

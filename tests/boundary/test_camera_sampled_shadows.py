@@ -1,4 +1,4 @@
-"""Shadows that the camera sees in sharp lobes, by samples that start at the camera."""
+"""Shadows of the environment, and those that the camera sees in sharp lobes, by samples that start at the camera."""
 
 from __future__ import annotations
 
@@ -153,6 +153,27 @@ def test_shadows_in_sharp_lobes_agree_with_differences(what: str) -> None:
     check_in_stages(lambda first_seed: agreement(
         along(make, ["meshes.ball.vertices"]), eps=0.02, seeds=16, spp=256, reference_spp=1024, reference_seeds=32,
         thetas=16, first_seed=first_seed, max_depth=3 if what == "metal" else 4))  # fmt: skip
+
+
+@pytest.mark.parametrize("roughness", [None, 0.6])
+@pytest.mark.parametrize("image", [False, True])
+def test_a_small_view_has_all_shadows_of_the_sky(image: bool, roughness: float | None) -> None:
+    """The camera sees a small part of a wall of which a ball hides the sky. Samples from edges meet it rarely."""
+    need("native")
+
+    def make(theta: float) -> Scene:
+        scene = under_a_sky(over_gloss(metal(0.9)), image=image)
+        if roughness is not None:
+            scene.materials["wall"] = metal(roughness)
+        # A window of 0.2 m in a wall of 6 m
+        scene.camera = edgegrad.Camera(pose(turn(np.pi / 2, 0.0, 0.0), 0.9, -2.0, 1.0), 0.05, 16, 16)
+        return moved(scene, theta, "ball", SHIFT)
+
+    found = agreement(along(make, ["meshes.ball.vertices"]), eps=0.04, seeds=16, spp=32, reference_spp=512,
+                      reference_seeds=32, thetas=16, max_depth=2)  # fmt: skip
+    print(found)
+    check(found)
+    assert found.noticed(ALARM) < NOTICED
 
 
 def test_they_have_less_noise_behind_rough_glass() -> None:

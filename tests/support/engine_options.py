@@ -10,14 +10,13 @@ from edgegrad.rendering.renderer import Renderer
 
 
 def set_options(renderer: Renderer, **changes: Any) -> None:
-    """Give all derivatives of a renderer other values of some fields of `RenderOptions`."""
+    """Give all derivatives and decisions of a renderer other values of some fields of `RenderOptions`."""
     engine: Any = renderer._engine
-    for mode in ("forward", "backward"):
-        original = getattr(type(engine), mode)
+    for name in ("forward", "backward", "decide"):
+        original = getattr(type(engine), name)
 
-        def changed(
-            tables: Any, values: Any, wanted: Any, options: RenderOptions, original: Any = original, **others: Any
-        ) -> Any:
-            return original(engine, tables, values, wanted, replace(options, **changes), **others)
+        def changed(*given: Any, original: Any = original, **others: Any) -> Any:
+            changed = (replace(a, **changes) if isinstance(a, RenderOptions) else a for a in given)
+            return original(engine, *changed, **others)
 
-        setattr(engine, mode, changed)
+        setattr(engine, name, changed)

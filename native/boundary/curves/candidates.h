@@ -34,6 +34,8 @@ struct Candidates {
 
     int64_t size() const { return static_cast<int64_t>(edge.size()); }
     double mass() const { return cumulative.back(); }
+    // Whether the last entries are for receivers that the camera sees through other surfaces.
+    bool chained() const { return !cell.empty() && cell.back().chained(); }
     // The weight of each segment of an entry.
     double segment_mass(size_t i) const {
         const double mass = cumulative[i + 1] - cumulative[i];

@@ -79,8 +79,8 @@ std::vector<int32_t> top_nodes(const std::vector<LightNode>& nodes) {
 
 }  // namespace
 
-EdgeTree::EdgeTree(const SceneView& scene, const SceneTables& tables, const Candidates& edges,
-                   bool emitters) {
+EdgeTree::EdgeTree(const SceneView& scene, const SceneTables& tables, const Candidates& edges, bool emitters)
+    : mass_(static_cast<float>(edges.mass())) {
     // Make the leaves: cut each edge into segments in proportion to its weight
     std::vector<LightNode> leaves;
     for (int64_t k = 0; k < edges.size(); ++k) {

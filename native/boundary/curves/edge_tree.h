@@ -14,13 +14,14 @@ class EdgeTree {
              bool emitters = false);
 
     EdgeTreeView view() const {
-        return {nodes_.data(), top_.data(), static_cast<int32_t>(top_.size()), segments_.data()};
+        return {nodes_.data(), top_.data(), static_cast<int32_t>(top_.size()), segments_.data(), mass_};
     }
 
  private:
     std::vector<LightNode> nodes_;
     std::vector<int32_t> top_;
     std::vector<float> segments_;
+    float mass_;
 };
 
 }  // namespace edgegrad

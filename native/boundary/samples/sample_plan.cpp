@@ -135,6 +135,7 @@ BoundaryTask SamplePlan::task(int pass, int64_t first, int64_t count) {
     t.seed = options_.seed ^ (pass == 0 ? 0u : kSecondPassSeed);
     t.kind = kind_;
     t.limits = options_.limits;
+    t.camera_sampled = options_.camera_sampled_alpha;
     t.guide = pass == 0 ? nullptr : guide_.data();
     t.shares = guided_ ? total_[0] : 1;
     t.scale = scale(pass) * factor_;

@@ -82,7 +82,7 @@ EG_INLINE Vec3 followed_part(const SceneView& scene, const SurfacePoint& x, cons
 // followed lobes up to the width `followed`.
 EG_INLINE Vec3 scattered_towards(const SceneView& scene, const SurfacePoint& x, Vec3 view, Vec3 w, Int kind,
                                  Int light_kinds, Float choice, Mask without_sampled = splat(0),
-                                 const CameraSampledAlpha& camera_sampled = {}, Vec3* part = nullptr,
+                                 const CameraSampledLobes& camera_sampled = {}, Vec3* part = nullptr,
                                  Float followed = splat(0.0f)) {
     const TexturePoint point = texture_point(scene, x, view, kind);
     const Shader shader = surface_shader(scene, x, point, choice);

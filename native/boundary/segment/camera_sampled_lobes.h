@@ -3,6 +3,7 @@
 
 #include "shading/surface_shader.h"
 #include "tasks/boundary_task.h"
+#include "tasks/render_options.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -22,12 +23,18 @@ EG_INLINE Int sharp_kinds(const Shader& shader, float widest) {
 }
 
 // The camera-sampled ones of them (boundary/terms/camera_sampled.h).
-EG_INLINE Int camera_sampled_kinds(const Shader& shader, const CameraSampledAlpha& limit) {
-    if (!limit.any()) return splat(0);
-    if (limit.reflected == limit.transmitted) return sharp_kinds(shader, limit.reflected);
+struct CameraSampledLobes {
+    float widest = 0.0f;       // by alpha; 0: none
+    Mask of_table = splat(0);  // lanes with shadows of lights of the table
+};
+
+EG_INLINE Int camera_sampled_kinds(const Shader& shader, const CameraSampledLobes& lobes) {
+    if (!(lobes.widest > 0.0f)) return splat(0);
+    const Int all = sharp_kinds(shader, lobes.widest);
+    if (!any(lobes.of_table)) return all;
     constexpr int kThrough = 1 << kTransmissionRay;
-    return (sharp_kinds(shader, limit.reflected) & ~kThrough) |
-           (sharp_kinds(shader, limit.transmitted) & kThrough);
+    const Int reflected = sharp_kinds(shader, kReflectedShadows * lobes.widest) & ~kThrough;
+    return select(lobes.of_table, (all & kThrough) | reflected, all);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

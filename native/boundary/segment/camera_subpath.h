@@ -114,7 +114,7 @@ EG_INLINE void absorb(const SceneView& scene, PathPacket& p, Vec3* followed, Mas
 // contact. Sets `followed`, if not null, to the part of the throughput that perfect and followed lobes alone
 // contribute.
 EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task, PathPacket& p, Closest& hit,
-                                  Int target, const CameraSampledAlpha& camera_sampled = {},
+                                  Int target, const CameraSampledLobes& camera_sampled = {},
                                   FixedDirectionChain* fixed = nullptr, Vec3* followed = nullptr) {
     if (followed) *followed = p.throughput;
     const bool follows = followed && scene.followed_alpha > 0.0f;
@@ -160,7 +160,7 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
             walking &= pass | goes;
             Vec3 weight = next.weight;
             Int kinds = splat(kScatteredRays);
-            if (camera_sampled.any()) {
+            if (camera_sampled.widest > 0.0f) {
                 kinds = select(p.segment == 1, camera_sampled_kinds(s.shader, camera_sampled), kinds);
                 weight = s.evaluate(scene, goes, next.wi, kinds) * (1.0f / max(next.pdf, 1e-20f));
             }

@@ -188,6 +188,7 @@ struct SeenLight {
     Mask active;
     Projection view;
     Vec3 weight;                // W(x); without |n . D| where the camera sees x
+    Vec3 scattered;             // f |n_s . w|/|n . w| of the last surface, without followed lobes
     Int bounces;                // of x and of the surfaces before it, counters by kind
     FixedDirectionChain fixed;  // near contact
 };
@@ -249,7 +250,8 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
     Vec3 followed = zero3();
     Vec3 f =
         scattered_towards(scene, end, -seen.view.direction, -chain.w, kind, kinds, choice, camera_sampled,
-                          task.camera_sampled, scene.followed_alpha > 0.0f ? &followed : nullptr,
+                          {task.camera_sampled, splat(task.kind == kShadowBoundary ? -1 : 0)},
+                          scene.followed_alpha > 0.0f ? &followed : nullptr,
                           select(length == 0, light_followed, splat(scene.followed_alpha)));
     end.active &= largest_component(f) > 0.0f;
     // Count its bounce and test the bounce limits
@@ -263,6 +265,7 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
         seen.bounces = add_bounce(seen.bounces, counts, bounce_kind(end, -chain.w, f, soft, chance));
         end.active &= within_limits(task.limits, seen.bounces);
     }
+    seen.scattered = scene.followed_alpha > 0.0f ? without_followed(f, followed) : f;
     // Weight by visibility and by the picture's area
     if (any(end.active)) {
         const Vec3 through = seen_by_camera(scene, end.active, end, seen.view, task.limits.transparent);

@@ -274,14 +274,15 @@ EG_INLINE void leave_followed(const SceneView& scene, Mask seen, Vec3 followed, 
     path.active &= largest_component(path.throughput) > 0.0f;
 }
 
-// Continues such a path to x, from its first vertex by the camera-sampled lobes alone.
+// Continues such a path to x, from its first vertex by the camera-sampled lobes alone. `of_table`: lanes with
+// shadows of lights of the table.
 EG_INLINE void walk_by_sharp_lobes(const SceneView& scene, const BoundaryTask& task, const ImageTask& walks,
-                                   PicturePath& begun, BoundarySegment& s) {
+                                   Mask of_table, PicturePath& begun, BoundarySegment& s) {
     PathPacket& path = begun.path;
     if (scene.mesh_contact) begin_fixed_direction_chain(scene, path.active, begun.length, s.fixed);
     Vec3 followed;
-    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, task.camera_sampled, &s.fixed,
-                      &followed);
+    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, {task.camera_sampled, of_table},
+                      &s.fixed, &followed);
     leave_followed(scene, s.screen_form, followed, path);
 }
 
@@ -327,12 +328,12 @@ EG_OUTLINE int sample_from_camera(const SceneView& scene, const BoundaryTask& ta
     SegmentSample& p = begun.segment;
     PathPacket& path = begun.path;
     const ImageTask walks = camera_sampled_paths(task);
-    walk_by_sharp_lobes(scene, task, walks, begun, s);
+    walk_by_sharp_lobes(scene, task, walks, splat(0), begun, s);
     if (!any(path.active)) return queued;
     // Sample an edge in the lobes of x
     const ScatteringPoint x = scattering_point(scene, walks, path, path.active, begun.hit);
     const Int kinds =
-        select(s.screen_form, camera_sampled_kinds(x.shader, task.camera_sampled), splat(kScatteredRays));
+        select(s.screen_form, camera_sampled_kinds(x.shader, {task.camera_sampled}), splat(kScatteredRays));
     s.active = x.x.active & (kinds != 0);
     if (!any(s.active)) return queued;
     const CameraSampledSurface surface(scene, x, s.active, followed_in_picture(scene, s));

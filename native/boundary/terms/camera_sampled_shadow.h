@@ -1,18 +1,27 @@
-// Shadow boundary term, camera-sampled: shadows that the camera sees in sharp lobes.
+// Shadow boundary term, camera-sampled: shadows of the environment that the camera sees, and shadows that it
+// sees in sharp lobes.
 //
-// This estimates the same integral as boundary/terms/shadow.h for lights of the table with a size and for the
-// environment, over camera paths of the picture and, from their k-th vertex x, over points e of edges
+// This estimates the same integral as boundary/terms/shadow.h, for the environment and for lights of the
+// table with a size, over camera paths of the picture and, from their k-th vertex x, over points e of edges
 // (derivations, C1 and I). With r = |x - e|, w the direction from x to e, and beta the path's throughput
 //   dI = int ds beta sum over edges int du  f |n_s . w|/r^2 L(w)
 //        sigma (t x w) . (de - lambda dx - (1 - lambda) dy),
-// where y is the light along w. As in boundary/terms/camera_sampled.h, the camera's first vertex scatters by
-// its camera-sampled lobes alone. All other lobes, emissive meshes and lights without size belong to samples
-// that start at edges.
+// where y is the light along w. There are two kinds of paths:
+// - x is the camera's first vertex, and y is the environment. They are shared with samples that start at
+// edges
+//   (boundary/segment/shadow_balance.h).
+// - x is a later vertex. As in boundary/terms/camera_sampled.h, the first vertex scatters by its
+// camera-sampled
+//   lobes alone. All other lobes belong to samples that start at edges.
+// Emissive meshes and lights without size belong to samples that start at edges. So do lights of the table at
+// the first vertex: samples of a light know where its shadows fall, and directions of a lobe rarely meet a
+// small light.
 //
 // Edges are chosen near a direction to the light, or near one of x's lobes. Candidates behind which there is
 // no light have no weight.
 #pragma once
 
+#include "boundary/segment/shadow_balance.h"
 #include "boundary/segment/shadow_connection.h"
 #include "boundary/terms/camera_sampled.h"
 #include "shading/lights/environment_samples.h"
@@ -22,31 +31,37 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Candidates per sample. No candidate costs a path.
-constexpr int kShadowCandidates = 16;
+// Lanes for shadows of lights of the table; the others have those of the environment. Lanes with `both` have
+// either with the probability 1/2.
+EG_INLINE Mask choose_table(const SceneView& scene, const SegmentSample& p, Mask direct, Mask& both) {
+    const bool sized = scene.lights.sized_count + scene.lights.sized_distant > 0;
+    Float pick, unused;
+    sobol_pair(p.random.stream, p.random.sample, kPairStrategy, pick, unused);
+    both = ~direct & splat(sized && scene.has_environment ? -1 : 0);
+    return ~direct & splat(sized ? -1 : 0) & (~both | (pick < 0.5f));
+}
 
 // The light whose shadow a sample estimates.
 struct ShadowSource {
     Mask environment, table;
     Int kinds;     // of scattering at x
     Int ray_kind;  // to which lights of the table are visible
-    Float scale;   // inverse of the probability of these choices
+    Float scale;   // inverse of the probability of the choice of the kind
     Float which;   // a random number
 };
 
-// Chooses the environment or the table and, if some lights are hidden from some kinds of rays, one kind.
-EG_INLINE ShadowSource choose_source(const SceneView& scene, const SegmentSample& p, Mask active, Int kinds) {
-    Float pick, unused, which, kind;
-    sobol_pair(p.random.stream, p.random.sample, kPairStrategy, pick, unused);
+// If some lights are hidden from some kinds of rays, chooses one kind.
+EG_INLINE ShadowSource choose_kinds(const SceneView& scene, const SegmentSample& p, Mask active,
+                                    Mask of_table) {
+    Float which, kind;
     sobol_pair(p.random.stream, p.random.sample, vertex_pair(splat(kLobeVertex + 7), kVertexChoice), which,
                kind);
-    const bool sized = scene.lights.sized_count + scene.lights.sized_distant > 0;
     ShadowSource source;
-    const float environment = !sized ? 1.0f : scene.has_environment ? 0.5f : 0.0f;  // its probability
-    source.environment = active & (pick < environment);
-    source.table = active & ~source.environment;
-    source.scale = splat(environment == 0.5f ? 2.0f : 1.0f);
-    source.kinds = select(source.environment, kinds & scene.environment_mask, kinds | kOfTable);
+    source.table = active & of_table;
+    source.environment = active & ~of_table;
+    source.scale = splat(1.0f);
+    source.kinds = select(source.environment, splat(kScatteredRays & scene.environment_mask),
+                          splat(kScatteredRays | kOfTable));
     source.ray_kind = splat(static_cast<int>(kDiffuseRay));
     source.which = which;
     if (scene.lights.any_hidden && any(source.table)) {
@@ -54,8 +69,8 @@ EG_INLINE ShadowSource choose_source(const SceneView& scene, const SegmentSample
                                   select(kind < 2.0f / 3.0f, splat(static_cast<int>(kGlossyRay)),
                                          splat(static_cast<int>(kTransmissionRay))));
         source.ray_kind = select(source.table, chosen, source.ray_kind);
-        source.kinds = select(source.table, (kinds & ray_mask(chosen)) | kOfTable, source.kinds);
-        source.scale = select(source.table, source.scale * 3.0f, source.scale);
+        source.kinds = select(source.table, ray_mask(chosen) | kOfTable, source.kinds);
+        source.scale = select(source.table, splat(3.0f), source.scale);
     }
     return source;
 }
@@ -97,12 +112,13 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
     SegmentSample& p = begun.segment;
     PathPacket& path = begun.path;
     const ImageTask walks = sample_paths(task, 1, hash(task.seed ^ 0x5bd1e995u));
-    walk_by_sharp_lobes(scene, task, walks, begun, s);
+    if (!scene.has_environment) path.active &= ~s.screen_form;
+    Mask both;
+    const Mask of_table = choose_table(scene, p, s.screen_form, both);
+    walk_by_sharp_lobes(scene, task, walks, of_table, begun, s);
     if (!any(path.active)) return s;
     const ScatteringPoint x = scattering_point(scene, walks, path, path.active, begun.hit);
-    const Int sharp = camera_sampled_kinds(x.shader, task.camera_sampled);
-    const ShadowSource source =
-        choose_source(scene, p, x.x.active, select(s.screen_form, sharp, splat(kScatteredRays)));
+    const ShadowSource source = choose_kinds(scene, p, x.x.active, of_table);
     s.active = x.x.active & ((source.kinds & kScatteredRays) != 0);
     s.view = place_in_picture(scene, s.active, select(s.screen_form, x.x.position, begun.first), p.random);
     s.active &= s.view.active;
@@ -110,11 +126,7 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
     if (!any(s.active)) return s;
 
     // Sample an edge in front of the light. Scan lines have the followed lobes of the first vertex.
-    // How many are followed depends on the light; those that are for every light are left out here.
-    const Mask some = source.table & splat(scene.light_followed ? -1 : 0);
-    const CameraSampledSurface surface(
-        scene, x, s.active,
-        min(followed_in_picture(scene, s), select(some, splat(scene.least_followed), 1.0f)));
+    const CameraSampledSurface surface(scene, x, s.active, followed_in_picture(scene, s));
     const PathIndex walk = path_index(walks, path.path);
     const LobeDirection around =
         shadow_direction(scene, x, surface, s.active, source, begun.length, walk, path.vertex, p.random);
@@ -126,8 +138,8 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
                                EG_INLINE_LAMBDA { lit |= seen; });
         return lit;
     };
-    Vec3 value =
-        sample_edge_near(task, x, surface, source.kinds, around, kShadowCandidates, meets_light, p, s);
+    const Vec3 value =
+        sample_edge_near(task, x, surface, source.kinds, around, kCameraSampledCandidates, meets_light, p, s);
     if (!any(s.active)) return s;
 
     const HidingEdge edge = hide_behind(scene, p, x.x, s);
@@ -151,17 +163,6 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
         s.y.row = select(on_row, met.row, s.y.row), s.y.kind = select(on_row, met.kind, s.y.kind);
         s.distance = select(near, met.r - s.reach, s.distance);
         meet_round_light(scene, s);
-        // Leave out lobes that are followed for this light
-        const Float followed = followed_for(scene, met.active, met.row);
-        const Mask more = on_row & s.active & s.screen_form & (followed > scene.least_followed);
-        if (scene.light_followed && any(more)) {
-            const Vec3 all = surface.evaluate(more, s.towards, source.kinds);
-            const Vec3 rest =
-                CameraSampledSurface(scene, x, more, followed).evaluate(more, s.towards, source.kinds);
-            const auto part = [](Float a, Float b) { return a / max(b, 1e-30f); };
-            value = select(more, value * Vec3{part(rest.x, all.x), part(rest.y, all.y), part(rest.z, all.z)},
-                           value);
-        }
         light = select(on_row, l.radiance * (light_factor(l, s.towards, met.r) * count), light);
         blockers = select(on_row, met.blockers, blockers);
         end = select(near, s.towards * s.distance, end);
@@ -179,7 +180,19 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
     const Vec3 start = leave_surface(x.x, s.towards);
     const Vec3 seen = transmittance(scene, s.active, start, s.point - start, splat(0.99999f), rays) *
                       transmittance(scene, s.active, s.point, end, far, rays);
-    s.color = path.throughput * value * seen * light * (x.shader.scale * begun.weight * source.scale);
+    const Float scale = source.scale * select(both, splat(2.0f), 1.0f);
+    s.color = path.throughput * value * seen * light * (x.shader.scale * begun.weight * scale);
+    const Mask balanced = s.active & s.screen_form;
+    if (any(balanced)) {
+        Vec3 unused;
+        Float scattered = largest_component(surface.evaluate(balanced, s.towards, source.kinds)) *
+                          x.shader.scale / max(abs(dot(x.x.normal, s.towards)), 1e-20f);
+        if (scene.all_flags & kHasTransparency)
+            scattered = scattered * (1.0f - passing_share(x.shader, unused));
+        const Float edges =
+            share_of_edges(scene, x.x, s.view, s.towards, p.t, s.reach, scattered, task.tree.mass);
+        s.color = select(balanced, s.color * (1.0f - edges), s.color);
+    }
     color_of_jump(scene, p, edge, s);
     s.active &= ~(largest_component(s.color) == 0.0f);
     return s;

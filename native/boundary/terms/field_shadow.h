@@ -29,8 +29,12 @@ struct MetLight {
     Vec3 weight;
 
     EG_INLINE Int blockers() const { return sample.blockers; }
-    EG_INLINE Mask camera_sampled(const SceneView&, const BoundaryTask&, const BoundarySegment&) const {
+    EG_INLINE Mask camera_sampled(const BoundaryTask&, const BoundarySegment&, Mask) const {
         return splat(0);
+    }
+    EG_INLINE Float share(const SceneView&, const BoundaryTask&, const SegmentSample&, const SeenLight&,
+                          const BoundarySegment&) const {
+        return splat(1.0f);
     }
     EG_INLINE Int visible_to(const SceneView&, const BoundaryTask&) const { return sample.visible_to; }
 
@@ -105,8 +109,12 @@ struct MetEnvironment {
     Int rays;
 
     EG_INLINE Int blockers() const { return rays; }
-    EG_INLINE Mask camera_sampled(const SceneView&, const BoundaryTask&, const BoundarySegment&) const {
+    EG_INLINE Mask camera_sampled(const BoundaryTask&, const BoundarySegment&, Mask) const {
         return splat(0);
+    }
+    EG_INLINE Float share(const SceneView&, const BoundaryTask&, const SegmentSample&, const SeenLight&,
+                          const BoundarySegment&) const {
+        return splat(1.0f);
     }
     EG_INLINE Int visible_to(const SceneView& scene, const BoundaryTask&) const {
         return splat(scene.environment_mask);

@@ -271,7 +271,7 @@ EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& t
     // Follow the light to the camera
     const Int kinds = scatters ? splat(kScatteredRays) : links.visible_to;
     const SeenLight seen = see_light(scene, task, p, s.active, receiver.hit, w, length, kinds, scatters,
-                                     splat(scatters ? -1 : 0), splat(scene.followed_alpha));
+                                     splat(0), splat(scene.followed_alpha));
     s.active = seen.active;
     s.view = seen.view;
     if (scene.mesh_contact) s.fixed = seen.fixed;

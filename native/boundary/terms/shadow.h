@@ -16,6 +16,7 @@
 
 #include "boundary/samples/direct_samples.h"
 #include "boundary/segment/occluder.h"
+#include "boundary/segment/shadow_balance.h"
 #include "boundary/segment/shadow_connection.h"
 #include "boundary/segment/silhouette.h"
 #include "shading/lights/environment_samples.h"
@@ -95,13 +96,20 @@ struct LightAtEdge {
     EG_INLINE Int visible_to(const SceneView& scene, const BoundaryTask& task) const {
         return task.kind == kEnvironmentShadow ? splat(scene.environment_mask) : light.sample.visible_to;
     }
-    // Emissive faces and lights without size have samples that start at edges alone.
-    EG_INLINE Mask camera_sampled(const SceneView&, const BoundaryTask& task,
-                                  const BoundarySegment& s) const {
-        if (task.kind == kEnvironmentShadow) return splat(-1);
-        Mask sized = s.y.row >= 0;
+    // See boundary/terms/camera_sampled_shadow.h.
+    EG_INLINE Mask camera_sampled(const BoundaryTask& task, const BoundarySegment& s, Mask chained) const {
+        if (task.kind == kEnvironmentShadow) return chained;
+        Mask sized = chained & (s.y.row >= 0);
         for (int i = 0; i < W; ++i) sized[i] &= is_sized(s.y.kind[i]) ? -1 : 0;
         return sized;
+    }
+    EG_INLINE Float share(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
+                          const SeenLight& seen, const BoundarySegment& s) const {
+        const Mask balanced = s.active & s.screen_form;
+        if (task.kind != kEnvironmentShadow || !(task.tree.mass > 0.0f) || !any(balanced)) return splat(1.0f);
+        const Float weight = share_of_edges(scene, s.x, seen.view, s.towards, p.t, s.reach,
+                                            largest_component(seen.scattered), task.tree.mass);
+        return select(balanced, weight, 1.0f);
     }
     EG_INLINE void meet(const SceneView& scene, BoundarySegment& s) const { meet_round_light(scene, s); }
     // The light that arrives from y, over the density of the sample.

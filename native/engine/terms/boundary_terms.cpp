@@ -36,12 +36,15 @@ double scattered(int64_t segments, double each, double samples) {
                       1.0);
 }
 
+// Up to so many edges, shadows of the environment are sampled from the camera even if no lobe needs a tree of
+// the edges. A larger tree takes more time than the samples are worth.
+constexpr int64_t kMostTreeEdges = 16384;
+
 // Materials that may have camera-sampled lobes (boundary/segment/camera_sampled_lobes.h).
-std::vector<int32_t> camera_sampled(const SceneView& scene, const SceneTables& tables,
-                                    CameraSampledAlpha widest) {
+std::vector<int32_t> camera_sampled(const SceneView& scene, const SceneTables& tables, float reflected,
+                                    float transmitted) {
     return used_materials(tables, [&](size_t closure) {
-        const bool through = tables.closure_flags[closure] & kHasRefraction;
-        const float alpha = through ? std::max(widest.reflected, widest.transmitted) : widest.reflected;
+        const float alpha = tables.closure_flags[closure] & kHasRefraction ? transmitted : reflected;
         const bool glossy = tables.closure_flags[closure] & (kHasGlossy | kHasRefraction);
         const bool textured = scene.textures.closure_program && scene.textures.closure_program[closure] >= 0;
         return has_sharp_lobe(tables, closure, alpha) ||
@@ -61,7 +64,6 @@ class TermBuilder {
           motion_(motion),
           learned_(learned),
           decided_(decided),
-          edges_sampled_{options.camera_sampled_alpha, options.camera_sampled_alpha},
           picture_(static_cast<double>(scene.camera.width) * scene.camera.height * options.samples),
           mesh_sides_(edges.solid_side, edges.solid_side + edges.tables.visible_meshes) {
         // Samples that start at the camera look for edges in a tree, which needs all of them.
@@ -89,13 +91,11 @@ class TermBuilder {
         return learned_ ? learned_->share[kBoundaryTable[kind].term()] : 1.0;
     }
     bool chains(BoundaryKind kind) const { return kBoundaryTable[kind].chains(options_.max_depth); }
-    std::vector<int32_t> camera_sampled_materials() const {
-        return camera_sampled(scene_, edges_.tables, edges_sampled_);
-    }
-    // The lobes whose light belongs to samples that start at the camera, and is left out by those of the same
-    // part that start at edges
-    CameraSampledAlpha sampled_from_camera(BoundaryKind kind) const {
-        return kBoundaryTable[kind].term() == kShadowTerm ? shadows_sampled_ : edges_sampled_;
+    // `part`: of the widest alpha, that of lobes that reflect
+    std::vector<int32_t> camera_sampled_materials(float part = 1.0f) const {
+        const float widest = options_.camera_sampled_alpha;
+        if (!(widest > 0.0f)) return {};
+        return camera_sampled(scene_, edges_.tables, part * widest, widest);
     }
     template <typename Key, typename Search>
     FoundEdges search(Kept<Key, Candidates>& kept, const std::type_identity_t<Key>& key, const Search& find) {
@@ -105,14 +105,14 @@ class TermBuilder {
     const SharedCandidates& mirrors(bool lit);
     std::shared_ptr<const LightBeams> light_beams();
     bool has_edges(Part part, int64_t size, const EdgeCounts& counts);
-    void keep(SamplePlan plan, BoundaryTerm::Lines lines, CameraSampledAlpha camera_sampled,
-              LearnedWeights* weights);
+    void keep(SamplePlan plan, BoundaryTerm::Lines lines, LearnedWeights* weights);
     template <typename Segments>
     void add(BoundaryKind kind, const Candidates& found, const Segments& segments, double cells,
              double samples, BoundaryTerm::Lines lines = {}, double factor = 1.0);
     template <typename Tree>
-    void add_from_camera(BoundaryKind kind, const Tree& tree);
-    void add_shadows(BoundaryKind kind, const FoundEdges& found, double directions);
+    void add_from_camera(BoundaryKind kind, const Tree& tree, bool further = true);
+    void add_shadows(BoundaryKind kind, const FoundEdges& found, double directions,
+                     BoundaryTerm::Lines lines = {});
     void add_between(BoundaryKind kind, const FoundEdges& found);
     std::shared_ptr<const EdgeTree> edge_tree(const FoundEdges& found) const;
 
@@ -122,9 +122,6 @@ class TermBuilder {
     const RequestedMotion& motion_;
     LearnedSampling* const learned_;  // null: nothing is learned
     Decisions& decided_;
-    // Lobes with camera-sampled edges between surfaces, and with camera-sampled shadows
-    const CameraSampledAlpha edges_sampled_;
-    CameraSampledAlpha shadows_sampled_;
     const double picture_;  // samples of the picture
     const EdgeCache::Sides mesh_sides_;
     bool in_windows_;
@@ -132,14 +129,15 @@ class TermBuilder {
     SharedCandidates mirrors_[2];  // null: not listed yet
     std::optional<std::shared_ptr<const LightBeams>> beams_;
     std::shared_ptr<const Intersections> seen_;
+    // Of the silhouettes, if shadows of the environment are sampled from the camera, too
+    std::shared_ptr<const EdgeTree> shadow_tree_;
     BoundaryTerms terms_;
 };
 
-void TermBuilder::keep(SamplePlan plan, BoundaryTerm::Lines lines, CameraSampledAlpha camera_sampled,
-                       LearnedWeights* weights) {
+void TermBuilder::keep(SamplePlan plan, BoundaryTerm::Lines lines, LearnedWeights* weights) {
     if (plan.total(0) > 0)
         terms_.push_back(
-            std::make_unique<BoundaryTerm>(std::move(plan), std::move(lines), camera_sampled, weights,
+            std::make_unique<BoundaryTerm>(std::move(plan), std::move(lines), weights,
                                            plan.kind() == kIndirectBoundary ? light_beams() : nullptr));
 }
 
@@ -149,29 +147,27 @@ template <typename Segments>
 void TermBuilder::add(BoundaryKind kind, const Candidates& found, const Segments& segments, double cells,
                       double samples, BoundaryTerm::Lines lines, double factor) {
     if (decided_.alone()) return;
-    const BoundaryKindRow& row = kBoundaryTable[kind];
     // Each call lists other edges of instances, of which nothing can be learned.
     LearnedWeights* weights = learned_ && factor == 1.0 ? &learned_->weights[kind] : nullptr;
     const bool known = weights && weights->knows(edges_, found);
     auto sampled = known ? shared(weights->pieces(found)) : shared(segments());
-    if (weights && !known)
-        weights->begin(edges_, found, sampled->direction_cells, row.domain != kPictureLines && chains(kind),
-                       cells);
+    if (weights && !known) weights->begin(edges_, found, sampled->direction_cells, sampled->chained(), cells);
     const double share = learned_share(kind);
     RenderOptions own = options_;
     if (factor != 1.0) own.seed ^= kWindowSeed;
     keep(SamplePlan(std::move(sampled), share * samples, share * most_samples(kind), own, kind,
                     options_.two_passes && !known, static_cast<float>(factor)),
-         std::move(lines), sampled_from_camera(kind), weights);
+         std::move(lines), weights);
 }
 
-// The same for kinds whose samples start at the camera.
+// The same for kinds whose samples start at the camera. `further`: also at surfaces behind the first.
 template <typename Tree>
-void TermBuilder::add_from_camera(BoundaryKind kind, const Tree& tree) {
+void TermBuilder::add_from_camera(BoundaryKind kind, const Tree& tree, bool further) {
     if (decided_.alone()) return;
     const double samples = most_samples(kind);
-    add(kind, whole_picture(), [&] { return over_picture(kPictureSegments * samples, chains(kind)); }, 0.0,
-        samples, {nullptr, tree()});
+    add(kind, whole_picture(),
+        [&] { return over_picture(kPictureSegments * samples, further && chains(kind)); }, 0.0, samples,
+        {nullptr, tree()});
 }
 
 // Edges that are silhouettes from some point. Several parts share one search.
@@ -249,14 +245,15 @@ void TermBuilder::add_primary_edges() {
 }
 
 // Samples along edges, `directions` of them in learned cells.
-void TermBuilder::add_shadows(BoundaryKind kind, const FoundEdges& found, double directions) {
+void TermBuilder::add_shadows(BoundaryKind kind, const FoundEdges& found, double directions,
+                              BoundaryTerm::Lines lines) {
     if (!has_edges(kBoundaryTable[kind].part, found.size(), found.counts())) return;
     const double all = most_samples(kind), part = scattered(found.size(), kSamplesTowardsLight, all);
     found.each([&](const SharedCandidates& list, double of_samples, double factor) {
         const double own = of_samples * part;
         add(
             kind, *list, [&] { return over_directions(*list, own * directions, chains(kind)); },
-            learned_cells(own * all), own * all, {}, factor);
+            learned_cells(own * all), own * all, lines, factor);
     });
 }
 
@@ -267,15 +264,18 @@ std::shared_ptr<const EdgeTree> TermBuilder::edge_tree(const FoundEdges& found) 
 
 void TermBuilder::add_camera_sampled_shadows() {
     constexpr Part kPart = Part::kCameraSampledShadows;
-    const float widest = options_.camera_sampled_alpha;
-    const CameraSampledAlpha lobes{kReflectedShadows * widest, widest};
-    if (!decided_.computes(kPart) ||
-        !decided_.lists_materials(kPart, camera_sampled(scene_, edges_.tables, lobes)))
-        return;
+    if (!decided_.computes(kPart)) return;
+    auto lobes = camera_sampled_materials(scene_.has_environment ? 1.0f : kReflectedShadows);
+    const bool behind = !lobes.empty();
+    if (!behind && !scene_.has_environment) return decided_.none(kPart, Reason::kNone);
     const FoundEdges& found = silhouettes();
     if (!has_edges(kPart, found.size(), found.counts())) return;
-    shadows_sampled_ = lobes;
-    add_from_camera(kCameraSampledShadow, [&] { return edge_tree(found); });
+    // Shadows of the environment are sampled on all materials
+    const bool few = edges_.windows == 1 && found.counts().kept <= kMostTreeEdges;
+    if (!behind && !few) return decided_.none(kPart, Reason::kNone);
+    decided_[kPart].materials = std::move(lobes);
+    if (scene_.has_environment) shadow_tree_ = edge_tree(found);
+    add_from_camera(kCameraSampledShadow, [&] { return edge_tree(found); }, behind);
 }
 
 void TermBuilder::add_light_shadows() {
@@ -291,7 +291,7 @@ void TermBuilder::add_environment_shadows() {
     // Directions to an environment image are sampled by the image, not in cells.
     const double directions =
         scene_.environment_image.sampled ? 0.0 : kDirectionSegments * most_samples(kEnvironmentShadow);
-    add_shadows(kEnvironmentShadow, silhouettes(), directions);
+    add_shadows(kEnvironmentShadow, silhouettes(), directions, {nullptr, shadow_tree_});
 }
 
 void TermBuilder::add_emitter_outlines() {
@@ -349,10 +349,7 @@ void TermBuilder::add_curves() {
                     std::make_unique<WarpTerm>(std::move(plan), std::move(lines), options_, scene_.camera));
             continue;
         }
-        // Intersections of surfaces and curves on fields are not camera-sampled.
-        const bool after_a_bounce = kBoundaryTable[curve.kind].least_depth > 2;
-        keep(std::move(plan), std::move(lines), after_a_bounce ? CameraSampledAlpha{} : edges_sampled_,
-             nullptr);
+        keep(std::move(plan), std::move(lines), nullptr);
     }
 }
 
@@ -372,7 +369,6 @@ void TermBuilder::add_caustics() {
 void BoundaryTerm::run_samples(TermRun& run, int pass, int64_t first, int64_t count, DroppedSamples& lost) {
     BoundaryTask task = plan_.task(pass, first, count);
     task.dropped = &lost;
-    task.camera_sampled = camera_sampled_;
     if (lines_.tree) task.tree = lines_.tree->view();
     if (beams_) task.beams = beams_->towards_mirrors();
     const BoundaryKernels& kernels = run.kernels.boundary[task.kind];

@@ -23,15 +23,13 @@ class BoundaryTerm : public SampledTerm {
         std::shared_ptr<const EdgesAndIntersections> intersections;  // null: none
         std::shared_ptr<const EdgeTree> tree;                        // for camera-sampled samples
     };
-    // `camera_sampled`: the lobes with camera-sampled edges. `learned`: sample weights of
-    // earlier calls, which the call uses and updates; null: none. `beams`: at whose mirrors samples aim;
-    // null: at none.
-    BoundaryTerm(SamplePlan plan, Lines lines, CameraSampledAlpha camera_sampled, LearnedWeights* learned,
+    // `learned`: sample weights of earlier calls, which the call uses and updates; null: none. `beams`: at
+    // whose mirrors samples aim; null: at none.
+    BoundaryTerm(SamplePlan plan, Lines lines, LearnedWeights* learned,
                  std::shared_ptr<const LightBeams> beams = nullptr)
         : SampledTerm(kBoundaryTable[plan.kind()].term(), kBoundaryTable[plan.kind()].part),
           plan_(std::move(plan)),
           lines_(std::move(lines)),
-          camera_sampled_(camera_sampled),
           learned_(learned),
           beams_(std::move(beams)) {}
 
@@ -54,7 +52,6 @@ class BoundaryTerm : public SampledTerm {
  private:
     SamplePlan plan_;
     const Lines lines_;
-    const CameraSampledAlpha camera_sampled_;
     LearnedWeights* const learned_;
     const std::shared_ptr<const LightBeams> beams_;
 };

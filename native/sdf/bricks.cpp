@@ -21,19 +21,15 @@ class BrickFinder {
 
     // The brick from cell `first` on. Returns whether the surface may be in it.
     bool find(const int32_t (&first)[3], FieldBrick& brick) const {
-        int32_t count[3];  // of cells
-        for (int a = 0; a < 3; ++a) count[a] = std::min(kBrickCells, f_.cells(a) - first[a]);
-        if (is_empty(first, count)) return false;
-        int32_t low[3] = {kBrickCells, kBrickCells, kBrickCells}, high[3] = {0, 0, 0};
-        for (int32_t i = 0; i < count[0]; ++i)
-            for (int32_t j = 0; j < count[1]; ++j)
-                for (int32_t k = 0; k < count[2]; ++k) {
-                    const int32_t in[3] = {i, j, k}, cell[3] = {first[0] + i, first[1] + j, first[2] + k};
-                    if (is_empty_cell(cell)) continue;
-                    for (int a = 0; a < 3; ++a)
-                        low[a] = std::min(low[a], in[a]), high[a] = std::max(high[a], in[a] + 1);
-                }
-        if (high[0] == 0) return false;
+        Cells cells{{}, {}, {first[0], first[1], first[2]}, {}};
+        for (int a = 0; a < 3; ++a) cells.count[a] = std::min(kBrickCells, f_.cells(a) - first[a]);
+        find_mixed(cells);
+        int32_t low[3] = {0, 0, 0}, high[3] = {cells.count[0], cells.count[1], cells.count[2]};
+        for (int a = 0; a < 3; ++a) {
+            while (low[a] < high[a] && !reaches(cells, a, low[a])) ++low[a];
+            if (low[a] == high[a]) return false;
+            while (!reaches(cells, a, high[a] - 1)) --high[a];
+        }
         for (int a = 0; a < 3; ++a) brick.first[a] = first[a] + low[a], brick.last[a] = first[a] + high[a];
         for (int a = 0; a < 3; ++a) {
             brick.lower[a] = static_cast<float>(brick.first[a]) - (brick.first[a] > 0 ? kBrickOverlap : 0.0f);
@@ -51,14 +47,58 @@ class BrickFinder {
         return f_.values + i * step_[0] + j * step_[1] + k * step_[2];
     }
 
-    bool is_empty(const int32_t (&cell)[3], const int32_t (&count)[3]) const {
-        Extremes all;
-        for (int32_t i = 0; i < count[0] + kTaps - 1; ++i)
-            for (int32_t j = 0; j < count[1] + kTaps - 1; ++j) {
-                const float* row = at(cell[0] + i, cell[1] + j, cell[2]);
-                for (int32_t k = 0; k < count[2] + kTaps - 1; ++k) all.add(row[k]);
+    // The cells of a brick, those of a row as bits.
+    struct Cells {
+        uint32_t mixed[kBrickCells][kBrickCells];  // not proven empty: their coefficients have both signs
+        uint32_t met[kBrickCells][kBrickCells];    // the surface may be in them
+        int32_t first[3], count[3];
+    };
+
+    void find_mixed(Cells& cells) const {
+        // Bits of the coefficients that are not positive, or not negative
+        constexpr int32_t kReach = kBrickCells + kTaps - 1;
+        uint32_t rows[2][kReach][kReach];
+        int32_t count[3];  // of coefficients
+        for (int a = 0; a < 3; ++a) count[a] = cells.count[a] + kTaps - 1;
+        for (int32_t i = 0; i < count[0]; ++i)
+            for (int32_t j = 0; j < count[1]; ++j) {
+                const float* row = at(cells.first[0] + i, cells.first[1] + j, cells.first[2]);
+                uint32_t below = 0, above = 0;
+                for (int32_t k = 0; k < count[2]; ++k) {
+                    below |= static_cast<uint32_t>(row[k] <= 0.0f) << k;
+                    above |= static_cast<uint32_t>(row[k] >= 0.0f) << k;
+                }
+                rows[0][i][j] = below | below >> 1 | below >> 2 | below >> 3;
+                rows[1][i][j] = above | above >> 1 | above >> 2 | above >> 3;
             }
-        return all.low > 0.0f || all.high < 0.0f;
+        for (int32_t i = 0; i < cells.count[0]; ++i)
+            for (int32_t j = 0; j < cells.count[1]; ++j) {
+                uint32_t some[2] = {0, 0};
+                for (int side = 0; side < 2; ++side)
+                    for (int a = 0; a < kTaps; ++a)
+                        for (int b = 0; b < kTaps; ++b) some[side] |= rows[side][i + a][j + b];
+                cells.mixed[i][j] = some[0] & some[1] & ((1u << cells.count[2]) - 1u);
+            }
+    }
+
+    // Whether the surface may be in one of the cells at `place` along an axis. Most slabs have such a cell,
+    // so that few of their cells are tested.
+    bool reaches(Cells& cells, int axis, int32_t place) const {
+        int32_t from[3] = {0, 0, 0}, to[3] = {cells.count[0], cells.count[1], cells.count[2]};
+        from[axis] = place, to[axis] = place + 1;
+        for (int32_t i = from[0]; i < to[0]; ++i)
+            for (int32_t j = from[1]; j < to[1]; ++j)
+                for (int32_t k = from[2]; k < to[2]; ++k) {
+                    const uint32_t bit = 1u << k;
+                    if (cells.met[i][j] & bit) return true;
+                    if (!(cells.mixed[i][j] & bit)) continue;
+                    if (!is_empty_cell({cells.first[0] + i, cells.first[1] + j, cells.first[2] + k})) {
+                        cells.met[i][j] |= bit;
+                        return true;
+                    }
+                    cells.mixed[i][j] &= ~bit;
+                }
+        return false;
     }
 
     // Whether the polynomial of a cell has no root there. Its Bezier points are convex combinations of its
@@ -66,16 +106,13 @@ class BrickFinder {
     bool is_empty_cell(const int32_t (&cell)[3]) const {
         constexpr float kRounding = 1e-6f;
         float p[kTaps][kTaps][kTaps], largest = 0.0f;
-        Extremes taps;
         for (int i = 0; i < kTaps; ++i)
             for (int j = 0; j < kTaps; ++j)
                 for (int k = 0; k < kTaps; ++k) {
                     const float c = at(cell[0] + i, cell[1] + j, cell[2])[k];
                     p[i][j][k] = c;
-                    taps.add(c);
+                    largest = std::max(largest, std::abs(c));
                 }
-        if (taps.low > 0.0f || taps.high < 0.0f) return true;
-        largest = std::max(-taps.low, taps.high);
         for (int a = 0; a < kTaps; ++a)
             for (int b = 0; b < kTaps; ++b) to_bezier(p[0][a][b], p[1][a][b], p[2][a][b], p[3][a][b]);
         for (int a = 0; a < kTaps; ++a)

@@ -13,6 +13,7 @@
 #include "engine/workspace.h"
 #include "film/pixel_filter.h"
 #include "scene/shading_normals.h"
+#include "sdf/coefficient_blocks.h"
 #include "tasks/image_task.h"
 #include "tasks/kernel_table.h"
 
@@ -46,39 +47,15 @@ bool same_sizes(const std::vector<FieldTable>& a, const std::vector<FieldTable>&
                       });
 }
 
-// The box of the coefficients that differ from those of a field. Returns whether there are any.
-bool find_changes(const FieldTable& field, const std::vector<float>& next, Bvh::ChangedField& changed) {
-    std::copy(std::begin(field.size), std::end(field.size), changed.first);
-    size_t at = 0;
-    for (int32_t i = 0; i < field.size[0]; ++i)
-        for (int32_t j = 0; j < field.size[1]; ++j, at += static_cast<size_t>(field.size[2])) {
-            if (std::memcmp(&field.values[at], &next[at],
-                            sizeof(float) * static_cast<size_t>(field.size[2])) == 0)
-                continue;
-            // The first and the last change of the row
-            int32_t low = 0, high = field.size[2];
-            const auto same = [&](int32_t k) {
-                return field.values[at + static_cast<size_t>(k)] == next[at + static_cast<size_t>(k)];
-            };
-            while (low < high && same(low)) ++low;
-            while (low < high && same(high - 1)) --high;
-            if (low == high) continue;  // only signs of zeros
-            const int32_t first[3] = {i, j, low}, last[3] = {i + 1, j + 1, high};
-            for (int a = 0; a < 3; ++a) {
-                changed.first[a] = std::min(changed.first[a], first[a]);
-                changed.last[a] = std::max(changed.last[a], last[a]);
-            }
-        }
-    if (changed.last[0] > 0) return true;
-    std::fill_n(changed.first, 3, 0);
-    return false;
-}
-
 }  // namespace
 
 Engine::Engine(const embree::Api& api, const KernelTable& kernels, SceneTables tables, int threads)
     : api_(api), kernels_(kernels), tables_(std::move(tables)), threads_(thread_count(threads)) {
     tables_.vertices.reserve(tables_.vertices.size() + 4);  // padding, see Bvh
+    for (FieldTable& field : tables_.fields) {
+        field.values.assign(field.given, field.given + field.value_count());
+        field.given = nullptr;
+    }
     tables_.filter = inverted_filter(static_cast<PixelFilter>(tables_.filter_kind), tables_.filter_width);
     tables_.material_used = materials_of_faces(tables_);
     update_shading_normals(tables_, threads_);
@@ -134,24 +111,22 @@ void Engine::update(SceneTables next) {
     std::copy(next.vertices.begin() + hidden, next.vertices.end(), tables_.vertices.begin() + hidden);
     tables_.textures = std::move(next.textures);
     tables_.environment_map = std::move(next.environment_map);
-    const std::vector<Bvh::ChangedField> fields = place_fields(std::move(next.fields), failed);
+    const std::vector<Bvh::ChangedField> fields = place_fields(next.fields, failed);
     take_values(std::move(next));
     moved_geometry(moved, far, fields);
     settled_ = true;
 }
 
 // Takes coefficients and transforms of fields in place. Returns what has changed.
-std::vector<Bvh::ChangedField> Engine::place_fields(std::vector<FieldTable> next, bool all) {
+std::vector<Bvh::ChangedField> Engine::place_fields(const std::vector<FieldTable>& next, bool all) {
     std::vector<Bvh::ChangedField> changed;
     for (size_t k = 0; k < next.size(); ++k) {
         FieldTable& field = tables_.fields[k];
-        Bvh::ChangedField c{static_cast<int32_t>(k), {0, 0, 0}, {0, 0, 0}, false};
-        c.placed = all || !std::equal(std::begin(field.to_world), std::end(field.to_world), next[k].to_world);
-        const bool values = find_changes(field, next[k].values, c);
-        if (!values && !c.placed) continue;
-        field.values.swap(next[k].values);
-        std::copy(std::begin(next[k].to_world), std::end(next[k].to_world), field.to_world);
-        changed.push_back(c);
+        const auto& placed = next[k].to_world;
+        const bool moves = all || !std::equal(std::begin(placed), std::end(placed), field.to_world);
+        std::copy(std::begin(placed), std::end(placed), field.to_world);
+        std::vector<uint8_t> blocks = copy_changes(next[k].given, field.values.data(), field.size, threads_);
+        if (moves || !blocks.empty()) changed.push_back({static_cast<int32_t>(k), std::move(blocks), moves});
     }
     return changed;
 }

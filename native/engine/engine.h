@@ -103,7 +103,7 @@ class Engine {
     bool place_vertices(int32_t mesh, const F& coordinate);
     void moved_geometry(const std::vector<int32_t>& moved, bool far,
                         const std::vector<Bvh::ChangedField>& fields);
-    std::vector<Bvh::ChangedField> place_fields(std::vector<FieldTable> next, bool all);
+    std::vector<Bvh::ChangedField> place_fields(const std::vector<FieldTable>& next, bool all);
     void take_values(ValueTables values);
     void require_settled() const;
     const Bvh& bvh() const;

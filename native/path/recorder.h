@@ -114,8 +114,9 @@ EG_INLINE void record_light(Vertex& v, const LightSample& s, Vec3 scale) {
 }
 
 // Records the sampled direction of scattered lanes.
-EG_INLINE void record_direction(Vertex& v, Mask sampled, const BsdfSample& s) {
+EG_INLINE void record_direction(Vertex& v, Mask sampled, const BsdfSample& s, bool lambertian) {
     put(v.samples, sampled, splat(-1));
+    if (lambertian) put(v.diffuse, sampled, splat(-1));
     put(v.specular, sampled, s.specular);
     put(v.transmitted, sampled, s.transmitted);
     put(v.lobe, sampled, s.lobe);

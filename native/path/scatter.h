@@ -253,7 +253,7 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
     if constexpr (std::is_same_v<Surface, ShadedSurface>)
         if (any(index.mirrored)) v = mirrored(index.mirrored & any_sharp(surface.bsdf), v);
     BsdfSample s = surface.sample(p.active, lobe_u, u, v);
-    if (vertex) record_direction(*vertex, p.active, s);
+    if (vertex) record_direction(*vertex, p.active, s, std::is_same_v<Surface, Lambertian>);
     p.active &= s.active;
     // Add environment light along last rays from Lambertian surfaces
     const Mask last = p.active & alone & (recorded ? p.touched : splat(-1));

@@ -48,7 +48,7 @@ std::vector<FieldTable> read_fields(nb::handle t) {
     for (const nb::handle field : nb::cast<nb::tuple>(t.attr("fields"))) {
         FieldTable f{};
         const InputArray<float> values(field.attr("values"), "values", {-1, -1, -1});
-        f.values = values.copy();
+        f.given = values.data();
         for (int a = 0; a < 3; ++a) {
             if (values.shape(a) < 4)
                 throw std::invalid_argument("a field has fewer than 4 coefficients along an axis");

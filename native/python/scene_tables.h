@@ -7,7 +7,8 @@
 
 namespace edgegrad {
 
-// All tables. Raises std::invalid_argument where sizes or indices disagree.
+// All tables. Coefficients of fields are not copied: they stay in the arrays that `tables` holds. Raises
+// std::invalid_argument where sizes or indices disagree.
 SceneTables read_tables(nanobind::handle tables);
 
 // Those of materials, lights, the camera and the film, which change without a new BVH.

@@ -14,6 +14,10 @@ struct RequestedSurfaces {
     // light from such a face depends on its motion, so that vertices whose next vertex may lie on a moving
     // face are recorded as well.
     bool moving = false;
+    // A Lambertian surface that the camera sees in light of a constant environment has no derivative where
+    // the sampled direction is not occluded: nothing but motion is requested, and no value of a surface
+    // depends on its place (adjoint/vertex.h, scattered_by_lambertian).
+    bool even_light = false;
 };
 
 }  // namespace edgegrad

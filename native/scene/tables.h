@@ -15,10 +15,14 @@ namespace edgegrad {
 
 // A distance field (core/tables/fields.py).
 struct FieldTable {
-    std::vector<float> values;
+    const float* given;         // the caller's coefficients, until the engine has taken them
+    std::vector<float> values;  // the engine's
     int32_t size[3];
     double to_world[12];  // rows, from grid coordinates (sdf/field_view.h)
 
+    size_t value_count() const {
+        return static_cast<size_t>(size[0]) * static_cast<size_t>(size[1]) * static_cast<size_t>(size[2]);
+    }
     FieldView view() const { return field_view(values.data(), size, to_world); }
 };
 

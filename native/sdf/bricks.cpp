@@ -8,8 +8,7 @@
 namespace edgegrad {
 namespace {
 
-constexpr int kTaps = 4;                         // coefficients of a cell along an axis
-constexpr int kReach = kBrickCells + kTaps - 1;  // and of a brick
+constexpr int kTaps = 4;  // coefficients of a cell along an axis
 
 struct Extremes {
     float low = 3.4e38f, high = -3.4e38f;
@@ -22,19 +21,15 @@ class BrickFinder {
 
     // The brick from cell `first` on. Returns whether the surface may be in it.
     bool find(const int32_t (&first)[3], FieldBrick& brick) const {
-        int32_t count[3];  // of cells
-        for (int a = 0; a < 3; ++a) count[a] = std::min(kBrickCells, f_.cells(a) - first[a]);
-        if (is_empty(first, count)) return false;
-        int32_t low[3] = {kBrickCells, kBrickCells, kBrickCells}, high[3] = {0, 0, 0};
-        for (int32_t i = 0; i < count[0]; ++i)
-            for (int32_t j = 0; j < count[1]; ++j)
-                for (int32_t k = 0; k < count[2]; ++k) {
-                    const int32_t in[3] = {i, j, k}, cell[3] = {first[0] + i, first[1] + j, first[2] + k};
-                    if (is_empty_cell(cell)) continue;
-                    for (int a = 0; a < 3; ++a)
-                        low[a] = std::min(low[a], in[a]), high[a] = std::max(high[a], in[a] + 1);
-                }
-        if (high[0] == 0) return false;
+        Cells cells{{}, {}, {first[0], first[1], first[2]}, {}};
+        for (int a = 0; a < 3; ++a) cells.count[a] = std::min(kBrickCells, f_.cells(a) - first[a]);
+        find_mixed(cells);
+        int32_t low[3] = {0, 0, 0}, high[3] = {cells.count[0], cells.count[1], cells.count[2]};
+        for (int a = 0; a < 3; ++a) {
+            while (low[a] < high[a] && !reaches(cells, a, low[a])) ++low[a];
+            if (low[a] == high[a]) return false;
+            while (!reaches(cells, a, high[a] - 1)) --high[a];
+        }
         for (int a = 0; a < 3; ++a) brick.first[a] = first[a] + low[a], brick.last[a] = first[a] + high[a];
         for (int a = 0; a < 3; ++a) {
             brick.lower[a] = static_cast<float>(brick.first[a]) - (brick.first[a] > 0 ? kBrickOverlap : 0.0f);
@@ -52,14 +47,58 @@ class BrickFinder {
         return f_.values + i * step_[0] + j * step_[1] + k * step_[2];
     }
 
-    bool is_empty(const int32_t (&cell)[3], const int32_t (&count)[3]) const {
-        Extremes all;
-        for (int32_t i = 0; i < count[0] + kTaps - 1; ++i)
-            for (int32_t j = 0; j < count[1] + kTaps - 1; ++j) {
-                const float* row = at(cell[0] + i, cell[1] + j, cell[2]);
-                for (int32_t k = 0; k < count[2] + kTaps - 1; ++k) all.add(row[k]);
+    // The cells of a brick, those of a row as bits.
+    struct Cells {
+        uint32_t mixed[kBrickCells][kBrickCells];  // not proven empty: their coefficients have both signs
+        uint32_t met[kBrickCells][kBrickCells];    // the surface may be in them
+        int32_t first[3], count[3];
+    };
+
+    void find_mixed(Cells& cells) const {
+        // Bits of the coefficients that are not positive, or not negative
+        constexpr int32_t kReach = kBrickCells + kTaps - 1;
+        uint32_t rows[2][kReach][kReach];
+        int32_t count[3];  // of coefficients
+        for (int a = 0; a < 3; ++a) count[a] = cells.count[a] + kTaps - 1;
+        for (int32_t i = 0; i < count[0]; ++i)
+            for (int32_t j = 0; j < count[1]; ++j) {
+                const float* row = at(cells.first[0] + i, cells.first[1] + j, cells.first[2]);
+                uint32_t below = 0, above = 0;
+                for (int32_t k = 0; k < count[2]; ++k) {
+                    below |= static_cast<uint32_t>(row[k] <= 0.0f) << k;
+                    above |= static_cast<uint32_t>(row[k] >= 0.0f) << k;
+                }
+                rows[0][i][j] = below | below >> 1 | below >> 2 | below >> 3;
+                rows[1][i][j] = above | above >> 1 | above >> 2 | above >> 3;
             }
-        return all.low > 0.0f || all.high < 0.0f;
+        for (int32_t i = 0; i < cells.count[0]; ++i)
+            for (int32_t j = 0; j < cells.count[1]; ++j) {
+                uint32_t some[2] = {0, 0};
+                for (int side = 0; side < 2; ++side)
+                    for (int a = 0; a < kTaps; ++a)
+                        for (int b = 0; b < kTaps; ++b) some[side] |= rows[side][i + a][j + b];
+                cells.mixed[i][j] = some[0] & some[1] & ((1u << cells.count[2]) - 1u);
+            }
+    }
+
+    // Whether the surface may be in one of the cells at `place` along an axis. Most slabs have such a cell,
+    // so that few of their cells are tested.
+    bool reaches(Cells& cells, int axis, int32_t place) const {
+        int32_t from[3] = {0, 0, 0}, to[3] = {cells.count[0], cells.count[1], cells.count[2]};
+        from[axis] = place, to[axis] = place + 1;
+        for (int32_t i = from[0]; i < to[0]; ++i)
+            for (int32_t j = from[1]; j < to[1]; ++j)
+                for (int32_t k = from[2]; k < to[2]; ++k) {
+                    const uint32_t bit = 1u << k;
+                    if (cells.met[i][j] & bit) return true;
+                    if (!(cells.mixed[i][j] & bit)) continue;
+                    if (!is_empty_cell({cells.first[0] + i, cells.first[1] + j, cells.first[2] + k})) {
+                        cells.met[i][j] |= bit;
+                        return true;
+                    }
+                    cells.mixed[i][j] &= ~bit;
+                }
+        return false;
     }
 
     // Whether the polynomial of a cell has no root there. Its Bezier points are convex combinations of its
@@ -67,16 +106,13 @@ class BrickFinder {
     bool is_empty_cell(const int32_t (&cell)[3]) const {
         constexpr float kRounding = 1e-6f;
         float p[kTaps][kTaps][kTaps], largest = 0.0f;
-        Extremes taps;
         for (int i = 0; i < kTaps; ++i)
             for (int j = 0; j < kTaps; ++j)
                 for (int k = 0; k < kTaps; ++k) {
                     const float c = at(cell[0] + i, cell[1] + j, cell[2])[k];
                     p[i][j][k] = c;
-                    taps.add(c);
+                    largest = std::max(largest, std::abs(c));
                 }
-        if (taps.low > 0.0f || taps.high < 0.0f) return true;
-        largest = std::max(-taps.low, taps.high);
         for (int a = 0; a < kTaps; ++a)
             for (int b = 0; b < kTaps; ++b) to_bezier(p[0][a][b], p[1][a][b], p[2][a][b], p[3][a][b]);
         for (int a = 0; a < kTaps; ++a)
@@ -155,97 +191,6 @@ class BrickFinder {
     const int64_t step_[3];
 };
 
-// Extremes of the coefficients in blocks as large as bricks: one pass proves most bricks empty, which read
-// each coefficient several times. Along each axis a brick reads its own block and the first three
-// coefficients of the next.
-class CoefficientBlocks {
- public:
-    // The blocks [from, to) along each axis.
-    CoefficientBlocks(const FieldView& f, const int32_t (&from)[3], const int32_t (&to)[3], int threads);
-
-    // Whether all coefficients that the brick of a number reads have one sign, which is then proven. The
-    // brick and its next neighbours must be among the blocks as far as the field has them.
-    bool one_sign(const int32_t (&brick)[3]) const;
-
-    static int32_t count(const FieldView& f, int axis) {
-        return (f.size[axis] + kBrickCells - 1) / kBrickCells;
-    }
-
- private:
-    struct Extremes {
-        float low, high;
-    };
-    void read(const FieldView& f, int32_t block);
-
-    int32_t from_[3], size_[3];  // the first block, and the numbers of blocks
-    std::vector<Extremes> blocks_;
-};
-
-CoefficientBlocks::CoefficientBlocks(const FieldView& f, const int32_t (&from)[3], const int32_t (&to)[3],
-                                     int threads) {
-    for (int a = 0; a < 3; ++a) {
-        from_[a] = from[a];
-        size_[a] = std::max(0, std::min(to[a], count(f, a)) - from[a]);
-    }
-    blocks_.resize(static_cast<size_t>(size_[0]) * static_cast<size_t>(size_[1]) *
-                   static_cast<size_t>(size_[2]));
-    parallel_for(threads, size_[0], nullptr, [&](int, int64_t slab) { read(f, static_cast<int32_t>(slab)); });
-}
-
-// Reads a slab of blocks.
-void CoefficientBlocks::read(const FieldView& f, int32_t slab) {
-    const int64_t row = f.size[2], layer = row * f.size[1];
-    const int32_t first = kBrickCells * from_[2],
-                  width = std::min(f.size[2], kBrickCells * (from_[2] + size_[2])) - first;
-    std::vector<float> low(static_cast<size_t>(width)), high(low.size());
-    const int32_t i0 = kBrickCells * (from_[0] + slab), i1 = std::min(f.size[0], i0 + kBrickCells);
-    Extremes* out =
-        &blocks_[static_cast<size_t>(slab) * static_cast<size_t>(size_[1]) * static_cast<size_t>(size_[2])];
-    for (int32_t b = 0; b < size_[1]; ++b) {
-        const int32_t j0 = kBrickCells * (from_[1] + b), j1 = std::min(f.size[1], j0 + kBrickCells);
-        std::fill(low.begin(), low.end(), 3.4e38f);
-        std::fill(high.begin(), high.end(), -3.4e38f);
-        for (int32_t i = i0; i < i1; ++i)
-            for (int32_t j = j0; j < j1; ++j) {
-                const float* c = f.values + i * layer + j * row + first;
-                float *l = low.data(), *h = high.data();
-                for (int32_t k = 0; k < width; ++k) {
-                    l[k] = c[k] < l[k] ? c[k] : l[k];
-                    h[k] = c[k] > h[k] ? c[k] : h[k];
-                }
-            }
-        for (int32_t k = 0; k < width; k += kBrickCells) {
-            const int32_t end = std::min(width, k + kBrickCells);
-            *out++ = {*std::min_element(low.begin() + k, low.begin() + end),
-                      *std::max_element(high.begin() + k, high.begin() + end)};
-        }
-    }
-}
-
-bool CoefficientBlocks::one_sign(const int32_t (&brick)[3]) const {
-    float low = 3.4e38f, high = -3.4e38f;
-    int32_t first[3], last[3];
-    for (int a = 0; a < 3; ++a) {
-        first[a] = brick[a] - from_[a];
-        last[a] = std::min(first[a] + 1, size_[a] - 1);
-    }
-    for (int32_t i = first[0]; i <= last[0]; ++i)
-        for (int32_t j = first[1]; j <= last[1]; ++j)
-            for (int32_t k = first[2]; k <= last[2]; ++k) {
-                const Extremes& e = blocks_[(static_cast<size_t>(i) * static_cast<size_t>(size_[1]) +
-                                             static_cast<size_t>(j)) *
-                                                static_cast<size_t>(size_[2]) +
-                                            static_cast<size_t>(k)];
-                low = std::min(low, e.low), high = std::max(high, e.high);
-            }
-    return low > 0.0f || high < 0.0f;
-}
-
-// The first brick that reads a coefficient, or the one behind the last.
-int32_t first_brick(int32_t coefficient) {
-    return std::max(0, coefficient - kReach + 1 + kBrickCells - 1) / kBrickCells;
-}
-
 }  // namespace
 
 void TracedField::set_view(const FieldView& next) {
@@ -254,45 +199,43 @@ void TracedField::set_view(const FieldView& next) {
         for (int a = 0; a < 4; ++a) to_grid[c][a] = a < 3 ? view.to_grid[a][c] : 0.0;
 }
 
-void TracedField::find_bricks(const int32_t (&first)[3], const int32_t (&last)[3], int threads) {
-    int32_t from[3], to[3];
-    for (int a = 0; a < 3; ++a) {
-        const int32_t all = (view.cells(a) + kBrickCells - 1) / kBrickCells;
-        from[a] = std::min(first_brick(first[a]), all);
-        to[a] = std::clamp((last[a] - 1) / kBrickCells + 1, from[a], all);
-    }
+void TracedField::find_bricks(const std::vector<uint8_t>& changed, int threads) {
+    // The signs of whole blocks prove most bricks empty, which read each coefficient several times.
+    find_signs(view, changed, threads, signs);
+    const BlockGrid blocks(view.size);
     const BrickFinder finder(view);
-    // Most bricks are empty, by the signs of whole blocks
-    int32_t behind[3];
-    for (int a = 0; a < 3; ++a) behind[a] = to[a] + 1;
-    const CoefficientBlocks blocks(view, from, behind, threads);
     // Slabs are found at the same time, and joined in the order of the grid.
-    const int64_t slabs = to[0] - from[0];
-    std::vector<std::vector<FieldBrick>> found(static_cast<size_t>(slabs));
-    parallel_for(threads, slabs, nullptr, [&](int, int64_t slab) {
+    int32_t count[3];
+    for (int a = 0; a < 3; ++a) count[a] = (view.cells(a) + kBrickCells - 1) / kBrickCells;
+    std::vector<std::vector<FieldBrick>> found(static_cast<size_t>(count[0]));
+    parallel_for(threads, count[0], nullptr, [&](int, int64_t slab) {
+        const auto i = static_cast<int32_t>(slab);
+        std::vector<FieldBrick>& out = found[static_cast<size_t>(slab)];
+        auto before = std::partition_point(bricks.begin(), bricks.end(),
+                                           [&](const FieldBrick& b) { return b.first[0] / kBrickCells < i; });
         FieldBrick brick;
-        for (int32_t j = from[1]; j < to[1]; ++j)
-            for (int32_t k = from[2]; k < to[2]; ++k) {
-                const int32_t number[3] = {from[0] + static_cast<int32_t>(slab), j, k};
-                if (blocks.one_sign(number)) continue;
-                const int32_t cell[3] = {number[0] * kBrickCells, j * kBrickCells, k * kBrickCells};
-                if (finder.find(cell, brick)) found[static_cast<size_t>(slab)].push_back(brick);
+        for (int32_t j = 0; j < count[1]; ++j)
+            for (int32_t k = 0; k < count[2]; ++k) {
+                const int32_t first[3] = {i * kBrickCells, j * kBrickCells, k * kBrickCells};
+                const bool known = before != bricks.end() && before->is_from(first);
+                // Along each axis a brick reads its own block and the first three coefficients of the next.
+                uint8_t all = kPositiveBlock | kNegativeBlock, any = changed.empty();
+                for (int32_t corner = 0; corner < 8; ++corner) {
+                    const size_t block = blocks.number(std::min(i + (corner >> 2), blocks.size[0] - 1),
+                                                       std::min(j + (corner >> 1 & 1), blocks.size[1] - 1),
+                                                       std::min(k + (corner & 1), blocks.size[2] - 1));
+                    all &= signs[block];
+                    if (!any) any = changed[block];
+                }
+                if (all == 0) {
+                    if (!any && known) out.push_back(*before);
+                    if (any && finder.find(first, brick)) out.push_back(brick);
+                }
+                before += known;
             }
     });
-    const auto place = [](const FieldBrick& b, int a) { return b.first[a] / kBrickCells; };
-    std::vector<FieldBrick> all;
-    for (const FieldBrick& b : bricks) {
-        bool kept = false;
-        for (int a = 0; a < 3; ++a) kept = kept || place(b, a) < from[a] || place(b, a) >= to[a];
-        if (kept) all.push_back(b);
-    }
-    for (const auto& slab : found) all.insert(all.end(), slab.begin(), slab.end());
-    std::sort(all.begin(), all.end(), [&](const FieldBrick& a, const FieldBrick& b) {
-        for (int c = 0; c < 3; ++c)
-            if (place(a, c) != place(b, c)) return place(a, c) < place(b, c);
-        return false;
-    });
-    bricks = std::move(all);
+    bricks.clear();
+    for (const auto& slab : found) bricks.insert(bricks.end(), slab.begin(), slab.end());
 }
 
 void TracedField::bounds(size_t brick, embree::Bounds& box) const {

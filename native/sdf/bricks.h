@@ -4,12 +4,10 @@
 #include <vector>
 
 #include "embree/api.h"
-#include "sdf/field_view.h"
+#include "sdf/coefficient_blocks.h"
 
 namespace edgegrad {
 
-// Cells of a brick along each axis. Larger bricks cost more steps along a ray, smaller ones more primitives.
-constexpr int32_t kBrickCells = 8;
 // Neighbouring bricks overlap by this many cells, so that rounding loses no crossing between two of them.
 constexpr float kBrickOverlap = 1.0f / 256.0f;
 
@@ -26,6 +24,12 @@ struct alignas(64) FieldBrick {
     int32_t first[3], last[3];
     // Bounds of the second derivatives xx, yy, zz, yz, xz, xy: extremes of differences of the coefficients.
     float low[6], high[6];
+
+    // Whether it consists of cells from `cell` on.
+    bool is_from(const int32_t (&cell)[3]) const {
+        const auto same = [&](int a) { return first[a] / kBrickCells == cell[a] / kBrickCells; };
+        return same(0) && same(1) && same(2);
+    }
 };
 
 // A field with its bricks, in the order of the grid: what callbacks of Embree read.
@@ -33,12 +37,12 @@ struct TracedField {
     FieldView view;
     double to_grid[4][4];  // columns of the view's map, with a fourth row of zeros
     std::vector<FieldBrick> bricks;
+    std::vector<uint8_t> signs;  // of the blocks of coefficients (sdf/coefficient_blocks.h)
 
     void set_view(const FieldView& next);
 
-    // Finds the bricks again of which a coefficient in [first, last) has changed.
-    void find_bricks(const int32_t (&first)[3], const int32_t (&last)[3], int threads);
-    void find_bricks(int threads) { find_bricks({0, 0, 0}, view.size, threads); }
+    // Finds the bricks again of which a block of coefficients has changed (empty: all).
+    void find_bricks(const std::vector<uint8_t>& changed, int threads);
     // A box around a brick in the world.
     void bounds(size_t brick, embree::Bounds& box) const;
 };

@@ -60,6 +60,7 @@ struct alignas(64) VertexPacket {
     // The next ray, whose light is multiplied by f |cos| * next_scale (for perfect lobes by their value
     // instead of f |cos|).
     Ints samples;    // -1: a direction was sampled, even if no ray was traced along it
+    Ints diffuse;    // -1: of a Lambertian surface
     Ints continues;  // -1: light may arrive along it
     Ints specular, transmitted, lobe;
     Ints rim;      // -1: the ray and the light sample are on the rim of the transmission lobe (path/rim.h)

@@ -7,9 +7,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from edgegrad import Material, Scene
+from edgegrad import Material, PointLight, Scene, World
+from edgegrad import expression as e
 from edgegrad.rendering.renderer import Renderer
 from tests.support import small_scenes
+from tests.support.fields.splines import sampled, torus
 
 
 @pytest.mark.parametrize("veils", [0, 3])
@@ -89,3 +91,43 @@ def test_paths_that_meet_nothing_that_moves_add_nothing(case: str, mesh: str, ma
     rest = {name: np.zeros(np.shape(scene.meshes[name.split(".")[1]].vertices)) for name in everything}
     np.testing.assert_allclose(renderer.render_forward(motion, **options),
                                renderer.render_forward({**rest, **motion}, **options), rtol=1e-4, atol=1e-5)
+
+
+def torus_over_floor(*lights: PointLight) -> Scene:
+    """A field in a constant environment: part of its light is hidden by itself and by the floor."""
+    floor = small_scenes.rectangle((0, 0, -0.4), (2, 0, 0), (0, 2, 0), "floor")
+    return Scene(small_scenes.camera((0.3, -1.6, 1.8), (0, 0, 0), 24, 0.8, up=(0, 0, 1)), {"floor": floor},
+                 {"clay": small_scenes.matte(0.7, 0.6, 0.5), "floor": small_scenes.matte()},
+                 {f"lamp {k}": light for k, light in enumerate(lights)}, World(np.ones(3)),
+                 fields={"body": sampled(torus, 20)})
+
+
+def painted(scene: Scene) -> Scene:
+    """The same with a colour that depends on the place."""
+    color = e.VectorMath("MULTIPLY_ADD", e.Coordinates("POSITION"), (0.3, -0.2, 0.1), (0.5, 0.5, 0.5))
+    scene.materials["clay"] = Material(textures={"base_color": color})
+    return scene
+
+
+EVEN: dict[str, tuple[str, Callable[[], Scene]]] = {
+    "field": ("fields.body.values", torus_over_floor),
+    "lit field": ("fields.body.values", lambda: torus_over_floor(PointLight(np.array([0.5, 0.5, 2.0]), 60.0))),
+    "painted field": ("fields.body.values", lambda: painted(torus_over_floor())),
+    "lit box": ("meshes.box.vertices", small_scenes.floating_box),
+}
+
+
+@pytest.mark.parametrize("max_depth", [2, 3, 6])
+@pytest.mark.parametrize("case", EVEN)
+def test_paths_in_even_light_add_nothing(case: str, max_depth: int) -> None:
+    """The gradient of a body in a constant environment equals that beside the camera's, where all paths are swept."""
+    small_scenes.need("native")
+    path, make = EVEN[case]
+    renderer = Renderer(make(), threads=1)
+    camera = renderer.scene.camera
+    adjoint = np.random.default_rng(5).normal(size=(camera.height, camera.width, 3))
+    options = {"spp": 16, "max_depth": max_depth, "seed": 3, "terms": ("interior",)}
+    alone, among = (renderer.render_backward(adjoint, wrt, **options)[path]
+                    for wrt in ([path], [path, "camera.to_world"]))
+    assert np.any(among)
+    np.testing.assert_allclose(alone, among, rtol=2e-5, atol=1e-5 * np.abs(among).max())

@@ -281,6 +281,10 @@ RequestedSurfaces requested_surfaces(const SceneView& scene, const SceneTables& 
     // Light that passes through a surface is scattered by the vertex before it.
     if (out.moving && !out.everywhere)
         out.everywhere = (scene.all_flags & kHasTransparency) || moving_meshes_glow(scene, tables, requested);
+    out.even_light = out.moving && !out.everywhere && out.first_closure == out.last_closure &&
+                     scene.has_environment && !scene.environment_image.pixels &&
+                     !scene.textures.closure_program && !scene.textures.closure_weight_program &&
+                     !(scene.all_flags & (kHasNormalMap | kHasAbsorption));
     return out;
 }
 

@@ -113,7 +113,7 @@ embree::Geometry Bvh::new_mesh(const SceneTables& tables, int32_t mesh) {
 embree::Geometry Bvh::new_field(const SceneTables& tables, size_t field) {
     TracedField& f = fields_[field];
     f.set_view(tables.fields[field].view());
-    f.find_bricks(threads_);
+    f.find_bricks({}, threads_);
     embree::Geometry g = api_.new_geometry(device_, embree::kUser);
     geometries_.push_back(g);
     api_.set_primitive_count(g, static_cast<unsigned>(f.bricks.size()));
@@ -130,7 +130,7 @@ void Bvh::find_bricks(const SceneTables& tables, const ChangedField& changed) {
     TracedField& f = fields_[static_cast<size_t>(changed.field)];
     f.set_view(tables.fields[static_cast<size_t>(changed.field)].view());
     const size_t before = f.bricks.size();
-    if (changed.last[0] > 0) f.find_bricks(changed.first, changed.last, threads_);
+    if (!changed.blocks.empty()) f.find_bricks(changed.blocks, threads_);
     const embree::Geometry g = geometries_[static_cast<size_t>(tables.first_field() + changed.field)];
     const bool refit = f.bricks.size() == before && !changed.placed;
     api_.set_geometry_quality(g, refit ? embree::kRefit : embree::kMedium);

@@ -15,10 +15,11 @@ class Bvh {
     Bvh(const Bvh&) = delete;
     Bvh& operator=(const Bvh&) = delete;
 
-    // A change of a field in place: coefficients in [first, last), or its transform.
+    // A change of a field in place: of blocks of its coefficients (sdf/coefficient_blocks.h; empty: of none),
+    // or of its transform.
     struct ChangedField {
         int32_t field;
-        int32_t first[3], last[3];
+        std::vector<uint8_t> blocks;
         bool placed;
     };
     // Updates the BVH after vertices of these meshes have moved in place, and fields have changed. `far`: too

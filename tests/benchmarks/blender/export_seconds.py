@@ -1,6 +1,6 @@
 """CPU seconds of exports from Blender of a grid of a million triangles.
 
-    python -m tests.addon.export_seconds
+    python -m tests.benchmarks.blender.export_seconds
 
 The same grid flat, smooth with a picture, with a normal map, which needs tangents, and this with sharp edges.
 """

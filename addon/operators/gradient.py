@@ -98,6 +98,8 @@ class GradientColors(InBackground, bpy.types.Operator):
 
     def finish(self, context: Any, job: Job) -> set[str]:
         scales = [f"{paint(found):.3g} per area on '{found.object}'" for found in job.result]
+        if isinstance(context.space_data, bpy.types.SpaceView3D):
+            context.space_data.shading.color_type = "VERTEX"  # of the mode Solid, where colors are not seen else
         said = f"the gradient is in the color attribute '{ATTRIBUTE}'; full red is {', '.join(scales)}"
         return _common.done(self, said)
 

@@ -9,6 +9,7 @@ from typing import Any
 
 # Mean width of a character, and width of the margins and an icon of a panel; pixels at scale 1.
 CHARACTER, MARGINS = 6.6, 52
+FIXED_SPACE = "\N{NO-BREAK SPACE}"
 
 
 def wrapped(context: Any, layout: Any, sentence: str, icon: str = "NONE", alert: bool = False) -> None:
@@ -24,8 +25,12 @@ def wrapped(context: Any, layout: Any, sentence: str, icon: str = "NONE", alert:
 
 @functools.lru_cache(maxsize=1024)
 def lines(sentence: str, width: int) -> tuple[str, ...]:
-    """Return the lines of a sentence, of as many characters at most, as Blender spells it."""
-    return tuple(textwrap.wrap(spelt(sentence), width))
+    """Return the lines of a sentence, of as many characters at most, as Blender spells it.
+
+    Numbers stay beside their units, and the numbers of a size together.
+    """
+    whole = re.sub(r"(?<=\d) (?=(s|min|h)\b|× \d)|(?<=×) (?=\d)", FIXED_SPACE, spelt(sentence))
+    return tuple(line.replace(FIXED_SPACE, " ") for line in textwrap.wrap(whole, width))
 
 
 def spelt(sentence: str) -> str:

@@ -14,6 +14,9 @@ from .scene import Scene
 
 F64 = NDArray[np.float64]
 
+# Rows that are computed together, so that intermediate results stay in the processor's cache.
+_AT_ONCE = 1 << 13
+
 
 def places(mesh: Mesh) -> F64:
     """(k, 3, 4) rows of the affine maps from the mesh's own space to the world, one for each time it is drawn."""
@@ -159,10 +162,13 @@ def is_tangent(name: str, values: NDArray[np.float32]) -> bool:
 
 def placed_tangents(place: F64, values: NDArray[np.float32]) -> NDArray[np.float32]:
     """(k m, 3, 4) tangents and signs (m, 3, 4) of all copies: turned as normals are, their lengths kept."""
-    tangent = values[..., :3].astype(np.float64)
-    turned = (tangent.reshape(-1, 3) @ cofactors(place).transpose(0, 2, 1)).reshape(len(place), *tangent.shape)
-    squared, wanted = (np.einsum("...k,...k->...", v, v) for v in (turned, tangent))
-    out = np.empty((*turned.shape[:3], 4), np.float32)
-    out[..., :3] = turned * np.sqrt(wanted / np.where(squared > 0.0, squared, 1.0))[..., None]
-    out[..., 3] = np.where(mirrored(place), -1.0, 1.0)[:, None, None] * values[..., 3]
+    rows = values.reshape(-1, 4)
+    out = np.empty((len(place), *rows.shape), np.float32)
+    for copy, turn, hand in zip(out, cofactors(place), np.where(mirrored(place), -1.0, 1.0), strict=True):
+        copy[:, 3] = hand * rows[:, 3]
+        for at in range(0, len(rows), _AT_ONCE):  # by columns: numpy is slow along short axes
+            tangent = rows[at:at + _AT_ONCE, :3].T.astype(np.float64, order="C")
+            turned = turn @ tangent
+            wanted, squared = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2] for v in (tangent, turned))
+            copy[at:at + _AT_ONCE, :3] = (turned * np.sqrt(wanted / np.where(squared > 0.0, squared, 1.0))).T
     return out.reshape(-1, 3, 4)

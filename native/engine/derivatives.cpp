@@ -3,7 +3,7 @@
 #include <atomic>
 
 #include "engine/derivative_call.h"
-#include "scene/shading_normals.h"
+#include "scene/corners/shading_normals.h"
 #include "tasks/splats.h"
 
 namespace edgegrad {

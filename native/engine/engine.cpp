@@ -12,7 +12,7 @@
 #include "engine/image_tasks.h"
 #include "engine/workspace.h"
 #include "film/pixel_filter.h"
-#include "scene/shading_normals.h"
+#include "scene/corners/shading_normals.h"
 #include "sdf/coefficient_blocks.h"
 #include "tasks/image_task.h"
 #include "tasks/kernel_table.h"

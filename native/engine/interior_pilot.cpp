@@ -15,7 +15,7 @@
 
 #include "engine/derivative_call.h"
 #include "engine/sample_distribution.h"
-#include "scene/shading_normals.h"
+#include "scene/corners/shading_normals.h"
 #include "tasks/adjoint_task.h"
 #include "tasks/dropped_samples.h"
 #include "tasks/image_task.h"

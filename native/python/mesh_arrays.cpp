@@ -1,28 +1,46 @@
 #include "python/mesh_arrays.h"
 
+#include <algorithm>
 #include <bit>
 #include <limits>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 #include "python/call.h"
 #include "python/numpy_arrays.h"
-#include "scene/shading_normals.h"
+#include "scene/corners/corner_tangents.h"
+#include "scene/corners/shading_normals.h"
 
 namespace nb = nanobind;
 
 namespace edgegrad {
+
+namespace {
+
+void check_corners(const InputArray<int32_t>& faces, const InputArray<int32_t>& smoothing, size_t vertices,
+                   int64_t normals) {
+    for (size_t k = 0; k < faces.size(); ++k) {
+        if (faces.data()[k] < 0 || static_cast<size_t>(faces.data()[k]) >= vertices)
+            throw std::invalid_argument("the array 'faces' names a vertex that is not there");
+        if (smoothing.data()[k] < -1 || smoothing.data()[k] >= normals)
+            throw std::invalid_argument("the array 'smoothing' names a normal that is not there");
+    }
+}
+
+// Multiplied by 2^64 divided by the golden ratio, since zero and other small keys are allowed.
+size_t cell_of(uint64_t key, int log_cells) {
+    return static_cast<size_t>(key * 0x9E3779B97F4A7C15u >> (64 - log_cells));
+}
+
+}  // namespace
 
 nb::object angle_weighted_normals(nb::handle vertices, nb::handle faces, nb::handle smoothing,
                                   int64_t count) {
     const InputArray<double> points(vertices, "vertices", {-1, 3});
     const InputArray<int32_t> corners(faces, "faces", {-1, 3});
     const InputArray<int32_t> groups(smoothing, "smoothing", {static_cast<int64_t>(corners.shape(0)), 3});
-    for (size_t k = 0; k < corners.size(); ++k) {
-        if (corners.data()[k] < 0 || static_cast<size_t>(corners.data()[k]) >= points.shape(0))
-            throw std::invalid_argument("the array 'faces' names a vertex that is not there");
-        if (groups.data()[k] < -1 || groups.data()[k] >= count)
-            throw std::invalid_argument("the array 'smoothing' names a normal that is not there");
-    }
+    check_corners(corners, groups, points.shape(0), count);
     std::vector<double> normals;
     {
         const WithoutInterpreter without;
@@ -30,6 +48,27 @@ nb::object angle_weighted_normals(nb::handle vertices, nb::handle faces, nb::han
                                          static_cast<size_t>(count));
     }
     return to_numpy(normals, {static_cast<size_t>(count), 3});
+}
+
+nb::object corner_tangents(nb::handle vertices, nb::handle faces, nb::handle uv, nb::handle smoothing,
+                           nb::handle normals, bool around, int threads) {
+    const InputArray<float> points(vertices, "vertices", {-1, 3});
+    const InputArray<int32_t> corners(faces, "faces", {-1, 3});
+    const int64_t count = static_cast<int64_t>(corners.shape(0));
+    const InputArray<float> mapped(uv, "uv", {count, 3, 2});
+    const InputArray<int32_t> groups(smoothing, "smoothing", {count, 3});
+    const InputArray<float> smooth(normals, "normals", {-1, 3});
+    check_corners(corners, groups, points.shape(0), static_cast<int64_t>(smooth.shape(0)));
+    if (corners.size() > static_cast<size_t>(std::numeric_limits<int32_t>::max()))
+        throw std::invalid_argument("the array 'faces' is too long");
+    const OutputArray<float> tangents({corners.shape(0), 3, 4});
+    {
+        const WithoutInterpreter without;
+        corner_tangents({points.data(), corners.data(), mapped.data(), groups.data(), smooth.data(),
+                         points.shape(0), corners.shape(0), around},
+                        thread_count(threads), tangents.data());
+    }
+    return tangents.array();
 }
 
 // A hash table with open addressing: each slot holds the number of a key, whose value is that of its first
@@ -47,8 +86,7 @@ nb::tuple number_equal_keys(nb::handle keys) {
         std::vector<int32_t> slots(size_t{1} << log_slots, -1);
         for (size_t k = 0; k < n; ++k) {
             const uint64_t key = given.data()[k];
-            // Multiplied by 2^64 divided by the golden ratio, since zero and other small keys are allowed.
-            size_t at = static_cast<size_t>(key * 0x9E3779B97F4A7C15u >> (64 - log_slots));
+            size_t at = cell_of(key, log_slots);
             while (slots[at] >= 0 && given.data()[first[static_cast<size_t>(slots[at])]] != key)
                 at = (at + 1) & (slots.size() - 1);
             if (slots[at] < 0) {
@@ -59,6 +97,36 @@ nb::tuple number_equal_keys(nb::handle keys) {
         }
     }
     return nb::make_tuple(numbers.array(), to_numpy(first, {first.size()}));
+}
+
+// Two bits for each of 8 to 16 cells per key stay in the cache: whether one key is in the cell, and whether
+// another one is. Only the few keys of cells with several are sorted.
+nb::object repeated_keys(nb::handle keys) {
+    const InputArray<uint64_t> given(keys, "keys", {-1});
+    const size_t n = given.size();
+    std::vector<int64_t> repeated;
+    {
+        const WithoutInterpreter without;
+        const int log_cells = std::bit_width(8 * n + 64);
+        std::vector<uint64_t> one(size_t{1} << (log_cells - 6)), several(one.size());
+        for (size_t k = 0; k < n; ++k) {
+            const size_t cell = cell_of(given.data()[k], log_cells);
+            const uint64_t bit = uint64_t{1} << (cell % 64);
+            several[cell / 64] |= one[cell / 64] & bit;
+            one[cell / 64] |= bit;
+        }
+        std::vector<std::pair<uint64_t, int64_t>> few;
+        for (size_t k = 0; k < n; ++k) {
+            const size_t cell = cell_of(given.data()[k], log_cells);
+            if (given.data()[k] != 0 && (several[cell / 64] >> (cell % 64) & 1) != 0)
+                few.emplace_back(given.data()[k], static_cast<int64_t>(k));
+        }
+        std::sort(few.begin(), few.end());
+        const auto equal = [&](size_t a, size_t b) { return b < few.size() && few[a].first == few[b].first; };
+        for (size_t k = 0; k < few.size(); ++k)
+            if (equal(k, k + 1) || equal(k, k - 1)) repeated.push_back(few[k].second);
+    }
+    return to_numpy(repeated, {repeated.size()});
 }
 
 }  // namespace edgegrad

@@ -307,8 +307,13 @@ NB_MODULE(_native, m) {
     edgegrad::bind_learned_sampling(m);
     m.def("angle_weighted_normals", &edgegrad::angle_weighted_normals, "vertices"_a, "faces"_a, "smoothing"_a,
           "count"_a, "Shading normals of a mesh that has none of its own (native/python/mesh_arrays.h).");
+    m.def("corner_tangents", &edgegrad::corner_tangents, "vertices"_a, "faces"_a, "uv"_a, "smoothing"_a,
+          "normals"_a, "around"_a, "threads"_a,
+          "Tangents of a mesh's corners for normal maps (native/python/mesh_arrays.h).");
     m.def("number_equal_keys", &edgegrad::number_equal_keys, "keys"_a,
           "Equal numbers for equal keys (native/python/mesh_arrays.h).");
+    m.def("repeated_keys", &edgegrad::repeated_keys, "keys"_a,
+          "Which keys are there twice (native/python/mesh_arrays.h).");
     m.def("crossing_face_pairs", &edgegrad::crossing_face_pairs, "vertices"_a, "faces"_a, "threads"_a,
           "Pairs of faces of one mesh that pass through each other (native/python/crossings.h).");
     m.def("field_warps", &edgegrad::field_warps, "values"_a, "to_world"_a, "rays"_a, "depth"_a, "across"_a,

@@ -38,7 +38,7 @@ struct GeometryTables {
     std::vector<int32_t> corner_normal, mesh_first_normal;
     std::vector<uint8_t> mesh_custom;
     std::vector<float> custom_normals;
-    std::vector<float> normals;  // all shading normals (scene/shading_normals.h)
+    std::vector<float> normals;  // all shading normals (scene/corners/shading_normals.h)
     std::vector<int32_t> instance_mesh;
     std::vector<float> instance_to_world;
     std::vector<uint32_t> edge_vertices, edge_face_first, edge_faces, edge_opposite;

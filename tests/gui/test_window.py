@@ -86,6 +86,7 @@ def test_derivatives_are_shown(run: Any) -> None:
     found, log = run("looks")
     assert "Edgegrad Gradient" in found["gradient"] and "agrees" in found["check"] and found["plan lines"] > 5
     assert len(found["colors"]) == 8 and len({tuple(color) for color in found["colors"]}) > 1
+    assert found["shown"] == "VERTEX"
     assert all(found[f"{name} refuses"] for name in ("gradient", "check", "plan", "gradient_colors"))
     assert "Traceback" not in log
 

@@ -27,6 +27,44 @@ def test_weights_by_angles_do_not_depend_on_the_triangulation(swapped: bool) -> 
         _native.angle_weighted_normals(vertices, faces, faces, 7)
 
 
+def test_tangents_of_a_map_that_closes() -> None:
+    """Around a prism, u runs from 0 to 1, and from the last side back to the first one."""
+    sides = 6
+    angle = 2.0 * np.pi * np.arange(sides) / sides
+    ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    vertices = np.concatenate([np.insert(ring, 2, z, axis=1) for z in (0.0, 1.0)]).astype(np.float32)
+    k, after = np.arange(sides), (np.arange(sides) + 1) % sides
+    faces = np.concatenate([np.stack([k, after, after + sides], 1), np.stack([k, after + sides, k + sides], 1)])
+    uv = np.stack([angle / (2.0 * np.pi), np.zeros(sides)], axis=1)
+    uv = np.concatenate([uv, uv + (0.0, 1.0)])[faces].astype(np.float32)
+    smoothing = np.full((2 * sides, 3), -1, np.int32)
+    flat = np.empty((0, 3), np.float32)
+    found = _native.corner_tangents(vertices, faces.astype(np.int32), uv, smoothing, flat, True, 2)
+    along = vertices[after] - vertices[k]
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    assert np.allclose(found[..., :3], np.tile(along, (2, 1))[:, None], rtol=0.0, atol=1e-6)
+    assert (found[..., 3] == 1.0).all()
+    with pytest.raises(ValueError, match="'uv' has the wrong shape"):
+        _native.corner_tangents(vertices, faces.astype(np.int32), uv[1:], smoothing, flat, True, 2)
+
+
+def test_smooth_corners_share_a_tangent_of_any_number_of_threads() -> None:
+    """Corners share one if vertex, normal, UV coordinate and sign agree: many meshes' worth of faces."""
+    n = 130  # more faces than a thread takes at once
+    x, y = np.meshgrid(np.linspace(0.0, 1.0, n), np.linspace(0.0, 1.0, n), indexing="ij")
+    vertices = np.stack([x, y, 0.1 * np.sin(9.0 * x) * np.cos(7.0 * y)], axis=-1).reshape(-1, 3).astype(np.float32)
+    quads = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).reshape(-1, 1) + (0, n, n + 1, 1)
+    faces = np.ascontiguousarray(np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]), np.int32)
+    normals = _native.angle_weighted_normals(vertices.astype(float), faces, faces, len(vertices)).astype(np.float32)
+    uv = vertices[faces][..., :2].copy()
+    one, two = (_native.corner_tangents(vertices, faces, uv, faces, normals, False, k) for k in (1, 2))
+    assert np.array_equal(one, two)
+    assert np.abs(np.einsum("fck,fck->fc", one[..., :3], normals[faces])).max() < 1e-6
+    of_vertex = np.empty((len(vertices), 3), np.float32)
+    of_vertex[faces] = one[..., :3]
+    assert np.array_equal(of_vertex[faces], one[..., :3])
+
+
 @pytest.mark.parametrize("most", [3, 1000, 1 << 63])
 def test_equal_keys_have_equal_numbers(most: int) -> None:
     keys = np.random.default_rng(0).integers(0, most, 5000, np.uint64)
@@ -36,3 +74,13 @@ def test_equal_keys_have_equal_numbers(most: int) -> None:
     assert (np.diff(first) > 0).all()
     number, first = _native.number_equal_keys(keys[:0])
     assert not len(number) and not len(first)
+
+
+@pytest.mark.parametrize("most", [3, 1000, 1 << 63])
+def test_repeated_keys_are_found(most: int) -> None:
+    keys = np.random.default_rng(0).integers(0, most, 5000, np.uint64)
+    keys[4000:] = keys[:1000]
+    _, number, count = np.unique(keys, return_inverse=True, return_counts=True)
+    expected = np.flatnonzero((count[number] > 1) & (keys > 0))
+    assert np.array_equal(np.sort(_native.repeated_keys(keys)), expected)
+    assert not len(_native.repeated_keys(keys[:0]))

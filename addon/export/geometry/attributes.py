@@ -19,7 +19,7 @@ from .hashes import WORD, name_hash
 from .instancers import InstancerValues
 from .layers import layer_values, property_of
 from .mesh import MeshArrays
-from .normals import bits, shading_normals
+from .normals import shading_normals
 from .particles import output
 from .pointiness import pointiness
 
@@ -51,7 +51,6 @@ NO_UV = "(none)"  # no mesh has this map, so tangents are computed around the Z 
 # Tangents around the other axes of the object.
 RADIAL = {"X": "(around X)", "Y": "(around Y)"}
 POINT_RADIUS, RANDOM_POINT = "(point radius)", "(point random)"
-CHUNK = 1 << 14  # triangles that are looked at together: what is computed on the way stays in the cache
 
 # Values of one object or instance: instances that share a mesh have their own.
 OF_OBJECT = (RANDOM, INDEX, COLOR, LOCATION, SCALE, SIDE, *AXES, *INVERSE_ROWS)
@@ -131,15 +130,15 @@ def _read(mesh: Any, arrays: MeshArrays, name: str, of: ObjectValues) -> Any:
             return None
         return np.broadcast_to(np.array(value, np.float32), (*arrays.faces.shape, len(value)))
     if name == GENERATED:
-        return _generated(mesh)[arrays.faces]
+        return _generated(mesh).take(arrays.faces, axis=0)
     if name in (OBJECT, BEFORE):
-        return arrays.positions[arrays.faces]
+        return arrays.positions.take(arrays.faces, axis=0)
     if name == OBJECT_NORMAL:
         return shading_normals(arrays.positions, arrays.faces, arrays.smoothing, arrays.normals)
     if name == POINTINESS:
-        return pointiness(mesh)[arrays.faces]
+        return pointiness(mesh).take(arrays.faces, axis=0)
     if name == EDGE_DISTANCES:
-        return _edge_distances(arrays.positions[arrays.faces])
+        return _edge_distances(arrays.positions.take(arrays.faces, axis=0))
     if name == ACTIVE_COLOR:
         index = mesh.color_attributes.render_color_index
         return _layer(mesh.color_attributes[index], mesh, arrays) if 0 <= index < len(mesh.color_attributes) else None
@@ -147,13 +146,13 @@ def _read(mesh: Any, arrays: MeshArrays, name: str, of: ObjectValues) -> Any:
     if layer is not None:
         points = np.empty((len(mesh.loops), 2), np.float32)
         layer.uv.foreach_get("vector", points.ravel())
-        return points[arrays.corners]
+        return points.take(arrays.corners, axis=0)
     if name.endswith(TANGENT):
         uv_name = name.removesuffix(TANGENT)
         if uv_name in RADIAL.values():
             return _radial_tangents(mesh, arrays, uv_name)
         if uv_name == ACTIVE_UV and not mesh.uv_layers:
-            return tangents(arrays, _around_sphere(mesh)[arrays.faces], around=True)
+            return tangents(arrays, _around_sphere(mesh).take(arrays.faces, axis=0), around=True)
         uv = _read(mesh, arrays, uv_name, of) if uv_layer(mesh, uv_name) is not None else None
         return None if uv is None else tangents(arrays, uv)
     return _layer(mesh.attributes.get(name), mesh, arrays)
@@ -176,11 +175,11 @@ def _layer(layer: Any, mesh: Any, arrays: MeshArrays) -> Any:
     if values is None:
         return None
     if layer.domain == "POINT":
-        return values[arrays.faces]
+        return values.take(arrays.faces, axis=0)
     if layer.domain == "EDGE":
-        return _at_vertices(mesh, values)[arrays.faces]
+        return _at_vertices(mesh, values).take(arrays.faces, axis=0)
     if layer.domain == "CORNER":
-        return values[arrays.corners]
+        return values.take(arrays.corners, axis=0)
     return np.broadcast_to(values[arrays.polygons][:, None], (*arrays.faces.shape, values.shape[1]))
 
 
@@ -237,59 +236,16 @@ def _radial_tangents(mesh: Any, arrays: MeshArrays, name: str) -> F32:
 
     They are linear in the generated coordinates, so interpolation between corners gives those of each point.
     """
-    x, y, z = np.moveaxis(_generated(mesh)[arrays.faces] - np.float32(0.5), -1, 0)
+    x, y, z = np.moveaxis(_generated(mesh).take(arrays.faces, axis=0) - np.float32(0.5), -1, 0)
     around = (0.0 * x, -z, y) if name == RADIAL["X"] else (-z, 0.0 * y, x)
     return np.stack([*around, np.ones_like(x)], axis=-1)
 
 
 def tangents(arrays: MeshArrays, uv: F32, around: bool = False) -> F32:
-    """(m, 3, 4) tangents along u and signs of the bitangents, as MikkTSpace computes them for triangles.
-
-    Corners with equal position, normal, UV coordinate and orientation share one tangent: the sum of the tangents of
-    their triangles, each projected perpendicular to the normal and weighted by the angle at the corner. `around`:
-    u = 0 is where u = 1 is.
-    """
-    count = len(arrays.faces)
-    part, key, sign = np.empty((count, 3, 3), np.float32), np.empty((count, 3), np.uint64), np.empty(count, np.float32)
-    for at in range(0, count, CHUNK):
-        here = slice(at, at + CHUNK)
-        part[here], key[here], sign[here] = _tangent_parts(arrays, uv, here, around)
-    group, first = _native.number_equal_keys(key.reshape(-1))
-    total = np.stack([np.bincount(group, part[..., k].reshape(-1), len(first)) for k in range(3)], axis=1)
-    out = np.empty((count, 3, 4), np.float32)
-    out[..., :3] = _unit(total.astype(np.float32))[group].reshape(count, 3, 3)
-    out[..., 3] = sign[:, None]
-    return out
-
-
-def _tangent_parts(arrays: MeshArrays, uv: F32, some: slice, around: bool) -> tuple[F32, NDArray[np.uint64], F32]:
-    """Of some triangles: what each corner adds to its tangent, the key of its tangent, and the triangle's sign."""
-    faces = arrays.faces[some]
-    p, t = arrays.positions[faces], np.asarray(uv[some], np.float32)
-    (e1, e2), (d1, d2) = ([x[:, k] - x[:, 0] for k in (1, 2)] for x in (p, t))
-    if around:
-        for d in (d1, d2):
-            d[:, 0] -= np.rint(d[:, 0])
-    sign = np.where(d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0] >= 0.0, np.float32(1.0), np.float32(-1.0))
-    along = sign[:, None] * (d2[:, 1:] * e1 - d1[:, 1:] * e2)
-    normal = np.repeat(_unit(np.cross(e1, e2).astype(np.float32))[:, None], 3, axis=1)
-    if arrays.smoothing is not None and arrays.normals is not None:
-        group = arrays.smoothing[some]
-        smooth = group >= 0
-        normal[smooth] = arrays.normals[group[smooth]]
-    edge = p[:, [1, 2, 0]] - p
-    ahead, back = _unit(_across(edge, normal)), _unit(_across(-edge[:, [2, 0, 1]], normal))
-    angle = np.arccos(np.clip(np.einsum("fck,fck->fc", ahead, back), -1.0, 1.0))
-    part = _unit(_across(np.repeat(along[:, None], 3, axis=1), normal)) * angle[..., None]
-    key = bits(faces.reshape(-1), normal.reshape(-1, 3), t.reshape(-1, 2), np.repeat(sign > 0.0, 3))
-    return part, key.reshape(-1, 3), sign
-
-
-def _across(v: F32, normal: F32) -> F32:
-    """The part of vectors `v` that is perpendicular to the unit vectors `normal`."""
-    return v - normal * np.einsum("fck,fck->fc", v, normal)[..., None]
-
-
-def _unit(v: F32) -> F32:
-    length = np.sqrt(np.einsum("...k,...k->...", v, v))[..., None]
-    return np.divide(v, length, out=np.zeros_like(v), where=length > 1e-20)
+    """(m, 3, 4) tangents along u and signs of the bitangents; `around`: u = 0 is where u = 1 is."""
+    smoothing, normals = arrays.smoothing, arrays.normals
+    if smoothing is None or normals is None:
+        smoothing, normals = np.full_like(arrays.faces, -1), np.empty((0, 3), np.float32)
+    return _native.corner_tangents(arrays.positions, np.ascontiguousarray(arrays.faces),
+                                   np.ascontiguousarray(uv, np.float32), np.ascontiguousarray(smoothing), normals,
+                                   around, 0)  # fmt: skip

@@ -94,11 +94,11 @@ def read_mesh(mesh: Any) -> MeshArrays:
     if attribute is not None and attribute.domain == "FACE" and attribute.data_type == "INT" and count:
         of_polygon = np.empty(len(mesh.polygons), np.int32)
         attribute.data.foreach_get("value", of_polygon)
-        slots = of_polygon[polygon]
+        slots = of_polygon.take(polygon)
     vertex = corner_vertices(mesh)
-    out = MeshArrays(positions(mesh), vertex[corners], corners, polygon, slots)
+    out = MeshArrays(positions(mesh), vertex.take(corners), corners, polygon, slots)
     if count:
-        shading = read_normals(mesh, out.positions, vertex, corners, polygon)
+        shading = read_normals(mesh, out.positions, vertex, out.faces, corners, polygon)
         if shading is not None:
             out.smoothing, out.normals, out.exact = shading
     return out

@@ -98,8 +98,10 @@ def near_triangles(scene: edgegrad.Scene, names: Sequence[str], others: Sequence
     slack = ROUNDING * size
     boxes = _owner_boxes(surfaces, len(owners))
     lights = np.array([(points.min(axis=0), points.max(axis=0)) for points in others]).reshape(-1, 2, 3) - middle
-    keys = np.concatenate([_twin_keys(surface, TWIN_STEP * size) for surface in surfaces])
-    doubled = _repeated(keys)
+    keys = np.concatenate([_twin_keys(surface, TWIN_STEP * size) for surface in surfaces], axis=1)
+    doubled = np.zeros(keys.shape[1], bool)
+    for row in keys:
+        doubled[_native.repeated_keys(row)] = True
     del keys
     chosen = doubled.copy()
     for surface in surfaces:
@@ -165,7 +167,7 @@ def _meets(surface: Surface, boxes: F64, slack: float) -> NDArray[np.bool_]:
     if len(boxes) > MOST_BOXES:
         return out
     for at in range(0, len(out), CHUNK):
-        corners = [surface.vertices[surface.faces[at:at + CHUNK, k]] for k in range(3)]
+        corners = [surface.vertices.take(surface.faces[at:at + CHUNK, k], axis=0) for k in range(3)]
         low, high = (choose(choose(*corners[:2]), corners[2]) for choose in (np.minimum, np.maximum))
         near = np.zeros(len(low), bool)
         for box in boxes:
@@ -175,31 +177,21 @@ def _meets(surface: Surface, boxes: F64, slack: float) -> NDArray[np.bool_]:
 
 
 def _twin_keys(surface: Surface, step: float) -> NDArray[np.uint64]:
-    """(n, 2) numbers of which one is equal for triangles of one owner with the same centre and area, but for rounding.
+    """(2, n) numbers of which one is equal for triangles of one owner with the same centre and area, but for rounding.
 
     Modifiers that mirror or copy a mesh onto itself round its vertices differently. Triangles too small to tell have
     the number 0.
     """
-    out = np.empty((len(surface.faces), 2), np.uint64)
-    for at in range(0, len(out), CHUNK):
-        a, b, c = (surface.vertices[surface.faces[at:at + CHUNK, k]] for k in range(3))
+    out = np.empty((2, len(surface.faces)), np.uint64)
+    for at in range(0, len(surface.faces), CHUNK):
+        a, b, c = (surface.vertices.take(surface.faces[at:at + CHUNK, k], axis=0) for k in range(3))
         normal = cross(b - a, c - a)
         width = np.sqrt(np.sqrt(np.einsum("nk,nk->n", normal, normal)))
         place = np.column_stack([a + b + c, width]) / (3.0 * step)
         # Values on both sides of a border between cells are in one cell if it is shifted.
         for k, shift in enumerate((0.0, 0.5)):
             key = bits(np.floor(place + shift).astype(np.int64), surface.owner[at:at + CHUNK])
-            out[at:at + CHUNK, k] = np.where(width > 4.0 * step, key, np.uint64(0))
-    return out
-
-
-def _repeated(keys: NDArray[np.uint64]) -> NDArray[np.bool_]:
-    """(n,) whether another row has one of the same keys; 0 is no key."""
-    out = np.zeros(len(keys), bool)
-    for key in keys.T:
-        number, first = _native.number_equal_keys(np.ascontiguousarray(key))
-        if len(first) < len(key):
-            out |= (np.bincount(number, minlength=len(first)) > 1)[number] & (key > 0)
+            out[k, at:at + CHUNK] = np.where(width > 4.0 * step, key, np.uint64(0))
     return out
 
 

@@ -19,9 +19,8 @@ F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
 
 
-def read_normals(
-    mesh: Any, positions: F32, vertex: I32, corners: I32, polygon: I32
-) -> tuple[I32, F32, bool] | None:  # fmt: skip
+def read_normals(mesh: Any, positions: F32, vertex: I32, faces: I32, corners: I32,
+                 polygon: I32) -> tuple[I32, F32, bool] | None:  # fmt: skip
     """Read groups of corners with equal normals, the normals, and whether they certainly follow from the triangles.
 
     Parameters
@@ -30,8 +29,8 @@ def read_normals(
         (n, 3) of the vertices.
     vertex
         (c,) vertex of each corner.
-    corners
-        (m, 3) corner of Blender's mesh for each corner of a triangle.
+    faces, corners
+        (m, 3) vertex, and corner of Blender's mesh, for each corner of a triangle.
     polygon
         (m,) polygon of each triangle.
 
@@ -47,16 +46,16 @@ def read_normals(
     flat = np.zeros(len(mesh.polygons), bool) if custom else flags(mesh, "sharp_face", len(mesh.polygons))
     if shares_normals(mesh):
         normals = vertex_normals(mesh)
-        smoothing, exact = vertex[corners], exact and not flat.any()
-        smoothing[flat[polygon]] = -1
+        smoothing, exact = faces.copy(), exact and not flat.any()
+        smoothing[flat.take(polygon)] = -1
     else:
         of_corner = corner_normals(mesh)
         group, first = _grouped(vertex, of_corner)
-        smoothing, normals = group[corners], of_corner[first]
-        smoothing[flat[polygon]] = -1
+        smoothing, normals = group.take(corners), of_corner[first]
+        smoothing[flat.take(polygon)] = -1
         # Cycles then shades all triangles of a flat face by the normal of the face, which may be bent.
         bent = np.zeros(len(mesh.polygons), bool)
-        bent[polygon[flat[polygon] & _is_bent(positions[vertex[corners]], of_corner[corners[:, 0]])]] = True
+        bent[polygon[flat[polygon] & _is_bent(positions.take(faces, axis=0), of_corner[corners[:, 0]])]] = True
         smoothing[bent[polygon]] = (len(normals) - 1 + np.cumsum(bent))[polygon[bent[polygon]], None]
         one = np.full(len(mesh.polygons), -1, np.int32)
         one[polygon] = corners[:, 0]

@@ -8,7 +8,7 @@ import bpy
 
 from tests.gui.scripts import stage
 from tests.gui.scripts.stage import ended, status
-from tests.gui.window import Script, call, open_tab, redraw, shot
+from tests.gui.window import Script, area, call, open_tab, redraw, shot
 
 FOUND: dict[str, Any] = {}
 
@@ -48,5 +48,6 @@ def main() -> Script:
         yield from redraw(0.7)
         shot(name)
     FOUND["plan lines"], FOUND["check lines"] = len(status().plan), list(status().checks)
+    FOUND["shown"] = area().spaces.active.shading.color_type
     attribute = bpy.data.meshes["Cube"].color_attributes["Edgegrad Gradient"]
     FOUND["colors"] = [[round(x, 3) for x in one.color] for one in attribute.data]

@@ -1,4 +1,4 @@
-#include "scene/shading_normals.h"
+#include "scene/corners/shading_normals.h"
 
 #include <algorithm>
 #include <cmath>

@@ -64,8 +64,11 @@ def relative_noise(pictures: NDArray[np.float64]) -> float:
     return float(np.sqrt(pictures.var(axis=0, ddof=1).mean())) / root_mean_square(pictures)
 
 
-def measure(name: str, samples: int, scale: float) -> Noise | None:
-    """Measure one scene, in a picture of `scale` times its size; None if no object of it is fit for it."""
+def measure(name: str, samples: int, scale: float, depth: int | None) -> Noise | None:
+    """Measure one scene, in a picture of `scale` times its size; None if no object of it is fit for it.
+
+    `depth` is the number of path segments; None: the scene's own.
+    """
     export = exported(CASES[name], scale)
     scene, limits = export.scene, export.settings
     found = candidates(scene)
@@ -76,7 +79,8 @@ def measure(name: str, samples: int, scale: float) -> Noise | None:
     tangent = np.zeros((4, 4))
     tangent[:3, 3] = sideways(scene, one, SHIFT)
     renderer = edgegrad.Renderer(scene)
-    options: dict[str, Any] = {"max_depth": limits.max_depth, "bounces": limits.bounces}
+    depth = depth or limits.max_depth
+    options: dict[str, Any] = {"max_depth": depth, "bounces": limits.bounces}
     by_term = {term: np.stack([renderer.render_forward({path: tangent}, spp=samples, seed=seed, terms=[term], **options)
                                for seed in range(SEEDS)]).astype(np.float64)
                for term in edgegrad.TERMS}  # fmt: skip
@@ -94,7 +98,7 @@ def measure(name: str, samples: int, scale: float) -> Noise | None:
         start = time.process_time()
         run()
         seconds.append(time.process_time() - start)
-    return Noise(name, one.name, limits.max_depth, relative_noise(total), relative_noise(blocks), terms,
+    return Noise(name, one.name, depth, relative_noise(total), relative_noise(blocks), terms,
                  float(variance.max() / max(variance.sum(), 1e-30)), seconds[1] / seconds[0])  # fmt: skip
 
 
@@ -111,6 +115,7 @@ def main() -> None:
     parser.add_argument("scenes", nargs="*", help=f"some of {', '.join(CASES)} (default: all)")
     parser.add_argument("--output", type=Path, default=Path("build/compare-cycles"), help="folder of the report")
     parser.add_argument("--scale", type=float, default=1.0, help="of the pictures' width and height")
+    parser.add_argument("--depth", type=int, help="path segments (default: each scene's own)")
     parser.add_argument("--samples", type=int, default=512, help="samples per pixel of each of the seeds' pictures")
     arguments = parser.parse_args()
     output = arguments.output.resolve()
@@ -119,7 +124,7 @@ def main() -> None:
     if unknown := [name for name in arguments.scenes if name not in CASES]:
         parser.error(f"unknown scene {unknown[0]}; there are {', '.join(CASES)}")
     for name in arguments.scenes or list(CASES):
-        row = measure(name, arguments.samples, arguments.scale)
+        row = measure(name, arguments.samples, arguments.scale, arguments.depth)
         if row is not None:
             rows.append(row)
             print(line(row), flush=True)

@@ -13,7 +13,7 @@
 #include "engine/workspace.h"
 #include "film/pixel_filter.h"
 #include "scene/corners/shading_normals.h"
-#include "sdf/coefficient_blocks.h"
+#include "sdf/bricks/coefficient_blocks.h"
 #include "tasks/image_task.h"
 #include "tasks/kernel_table.h"
 

@@ -10,7 +10,7 @@
 // processor works on all their splines at the same time, while those of one ray wait for each other.
 #include "sdf/trace.h"
 
-#include "sdf/bricks.h"
+#include "sdf/bricks/bricks.h"
 #include "sdf/place_code.h"
 #include "sdf/spline.h"
 #include "simd/ray_lanes.h"

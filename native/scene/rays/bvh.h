@@ -2,7 +2,7 @@
 #pragma once
 
 #include "scene/tables.h"
-#include "sdf/bricks.h"
+#include "sdf/bricks/bricks.h"
 
 namespace edgegrad {
 
@@ -15,8 +15,8 @@ class Bvh {
     Bvh(const Bvh&) = delete;
     Bvh& operator=(const Bvh&) = delete;
 
-    // A change of a field in place: of blocks of its coefficients (sdf/coefficient_blocks.h; empty: of none),
-    // or of its transform.
+    // A change of a field in place: of blocks of its coefficients (sdf/bricks/coefficient_blocks.h; empty: of
+    // none), or of its transform.
     struct ChangedField {
         int32_t field;
         std::vector<uint8_t> blocks;

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "embree/api.h"
-#include "sdf/coefficient_blocks.h"
+#include "sdf/bricks/coefficient_blocks.h"
 
 namespace edgegrad {
 
@@ -37,7 +37,7 @@ struct TracedField {
     FieldView view;
     double to_grid[4][4];  // columns of the view's map, with a fourth row of zeros
     std::vector<FieldBrick> bricks;
-    std::vector<uint8_t> signs;  // of the blocks of coefficients (sdf/coefficient_blocks.h)
+    std::vector<uint8_t> signs;  // of the blocks of coefficients (sdf/bricks/coefficient_blocks.h)
 
     void set_view(const FieldView& next);
 

@@ -1,4 +1,4 @@
-#include "sdf/bricks.h"
+#include "sdf/bricks/bricks.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "sdf/coefficient_blocks.h"
+#include "sdf/bricks/coefficient_blocks.h"
 
 #include <algorithm>
 #include <cstring>

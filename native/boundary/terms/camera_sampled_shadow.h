@@ -130,9 +130,11 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
     const PathIndex walk = path_index(walks, path.path);
     const LobeDirection around =
         shadow_direction(scene, x, surface, s.active, source, begun.length, walk, path.vertex, p.random);
+    const Float rounding = 1e-6f * largest_component(x.x.position);
     const auto meets_light = [&](Mask m, Vec3 w, Float r) EG_INLINE_LAMBDA {
         // Whether an edge in the plane of x hides anything would be up to rounding
-        Mask lit = m & source.environment & (abs(dot(x.x.normal, w)) > 1e-5f);
+        const Mask raised = abs(dot(x.x.normal, w)) * r > 1e-5f * r + rounding;
+        Mask lit = m & source.environment & raised;
         for_each_met_light(scene, m & source.table, x.x.position, x.x.mesh, w, r, splat(__builtin_inff()),
                            source.ray_kind, begun.length,
                            [&](int, Mask seen, const LightRow&, Float, Float)

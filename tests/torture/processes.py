@@ -17,9 +17,8 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from tests.torture.drawing import field_comparisons
 from tests.torture.scenes import case
-from tests.torture.tame import comparison
+from tests.torture.worker import COMPARISONS
 
 ROOT = Path(__file__).parents[2]
 # Seconds that a worker may take to import what it needs.
@@ -58,8 +57,8 @@ class Worker:
         late = f"no result within {self._patience:g} s of processor time"
         words = f"{name}: {self._report}" if how == "crash" else late
         made: dict[str, Any]
-        if task[0] in "df":
-            c = (comparison if task[0] == "d" else field_comparisons.comparison)(int(task[1:]))
+        if task[0] in COMPARISONS:
+            c = COMPARISONS[task[0]][0](int(task[1:]))
             made = {"shader": c.shader, "parameter": c.parameter, "path": c.path, "missing": [], "z": [], "first": [],
                     "rounds": 0, "values": [0.0, 0.0, 0.0]}  # fmt: skip
         else:

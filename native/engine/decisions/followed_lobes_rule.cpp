@@ -98,10 +98,14 @@ std::vector<double> places_on_lobes(const SceneTables& tables) {
             if (!narrow[static_cast<size_t>(tables.face_material[face])]) continue;
             const float* v = tables.vertices.data() + 3 * static_cast<size_t>(tables.faces[3 * face]);
             const int32_t copy = copies[k * copies.size() / n];
-            const float* rows = tables.instance_to_world.data() + 12 * static_cast<size_t>(std::max(copy, 0));
-            for (int c = 0; c < 3; ++c, rows += 4)
-                places.push_back(copy < 0 ? v[c]
-                                          : rows[0] * v[0] + rows[1] * v[1] + rows[2] * v[2] + rows[3]);
+            for (size_t c = 0; c < 3; ++c) {
+                if (copy < 0) {
+                    places.push_back(v[c]);
+                    continue;
+                }
+                const float* row = &tables.instance_to_world[12 * static_cast<size_t>(copy) + 4 * c];
+                places.push_back(row[0] * v[0] + row[1] * v[1] + row[2] * v[2] + row[3]);
+            }
         }
     }
     return places;

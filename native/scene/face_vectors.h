@@ -7,8 +7,7 @@
 namespace edgegrad {
 
 inline Vector face_corner(const SceneTables& t, size_t face, size_t corner) {
-    const float* p = &t.vertices[3 * static_cast<size_t>(t.faces[3 * face + corner])];
-    return {p[0], p[1], p[2]};
+    return vector_at(&t.vertices[3 * static_cast<size_t>(t.faces[3 * face + corner])]);
 }
 
 inline Vector area_normal(const SceneTables& t, size_t face) {

@@ -9,6 +9,10 @@ struct Vector {
     double x, y, z;
 };
 
+template <typename T>
+Vector vector_at(const T* p) {
+    return {p[0], p[1], p[2]};
+}
 inline Vector operator+(Vector a, Vector b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 inline Vector operator-(Vector a, Vector b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 inline Vector operator*(Vector a, double s) { return {a.x * s, a.y * s, a.z * s}; }

@@ -48,7 +48,7 @@ template <typename Requested>
 std::vector<BoxPair> meeting_pairs(const std::vector<PlacedMesh>& meshes, const Requested& requested) {
     Box middles;
     for (const PlacedMesh& placed : meshes)
-        add(middles, (vertex(placed.box.low) + vertex(placed.box.high)) * 0.5);
+        add(middles, (vector_at(placed.box.low) + vector_at(placed.box.high)) * 0.5);
     int axis = 0;
     for (int c = 1; c < 3; ++c)
         if (middles.high[c] - middles.low[c] > middles.high[axis] - middles.low[axis]) axis = c;
@@ -103,7 +103,8 @@ PlacedMesh::PlacedMesh(const SceneTables& tables, int32_t of_mesh, int32_t of_in
       box(mesh_box) {
     if (!place.matrix) return;
     box = mapped(box, place);
-    const Vector x = vertex(place.matrix), y = vertex(place.matrix + 4), z = vertex(place.matrix + 8);
+    const Vector x = vector_at(place.matrix), y = vector_at(place.matrix + 4),
+                 z = vector_at(place.matrix + 8);
     // Scene.validate rejects singular transforms.
     const double inverse = 1.0 / dot(x, cross(y, z));
     const Vector column[3] = {cross(y, z) * inverse, cross(z, x) * inverse, cross(x, y) * inverse};

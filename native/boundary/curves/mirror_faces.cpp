@@ -20,8 +20,8 @@ class Irradiance {
             if (!(lights.visible_to[row] & kBentRays)) continue;
             const float* p = lights.params + kLightParams * static_cast<ptrdiff_t>(row);
             const double radiance = std::abs(p[0] + p[1] + p[2]) / 3.0;
-            rows_.push_back({lights.kind[lights.light_of_row[row]], vertex(p + kLightPosition),
-                             vertex(p + kLightDirection), radiance * static_cast<double>(p[kLightArea]),
+            rows_.push_back({lights.kind[lights.light_of_row[row]], vector_at(p + kLightPosition),
+                             vector_at(p + kLightDirection), radiance * static_cast<double>(p[kLightArea]),
                              radiance, static_cast<double>(p[kLightRadius])});
         }
     }

@@ -7,8 +7,6 @@
 namespace edgegrad {
 namespace {
 
-Vector vector(const float* p) { return {p[0], p[1], p[2]}; }
-
 struct Range {
     double low = 0.0, high = 1.0;
 
@@ -58,10 +56,10 @@ PictureFrame::EdgeSegment seen_segment(double u0, double u1, const Ends& x, cons
 
 PictureFrame::PictureFrame(const CameraView& c)
     : camera_(c),
-      position_(vector(c.position)),
-      right_(vector(c.right)),
-      up_(vector(c.up)),
-      back_(vector(c.back)),
+      position_(vector_at(c.position)),
+      right_(vector_at(c.right)),
+      up_(vector_at(c.up)),
+      back_(vector_at(c.back)),
       margin_(c.filter ? std::max(0.0, static_cast<double>(c.filter[kFilterSize]) - 0.5) : 0.0),
       blur_x_(static_cast<double>(c.focal * c.aperture_radius) / std::max(1e-6f, c.aperture_ratio)),
       blur_y_(static_cast<double>(c.focal * c.aperture_radius) / c.pixel_aspect) {}

@@ -77,7 +77,7 @@ bool ends_of(const Corners& c, double border, std::array<double, 3> (&ends)[2]) 
 }
 
 Vector corner_of(const SceneTables& t, int32_t face, size_t corner) {
-    return vertex(&t.vertices[3 * static_cast<size_t>(t.faces[3 * static_cast<size_t>(face) + corner])]);
+    return vector_at(&t.vertices[3 * static_cast<size_t>(t.faces[3 * static_cast<size_t>(face) + corner])]);
 }
 
 // Adds the borders strictly within a face.
@@ -109,8 +109,8 @@ bool follows_border(const EdgeList& edges, const MaterialJumps& jumps, int64_t e
     const auto material = static_cast<size_t>(t.face_material[one]);
     if (!jumps.any[material] || t.face_material[one] != t.face_material[other]) return false;
     const float *n = edges.normal + 3 * size_t{one}, *m = edges.normal + 3 * size_t{other};
-    if (!(dot(vertex(n), vertex(m)) > 0.0) ||
-        length(cross(vertex(n), vertex(m))) >= static_cast<double>(kCoplanar))
+    if (!(dot(vector_at(n), vector_at(m)) > 0.0) ||
+        length(cross(vector_at(n), vector_at(m))) >= static_cast<double>(kCoplanar))
         return false;
     bool along = false;
     visit_coordinates(jumps.of[material], t.textures, static_cast<int32_t>(one), [&](const Corners& at) {
@@ -194,8 +194,8 @@ Intersections texture_borders(const EdgeList& edges, const std::vector<int32_t>&
                 if (!follows_border(edges, jumps, edge)) continue;
                 const uint32_t face = t.edge_faces[t.edge_face_first[e]];
                 const Vector line[2] = {
-                    placed(vertex(&t.vertices[3 * static_cast<size_t>(t.edge_vertices[2 * e])])),
-                    placed(vertex(&t.vertices[3 * static_cast<size_t>(t.edge_vertices[2 * e + 1])]))};
+                    placed(vector_at(&t.vertices[3 * static_cast<size_t>(t.edge_vertices[2 * e])])),
+                    placed(vector_at(&t.vertices[3 * static_cast<size_t>(t.edge_vertices[2 * e + 1])]))};
                 out.add(line, {face, instance}, {face, instance});
             }
         }

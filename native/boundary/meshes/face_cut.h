@@ -26,8 +26,8 @@ struct Triangle3 {
     }
     // A face, placed by an instance.
     Triangle3(const SceneTables& t, int32_t face, Placement place = {})
-        : Triangle3(place(vertex(corner(t, face, 0))), place(vertex(corner(t, face, 1))),
-                    place(vertex(corner(t, face, 2)))) {}
+        : Triangle3(place(vector_at(corner(t, face, 0))), place(vector_at(corner(t, face, 1))),
+                    place(vector_at(corner(t, face, 2)))) {}
 };
 
 // Computes the segment of `t` in the plane of `other`. False if there is none, or if an edge of `t` lies in

@@ -7,8 +7,7 @@
 
 namespace edgegrad {
 
-inline Vector vertex(const float* p) { return {p[0], p[1], p[2]}; }
-inline Vector vertex(const SceneView& scene, int64_t k) { return vertex(scene.vertices + 3 * k); }
+inline Vector vertex(const SceneView& scene, int64_t k) { return vector_at(scene.vertices + 3 * k); }
 
 // The transform of an instance, or the identity.
 struct Placement {

@@ -4,7 +4,9 @@
 #include <cmath>
 
 #include "boundary/curves/light_intersections.h"
+#include "boundary/meshes/placed_vertex.h"
 #include "engine/decisions/decisions.h"
+#include "scene/face_vectors.h"
 #include "scene/lights/light_list.h"
 #include "scene/lights/light_params.h"
 #include "scene/mesh_instances.h"
@@ -82,13 +84,13 @@ float widest_followed(const SceneTables& tables, const LightView& lights) {
     return sized ? kFollowedByLights : kFollowedAlpha;
 }
 
-// Places, (n, 3), on surfaces with sharp lobes, spread over the faces and copies of meshes.
-std::vector<double> places_on_lobes(const SceneTables& tables) {
+// Places on surfaces with sharp lobes, spread over the faces and copies of meshes.
+std::vector<Vector> places_on_lobes(const SceneTables& tables) {
     const auto narrow =
         marked_materials(tables, [&](size_t k) { return may_be_specular(tables, k, kSharpAlpha); });
     const MeshInstances instances = mesh_instances(tables);
     const size_t most = std::clamp<size_t>(kPlaces / std::max<size_t>(instances.size(), 1), 1, kPlacesOfMesh);
-    std::vector<double> places;
+    std::vector<Vector> places;
     for (size_t mesh = 0; mesh < instances.size(); ++mesh) {
         const auto first = static_cast<size_t>(tables.mesh_first_face[mesh]),
                    count = static_cast<size_t>(tables.mesh_first_face[mesh + 1]) - first;
@@ -96,37 +98,28 @@ std::vector<double> places_on_lobes(const SceneTables& tables) {
         for (size_t k = 0, n = std::min(most, count * copies.size()); k < n; ++k) {
             const size_t face = first + (k * count / n + k) % count;
             if (!narrow[static_cast<size_t>(tables.face_material[face])]) continue;
-            const float* v = tables.vertices.data() + 3 * static_cast<size_t>(tables.faces[3 * face]);
-            const int32_t copy = copies[k * copies.size() / n];
-            for (size_t c = 0; c < 3; ++c) {
-                if (copy < 0) {
-                    places.push_back(v[c]);
-                    continue;
-                }
-                const float* row = &tables.instance_to_world[12 * static_cast<size_t>(copy) + 4 * c];
-                places.push_back(row[0] * v[0] + row[1] * v[1] + row[2] * v[2] + row[3]);
-            }
+            const Placement place = Placement::of(tables, copies[k * copies.size() / n]);
+            places.push_back(place(face_corner(tables, face, 0)));
         }
     }
     return places;
 }
 
 // The angular radius of a light, the geometric mean over places.
-double angular_radius(const LightNode& light, const std::vector<double>& places) {
+double angular_radius(const LightNode& light, const std::vector<Vector>& places) {
     if (light.radius < 0.0f) return light.cos_o > 0.0f ? light.sin_o : 1.0;
     double sum = 0.0;
-    for (size_t k = 0; k < places.size(); k += 3) {
-        double square = 1e-30;
-        for (size_t c = 0; c < 3; ++c) square += std::pow(places[k + c] - light.center[c], 2);
-        sum += std::log(square);
+    for (const Vector& place : places) {
+        const Vector way = place - vector_at(light.center);
+        sum += std::log(1e-30 + dot(way, way));
     }
-    return light.radius * std::exp(-1.5 * sum / static_cast<double>(std::max<size_t>(places.size(), 3)));
+    return light.radius * std::exp(-0.5 * sum / static_cast<double>(std::max<size_t>(places.size(), 1)));
 }
 
 // The angular radius of each row of the light table; 0: it has no size.
 std::vector<float> angular_radii(const SceneTables& tables, const LightView& lights) {
     std::vector<float> out(tables.lights.kind.size(), 0.0f);
-    const auto places = lights.sized_count > 0 ? places_on_lobes(tables) : std::vector<double>{};
+    const auto places = lights.sized_count > 0 ? places_on_lobes(tables) : std::vector<Vector>{};
     for (int32_t k = 0; k < lights.sized_count + lights.sized_distant; ++k) {
         const int32_t row = lights.sized[k];
         const LightNode& node = lights.nodes[lights.node_of[lights.light_of_row[row]]];

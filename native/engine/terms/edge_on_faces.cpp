@@ -30,18 +30,16 @@ constexpr int64_t kMostFaces = int64_t{1} << 22;
 // list are spread evenly over the picture.
 constexpr uint32_t kTileBits = 8;
 
-Vector vector(const float* p) { return {p[0], p[1], p[2]}; }
-
 // The region that some pixel may see, extended by the filter and by depth of field: the intersection of half
 // spaces, each given by a linear function that is at least zero.
 class FramePlanes {
  public:
     explicit FramePlanes(const CameraView& c)
         : camera_(c),
-          position_(vector(c.position)),
-          right_(vector(c.right)),
-          up_(vector(c.up)),
-          back_(vector(c.back)),
+          position_(vector_at(c.position)),
+          right_(vector_at(c.right)),
+          up_(vector_at(c.up)),
+          back_(vector_at(c.back)),
           frame_(c) {}
 
     static constexpr int kCount = 6;

@@ -12,7 +12,6 @@ namespace {
 
 constexpr int64_t kFacesAtOnce = 1 << 14;
 
-Vector vector_at(const float* p) { return {p[0], p[1], p[2]}; }
 void store(float* p, Vector a) {
     p[0] = static_cast<float>(a.x), p[1] = static_cast<float>(a.y), p[2] = static_cast<float>(a.z);
 }

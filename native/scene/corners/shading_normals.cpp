@@ -9,10 +9,6 @@
 namespace edgegrad {
 namespace {
 
-template <typename T>
-Vector vector(const T* p) {
-    return {p[0], p[1], p[2]};
-}
 void add(double* p, Vector a) { p[0] += a.x, p[1] += a.y, p[2] += a.z; }
 
 // A face with smooth corners: its corners, M = (p1 - p0) x (p2 - p0), and the angle at each corner, from |a x
@@ -49,7 +45,7 @@ void for_each_smooth_face(const MeshFaces<T>& mesh, const F& visit) {
         face.vertex = &mesh.faces[3 * f];
         if (face.group[0] < 0 && face.group[1] < 0 && face.group[2] < 0) continue;
         for (int k = 0; k < 3; ++k)
-            face.p[k] = vector(&mesh.vertices[3 * static_cast<size_t>(face.vertex[k])]);
+            face.p[k] = vector_at(&mesh.vertices[3 * static_cast<size_t>(face.vertex[k])]);
         face.m = cross(face.side(0, 1), face.side(0, 2));
         face.length = std::sqrt(dot(face.m, face.m));
         if (!(face.length > 0.0)) continue;
@@ -82,7 +78,7 @@ std::vector<double> weighted_sums(const SceneTables& t, size_t mesh) {
 // The factor that makes a sum a unit vector. If the normals cancel, it is zero, and shading uses the face's
 // own normal.
 double unit_scale(const double* sum) {
-    const double length = std::sqrt(dot(vector(sum), vector(sum)));
+    const double length = std::sqrt(dot(vector_at(sum), vector_at(sum)));
     return length > 0.0 ? 1.0 / length : 0.0;
 }
 
@@ -97,7 +93,7 @@ void mesh_normals(SceneTables& t, size_t mesh) {
 
 // The derivative of a unit vector s/|s| by s is symmetric, so it applies to tangents and to adjoints.
 Vector through_normalisation(const double* sum, Vector v) {
-    const Vector s = vector(sum);
+    const Vector s = vector_at(sum);
     const double length2 = dot(s, s);
     if (!(length2 > 0.0)) return {};
     return (v - s * (dot(s, v) / length2)) * (1.0 / std::sqrt(length2));
@@ -146,7 +142,7 @@ void push_shading_normals(const SceneTables& t, int threads, const double* verti
         std::vector<double> change(sum.size(), 0.0);
         for_each_smooth_face(faces_of(t, mesh), [&](const SmoothFace& f) {
             Vector v[3];
-            for (int k = 0; k < 3; ++k) v[k] = vector(vertices + 3 * static_cast<ptrdiff_t>(f.vertex[k]));
+            for (int k = 0; k < 3; ++k) v[k] = vector_at(vertices + 3 * static_cast<ptrdiff_t>(f.vertex[k]));
             const Vector dm = cross(v[1] - v[0], f.side(0, 2)) + cross(f.side(0, 1), v[2] - v[0]);
             const double dl = dot(f.m, dm) / f.length;
             for (int k = 0; k < 3; ++k) {
@@ -160,7 +156,7 @@ void push_shading_normals(const SceneTables& t, int threads, const double* verti
         });
         for (size_t n = 0; n < sum.size(); n += 3)
             add(normals + 3 * static_cast<ptrdiff_t>(first) + n,
-                through_normalisation(&sum[n], vector(&change[n])));
+                through_normalisation(&sum[n], vector_at(&change[n])));
     });
 }
 
@@ -171,7 +167,7 @@ void pull_shading_normals(const SceneTables& t, int threads, const double* norma
         std::vector<double> sum = weighted_sums(t, mesh);
         for (size_t n = 0; n < sum.size(); n += 3) {
             const Vector g =
-                through_normalisation(&sum[n], vector(normals + 3 * static_cast<ptrdiff_t>(first) + n));
+                through_normalisation(&sum[n], vector_at(normals + 3 * static_cast<ptrdiff_t>(first) + n));
             sum[n] = g.x, sum[n + 1] = g.y, sum[n + 2] = g.z;
         }
         for_each_smooth_face(faces_of(t, mesh), [&](const SmoothFace& f) {
@@ -179,7 +175,7 @@ void pull_shading_normals(const SceneTables& t, int threads, const double* norma
             double l = 0.0;
             for (int k = 0; k < 3; ++k) {
                 if (f.group[k] < 0) continue;
-                const Vector g = vector(&sum[3 * static_cast<size_t>(f.group[k] - first)]);
+                const Vector g = vector_at(&sum[3 * static_cast<size_t>(f.group[k] - first)]);
                 const double mg = dot(f.m, g) / f.length, d = f.along[k];
                 const double turn = mg / (f.length * f.length + d * d);
                 m = m + g * (f.angle[k] / f.length);

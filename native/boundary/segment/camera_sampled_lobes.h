@@ -22,7 +22,7 @@ EG_INLINE Int sharp_kinds(const Shader& shader, float widest) {
         splat(kScatteredRays & ~(1 << kDiffuseRay)), splat(0));
 }
 
-// The camera-sampled ones of them (boundary/terms/camera_sampled.h).
+// Which of them are camera-sampled (boundary/terms/camera_sampled.h).
 struct CameraSampledLobes {
     float widest = 0.0f;       // by alpha; 0: none
     Mask of_table = splat(0);  // lanes with shadows of lights of the table

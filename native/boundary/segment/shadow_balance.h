@@ -8,7 +8,8 @@
 //   a_k / (a_edges + a_camera)                                  (Veach 1997, section 9.2.2),
 // where a_k is about the expected number of its samples by length of the edge and solid angle of the light.
 // Any a_k would do, as long as both estimators evaluate the same ones: with n_k samples and m the sum of the
-// weights of all edges, which is about their length times the angle of their wedges (curves/candidates.h),
+// weights of all edges, which is about their length times the angle of their wedges
+// (boundary/curves/candidates.h),
 //   a_edges  = n_edges/m (1/4),                  where directions are sampled in the wedges, or
 //            = n_edges/m (1/8 + p(w)/2),         with half of them by the environment's image, of density p,
 //   a_camera = n_camera kappa |n . D|/|n . w| r^2  f |n_s . w| (sin/r)/2,

@@ -35,11 +35,12 @@ EG_INLINE void meet_round_light(const SceneView& scene, BoundarySegment& s) {
 // Completes a segment whose curve, light and sweep are known: finds the receiver, evaluates the light and
 // follows it to the camera. `measure` is one over the density of the point on the curve. `light` has
 //   blockers(), visible_to(scene, task)       the meshes that stop it and the kinds of scattering that see it
-//   camera_sampled(task, s, chained)          lanes whose shadows in sharp lobes have samples of their own
-//   share(scene, task, p, seen, s)            the weight among several estimators
 //   meet(scene, s)                            completes y, once x is known
 //   arriving(scene, task, p, exit, s)         the light from y at the curve, over the density of its choice,
 //                                             without its decay
+// and, if samples that start at the camera estimate some of its shadows,
+//   camera_sampled(task, s, chained)          lanes whose shadows in sharp lobes are left to them
+//   share(scene, task, p, seen, s)            the weight beside them
 template <typename Light>
 EG_OUTLINE void connect_shadow(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
                                const CurveExit& exit, const DerivativeView& requested, const float* adjoint,
@@ -82,12 +83,17 @@ EG_OUTLINE void connect_shadow(const SceneView& scene, const BoundaryTask& task,
     s.active &= ~(largest_component(color) == 0.0f);
     if (!any(s.active)) return;
     // Follow the light to the camera
+    Mask left_out = splat(0);
+    if constexpr (requires { light.camera_sampled(task, s, chained); })
+        left_out = light.camera_sampled(task, s, chained);
     const SeenLight seen =
         see_light(scene, task, p, s.active, receiver.hit, -s.towards, length, light.visible_to(scene, task),
-                  false, light.camera_sampled(task, s, chained), followed_for(scene, s.active, s.y.row));
+                  false, left_out, followed_for(scene, s.active, s.y.row));
     s.view = seen.view;
     if (scene.mesh_contact) s.fixed = seen.fixed;
-    s.color = color * seen.weight * light.share(scene, task, p, seen, s);
+    s.color = color * seen.weight;
+    if constexpr (requires { light.share(scene, task, p, seen, s); })
+        s.color = s.color * light.share(scene, task, p, seen, s);
     s.active = seen.active & ~(largest_component(s.color) == 0.0f);
 }
 

@@ -7,15 +7,12 @@
 //   dI = int ds beta sum over edges int du  f |n_s . w|/r^2 L(w)
 //        sigma (t x w) . (de - lambda dx - (1 - lambda) dy),
 // where y is the light along w. There are two kinds of paths:
-// - x is the camera's first vertex, and y is the environment. They are shared with samples that start at
-// edges
-//   (boundary/segment/shadow_balance.h).
-// - x is a later vertex. As in boundary/terms/camera_sampled.h, the first vertex scatters by its
-// camera-sampled
-//   lobes alone. All other lobes belong to samples that start at edges.
-// Emissive meshes and lights without size belong to samples that start at edges. So do lights of the table at
-// the first vertex: samples of a light know where its shadows fall, and directions of a lobe rarely meet a
-// small light.
+// x is the camera's first vertex and y the environment: samples that start at edges estimate them, too, and
+// both have weights (boundary/segment/shadow_balance.h). Or x is a later vertex: as in
+// boundary/terms/camera_sampled.h, the first one scatters by its camera-sampled lobes alone, and all other
+// lobes belong to samples that start at edges. Emissive meshes and lights without size belong to samples that
+// start at edges. So do lights of the table at the first vertex: samples of a light know where its shadows
+// fall, and directions of a lobe rarely meet a small light.
 //
 // Edges are chosen near a direction to the light, or near one of x's lobes. Candidates behind which there is
 // no light have no weight.
@@ -31,37 +28,30 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Lanes for shadows of lights of the table; the others have those of the environment. Lanes with `both` have
-// either with the probability 1/2.
-EG_INLINE Mask choose_table(const SceneView& scene, const SegmentSample& p, Mask direct, Mask& both) {
-    const bool sized = scene.lights.sized_count + scene.lights.sized_distant > 0;
-    Float pick, unused;
-    sobol_pair(p.random.stream, p.random.sample, kPairStrategy, pick, unused);
-    both = ~direct & splat(sized && scene.has_environment ? -1 : 0);
-    return ~direct & splat(sized ? -1 : 0) & (~both | (pick < 0.5f));
-}
-
 // The light whose shadow a sample estimates.
 struct ShadowSource {
     Mask environment, table;
     Int kinds;     // of scattering at x
     Int ray_kind;  // to which lights of the table are visible
-    Float scale;   // inverse of the probability of the choice of the kind
+    Float scale;   // inverse of the probability of these choices
     Float which;   // a random number
 };
 
-// If some lights are hidden from some kinds of rays, chooses one kind.
-EG_INLINE ShadowSource choose_kinds(const SceneView& scene, const SegmentSample& p, Mask active,
-                                    Mask of_table) {
-    Float which, kind;
+// Chooses the environment or, but for lanes whose x is the camera's first vertex (`direct`), the table and,
+// if some lights are hidden from some kinds of rays, one kind.
+EG_INLINE ShadowSource choose_source(const SceneView& scene, const SegmentSample& p, Mask direct) {
+    Float pick, unused, which, kind;
+    sobol_pair(p.random.stream, p.random.sample, kPairStrategy, pick, unused);
     sobol_pair(p.random.stream, p.random.sample, vertex_pair(splat(kLobeVertex + 7), kVertexChoice), which,
                kind);
+    const bool sized = scene.lights.sized_count + scene.lights.sized_distant > 0;
+    const Mask may = ~direct & splat(sized ? -1 : 0), both = may & splat(scene.has_environment ? -1 : 0);
     ShadowSource source;
-    source.table = active & of_table;
-    source.environment = active & ~of_table;
-    source.scale = splat(1.0f);
-    source.kinds = select(source.environment, splat(kScatteredRays & scene.environment_mask),
-                          splat(kScatteredRays | kOfTable));
+    source.table = may & (~both | (pick < 0.5f));
+    source.environment = ~source.table;
+    source.scale = select(both, splat(2.0f), 1.0f);
+    source.kinds = select(source.table, splat(kScatteredRays | kOfTable),
+                          splat(kScatteredRays & scene.environment_mask));
     source.ray_kind = splat(static_cast<int>(kDiffuseRay));
     source.which = which;
     if (scene.lights.any_hidden && any(source.table)) {
@@ -70,7 +60,7 @@ EG_INLINE ShadowSource choose_kinds(const SceneView& scene, const SegmentSample&
                                          splat(static_cast<int>(kTransmissionRay))));
         source.ray_kind = select(source.table, chosen, source.ray_kind);
         source.kinds = select(source.table, ray_mask(chosen) | kOfTable, source.kinds);
-        source.scale = select(source.table, splat(3.0f), source.scale);
+        source.scale = select(source.table, source.scale * 3.0f, source.scale);
     }
     return source;
 }
@@ -113,12 +103,10 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
     PathPacket& path = begun.path;
     const ImageTask walks = sample_paths(task, 1, hash(task.seed ^ 0x5bd1e995u));
     if (!scene.has_environment) path.active &= ~s.screen_form;
-    Mask both;
-    const Mask of_table = choose_table(scene, p, s.screen_form, both);
-    walk_by_sharp_lobes(scene, task, walks, of_table, begun, s);
+    const ShadowSource source = choose_source(scene, p, s.screen_form);
+    walk_by_sharp_lobes(scene, task, walks, source.table, begun, s);
     if (!any(path.active)) return s;
     const ScatteringPoint x = scattering_point(scene, walks, path, path.active, begun.hit);
-    const ShadowSource source = choose_kinds(scene, p, x.x.active, of_table);
     s.active = x.x.active & ((source.kinds & kScatteredRays) != 0);
     s.view = place_in_picture(scene, s.active, select(s.screen_form, x.x.position, begun.first), p.random);
     s.active &= s.view.active;
@@ -183,8 +171,7 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
     const Vec3 start = leave_surface(x.x, s.towards);
     const Vec3 seen = transmittance(scene, s.active, start, s.point - start, splat(0.99999f), rays) *
                       transmittance(scene, s.active, s.point, end, far, rays);
-    const Float scale = source.scale * select(both, splat(2.0f), 1.0f);
-    s.color = path.throughput * value * seen * light * (x.shader.scale * begun.weight * scale);
+    s.color = path.throughput * value * seen * light * (x.shader.scale * begun.weight * source.scale);
     const Mask balanced = s.active & s.screen_form;
     if (any(balanced)) {
         Vec3 unused;

@@ -29,13 +29,6 @@ struct MetLight {
     Vec3 weight;
 
     EG_INLINE Int blockers() const { return sample.blockers; }
-    EG_INLINE Mask camera_sampled(const BoundaryTask&, const BoundarySegment&, Mask) const {
-        return splat(0);
-    }
-    EG_INLINE Float share(const SceneView&, const BoundaryTask&, const SegmentSample&, const SeenLight&,
-                          const BoundarySegment&) const {
-        return splat(1.0f);
-    }
     EG_INLINE Int visible_to(const SceneView&, const BoundaryTask&) const { return sample.visible_to; }
 
     // Sets y to where the line from x through e meets the light.
@@ -109,13 +102,6 @@ struct MetEnvironment {
     Int rays;
 
     EG_INLINE Int blockers() const { return rays; }
-    EG_INLINE Mask camera_sampled(const BoundaryTask&, const BoundarySegment&, Mask) const {
-        return splat(0);
-    }
-    EG_INLINE Float share(const SceneView&, const BoundaryTask&, const SegmentSample&, const SeenLight&,
-                          const BoundarySegment&) const {
-        return splat(1.0f);
-    }
     EG_INLINE Int visible_to(const SceneView& scene, const BoundaryTask&) const {
         return splat(scene.environment_mask);
     }

@@ -21,7 +21,9 @@ class BoundaryTerm : public SampledTerm {
     // Where samples of a kind lie, beside the edges that their plan lists.
     struct Lines {
         std::shared_ptr<const EdgesAndIntersections> intersections;  // null: none
-        std::shared_ptr<const EdgeTree> tree;                        // for camera-sampled samples
+        // In which samples that start at the camera find edges; null: there are none, also of other kinds
+        // that share the same shadows.
+        std::shared_ptr<const EdgeTree> tree;
     };
     // `learned`: sample weights of earlier calls, which the call uses and updates; null: none. `beams`: at
     // whose mirrors samples aim; null: at none.

@@ -179,6 +179,7 @@ EG_INLINE bool shines_along(const SceneView& scene, int row, int from_mesh, int 
 template <typename Visit>
 EG_INLINE void for_each_met_light(const SceneView& scene, Mask active, Vec3 from, Int from_mesh, Vec3 w,
                                   Float near, Float far, Int kind, Int bounces, const Visit& visit) {
+    if (!any(active)) return;
     const LightView& lights = scene.lights;
     const Mask missed = active & (far == __builtin_inff());
     const int count = lights.sized_count + (lights.sized_distant && any(missed) ? lights.sized_distant : 0);

@@ -99,7 +99,7 @@ class GradientColors(InBackground, bpy.types.Operator):
     def finish(self, context: Any, job: Job) -> set[str]:
         scales = [f"{paint(found):.3g} per area on '{found.object}'" for found in job.result]
         if isinstance(context.space_data, bpy.types.SpaceView3D):
-            context.space_data.shading.color_type = "VERTEX"  # of the mode Solid, where colors are not seen else
+            context.space_data.shading.color_type = "VERTEX"  # else Solid shading does not show them
         said = f"the gradient is in the color attribute '{ATTRIBUTE}'; full red is {', '.join(scales)}"
         return _common.done(self, said)
 

@@ -51,8 +51,8 @@ struct Scattering {
     Mask veiled;  // of `last`: rays through transparent surfaces
     // Not in `next`: the ray continues from a perfect or followed lobe, with the light next_value.
     Mask specular;
-    Float followed;  // of `light`: lobes up to this width are followed for it
-    Mask fixed;      // the continuing ray also brings light of a fixed direction
+    Followed followed;  // of `light`: what is followed for it
+    Mask fixed;         // the continuing ray also brings light of a fixed direction
     Int light_visible_to;
     Vec3 light_w, environment_w, next_w, fixed_w;
     Vec3 light_value, environment_value, next_value, fixed_value;

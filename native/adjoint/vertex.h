@@ -103,12 +103,14 @@ struct RimOfSurface {
 EG_INLINE Vec3 lights_met(const SceneView& scene, const Vertex& v, Mask active, Vec3 from, Vec3 direction) {
     Vec3 sum = zero3();
     const Vec3 w = direction * (1.0f / max(sqrt(dot(direction, direction)), 1e-30f));
-    for_each_met_light(scene, active, from, load(v.from_mesh), w, load(v.near), load(v.far), load(v.kind),
-                       load(v.bounces_before_last),
-                       [&](int row, Mask seen, const LightRow& l, Float distance, Float) {
-                           if (scene.light_followed) seen &= meets_row(scene, row, load(v.lobe_width));
-                           sum = sum + select(seen, l.radiance * light_factor(l, w, distance), zero3());
-                       });
+    for_each_met_light(
+        scene, active, from, load(v.from_mesh), w, load(v.near), load(v.far), load(v.kind),
+        load(v.bounces_before_last), [&](int row, Mask seen, const LightRow& l, Float distance, Float) {
+            Float factor = light_factor(l, w, distance);
+            if (scene.light_followed)
+                factor = factor * share_of_row(scene, row, {load(v.lobe_alpha), load(v.lobe_slope2)});
+            sum = sum + select(seen, l.radiance * factor, zero3());
+        });
     return sum;
 }
 

@@ -94,9 +94,9 @@ class ThreadMemory {
             HitQueue& h = w.hits;
             block_.lay_out([&](const auto& take) {
                 take(kPathRow, w.radiance, q.origin, q.direction, q.throughput, q.from, q.from_normal,
-                     q.from_receiving, q.pdf, q.lobe_width, q.path, q.state, q.bounces, q.from_mesh, h.face,
-                     h.mesh, h.instance, h.b1, h.b2, h.distance, w.visible, w.edges.aside, w.edges.other,
-                     w.edges.b1, w.edges.b2);
+                     q.from_receiving, q.pdf, q.lobe_alpha, q.lobe_slope2, q.path, q.state, q.bounces,
+                     q.from_mesh, h.face, h.mesh, h.instance, h.b1, h.b2, h.distance, w.visible,
+                     w.edges.aside, w.edges.other, w.edges.b1, w.edges.b2);
             });
             w.segments = &segments_;
         }

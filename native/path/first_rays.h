@@ -11,7 +11,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 EG_INLINE PathPacket first_segment(int max_depth) {
     PathPacket p;
     p.throughput = {splat(1.0f), splat(1.0f), splat(1.0f)};
-    p.pdf = p.lobe_width = splat(0.0f);
+    p.pdf = splat(0.0f);
     p.segment = splat(1);
     p.vertex = p.bounces = splat(0);
     p.kind = splat(static_cast<int>(kCameraRay));

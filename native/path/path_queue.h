@@ -1,7 +1,7 @@
 // The queue of a task's live paths, and the state that a path carries from one surface to the next.
 #pragma once
 
-#include "simd/vector.h"
+#include "shading/bsdf/distributions/tail.h"
 #include "tasks/workspace_view.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -9,12 +9,12 @@ namespace edgegrad::EDGEGRAD_ISA {
 // A packet of paths on one segment each.
 struct PathPacket {
     Mask active;
-    Int path;          // within the task
-    Vec3 origin;       // where the ray starts
-    Vec3 direction;    // unit
-    Vec3 throughput;   // product of f |cos| / pdf
-    Float pdf;         // solid-angle density of the direction; 0 if it has none (camera ray, specular lobe)
-    Float lobe_width;  // of the followed lobe that scattered the ray; 0: any other
+    Int path;         // within the task
+    Vec3 origin;      // where the ray starts
+    Vec3 direction;   // unit
+    Vec3 throughput;  // product of f |cos| / pdf
+    Float pdf;        // solid-angle density of the direction; 0 if it has none (camera ray, specular lobe)
+    RayLobe lobe;     // the followed lobe that scattered the ray
     Vec3 from;  // position and normal of the last scattering event; transparent surfaces may lie between
     Vec3 from_normal;
     Vec3 from_receiving;  // receiving_normal() there (shading/receiving_normal.h)
@@ -109,7 +109,7 @@ EG_INLINE PathPacket load_paths(const PathQueue& q, int at, int count) {
     load3(p.from_normal, q.from_normal, at);
     load3(p.from_receiving, q.from_receiving, at);
     p.pdf = load(q.pdf + at);
-    p.lobe_width = load(q.lobe_width + at);
+    p.lobe = {load(q.lobe_alpha + at), load(q.lobe_slope2 + at)};
     p.bounces = load(q.bounces + at);
     p.from_mesh = select(p.active, load(q.from_mesh + at), splat(0));
     unpack_state(load(q.state + at), p);
@@ -125,7 +125,8 @@ EG_INLINE int append_paths(PathQueue& q, int n, const PathPacket& p) {
     append3(q.from_normal, n, p.active, p.from_normal);
     append3(q.from_receiving, n, p.active, p.from_receiving);
     append(q.pdf, n, p.active, p.pdf);
-    append(q.lobe_width, n, p.active, p.lobe_width);
+    append(q.lobe_alpha, n, p.active, p.lobe.alpha);
+    append(q.lobe_slope2, n, p.active, p.lobe.slope2);
     append(q.bounces, n, p.active, p.bounces);
     append(q.from_mesh, n, p.active, p.from_mesh);
     append(q.state, n, p.active, pack_state(p));

@@ -138,12 +138,12 @@ EG_INLINE void add_sized_lights(const SceneView& scene, Workspace& work, const P
     const Receiver from = last_receiver(scene, p);
     if (work.values)
         return for_each_light_along(scene, meets & p.touched, from, p.from_mesh, p.direction, near,
-                                    near + distance, p.pdf, p.kind, bounces_before_last(p), p.lobe_width,
+                                    near + distance, p.pdf, p.kind, bounces_before_last(p), p.lobe,
                                     [&](int row, Mask seen, Vec3 radiance, Float gain) {
                                         record_met_light(*work.values, p, seen, row, radiance, gain);
                                     });
     const Vec3 light = lights_along(scene, meets, from, p.from_mesh, p.direction, near, near + distance,
-                                    p.pdf, p.kind, bounces_before_last(p), p.lobe_width);
+                                    p.pdf, p.kind, bounces_before_last(p), p.lobe);
     const Mask found = p.active & (largest_component(light) > 0.0f);
     if (any(found)) add_radiance(work, p, found, p.throughput * light);
 }

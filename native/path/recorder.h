@@ -50,7 +50,7 @@ EG_INLINE void record_arrival(const SceneView& scene, Vertex& v, const PathPacke
     store(v.number, p.vertex);
     store(v.touched, p.touched);
     store(v.screen_form, p.active & (p.pdf == 0.0f));
-    if (scene.light_followed) store(v.lobe_width, p.lobe_width);
+    if (scene.light_followed) store(v.lobe_alpha, p.lobe.alpha), store(v.lobe_slope2, p.lobe.slope2);
     store(v.kind, p.kind);
     store(v.bounces, p.bounces);
     if (scene.lights.any_bounded) store(v.bounces_before_last, bounces_before_last(p));

@@ -117,7 +117,8 @@ EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Wor
             light = select(diffuse, share * s.geometry, light);
         }
         if (any(s.active & followed))
-            s.active &= ~followed | (widest_alpha(bsdf.glass.facets) > followed_for(scene, s.active, s.row));
+            s.active &=
+                ~followed | (widest_alpha(bsdf.glass.facets) > followed_for(scene, s.active, s.row).widest);
         if (any(s.active)) {
             const Vec3 start = leave_surface(x, s.w) + terminator_lift(scene, x, unbent_normal(surface), s.w);
             const Vec3 seen =
@@ -137,7 +138,7 @@ EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Wor
     put(vertex.next_scale, p.active, scale);
     p.final_ray = next_is_final(task, p, kind);
     p.throughput = p.throughput * f * scale;
-    p.lobe_width = splat(0.0f);
+    p.lobe = {};
     p.past_rim = splat(-1);
     p.led = splat(0);
     p.both_sides = surface.both_sides() | ~r.diffuse;

@@ -292,10 +292,10 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
     // Continue the surviving paths
     p.caustic |= ~p.led & s.specular;
     p.led &= s.specular;
-    p.lobe_width = splat(0.0f);
+    p.lobe = {};
     if constexpr (requires { surface.bsdf; })
         if (vertex && scene.light_followed)
-            p.lobe_width = followed_lobe_width(surface.bsdf, s.lobe, s.transmitted);
+            p.lobe = lobe_of_rays(surface.bsdf, s.lobe, s.transmitted, s.half);
     p.unlit = splat(0);
     if constexpr (requires { surface.gloss; })
         if (!vertex) p.unlit = ~s.specular & surface.by_emitters_alone(s.wi);

@@ -179,16 +179,16 @@ EG_INLINE BsdfValue evaluate_kinds(const Surface& surface, bool all, Int kinds, 
         return surface.evaluate(active, w);
 }
 
-// Light that a surface scatters from a sample of the lights. Lobes wider than `followed` are evaluated
-// like other rough lobes: their rays do not meet these lights.
+// Light that a surface scatters from a sample of the lights, without what rays of followed lobes meet.
 template <typename Surface>
 EG_INLINE BsdfValue scattered_light(const SceneView& scene, const Surface& surface, Int visible_to,
-                                    Mask active, Float followed, Vec3 w) {
+                                    Mask active, const Followed& followed, Vec3 w) {
     const auto value = [&](const Surface& s) EG_INLINE_LAMBDA {
         return evaluate_kinds(s, !scene.lights.any_hidden, visible_to, active, w);
     };
     if constexpr (requires { surface.bsdf; })
-        if (scene.followed_alpha > 0.0f && any(active & (followed < scene.followed_alpha))) {
+        if (scene.followed_alpha > 0.0f &&
+            any(active & ((followed.widest < scene.followed_alpha) | (followed.tail > 0.0f)))) {
             Surface whole = surface;
             follow_up_to(whole.bsdf, followed);
             return value(whole);

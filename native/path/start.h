@@ -84,7 +84,7 @@ EG_INLINE int append_scattering(Workspace& work, int n, Mask active, Int path, V
     p.origin = p.from = origin;
     p.direction = p.from_normal = p.from_receiving = direction;
     p.throughput = throughput;
-    p.pdf = splat(1e-30f), p.lobe_width = splat(0.0f);
+    p.pdf = splat(1e-30f);
     p.segment = segment;
     p.vertex = passed;
     p.bounces = bounces | (passed << 24);

@@ -137,6 +137,10 @@ struct SceneView {
     // of wider ones do not meet it. Null: none is followed. And the least of them of lights with a size.
     const float* light_followed;
     float least_followed;
+    // (L) 1/m^2 of the slopes m from which on emitter samples find a light in followed lobes
+    // (shading/bsdf/distributions/tail.h); 0: such lobes have no tail. And whether any is above 0.
+    const float* light_tail;
+    bool any_tail;
     // Up to this width, emitter samples of recorded paths sample lobes (path/lobe_light.h).
     float lobe_samples;
     int32_t mesh_count;        // number of meshes that rays can hit; instances have the geomIDs after them

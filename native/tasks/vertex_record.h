@@ -24,11 +24,11 @@ struct alignas(64) VertexPacket {
     Ints touched;      // -1: this or an earlier vertex is on a requested surface (scene/requested_surfaces.h)
     Ints screen_form;  // -1: the ray leaves the camera or a specular vertex: its direction is given by the
                        // scene
-    Floats lobe_width;  // as in path/path_queue.h; set only if some lobe is followed and there are lights
-    Ints kind;          // RayKind
-    Ints bounces;       // by kind (path/path_queue.h)
-    Ints bounces_before_last;  // path/path_queue.h; set only if some light has a limit
-    Floats from[3];            // origin of the ray on a surface or the lens
+    Floats lobe_alpha, lobe_slope2;  // RayLobe; set only if some lobe is followed and there are lights
+    Ints kind;                       // RayKind
+    Ints bounces;                    // by kind (path/path_queue.h)
+    Ints bounces_before_last;        // path/path_queue.h; set only if some light has a limit
+    Floats from[3];                  // origin of the ray on a surface or the lens
     Floats direction[3], throughput[3];
     Ints face, mesh, instance;  // face -1: no hit
     Floats b1, b2;

@@ -14,7 +14,7 @@ namespace edgegrad {
 // Live paths of a task, one array for each value (path/path_queue.h).
 struct PathQueue {
     float *origin[3], *direction[3], *throughput[3], *from[3];
-    float *from_normal[3], *from_receiving[3], *pdf, *lobe_width;
+    float *from_normal[3], *from_receiving[3], *pdf, *lobe_alpha, *lobe_slope2;
     int32_t *path, *state, *bounces, *from_mesh;
 };
 

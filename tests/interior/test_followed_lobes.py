@@ -123,6 +123,51 @@ def test_rays_of_followed_lobes_find_sized_lights() -> None:
     assert noise(0.2, "all") < 0.5 * noise(0.23, "all")
 
 
+def beside_highlight(moving: str, seen: str) -> Make:
+    """A part of a polished sheet beside the highlight of a small lamp: rays of the lobe rarely meet the lamp there.
+
+    The box stands between this part and the lamp. The camera sees the part, or sees it `in a mirror`, or the
+    highlight's `border`, where rays and emitter samples share the light.
+    """
+
+    def make(theta: float) -> edgegrad.Scene:
+        step = theta * np.array([0.5, 0.3, -0.2])
+        shown = box((0.45, 0.45, 0.3), (0.04, 0.02, 0.03), "box", 0.4)
+        if moving == "box":
+            shown = replace(shown, vertices=shown.vertices + step)
+        lamp = edgegrad.PointLight(np.array([0.9, 0.9, 0.6]) + (step if moving == "lamp" else 0.0), power=20.0,
+                                   radius=0.05, sphere=True)  # fmt: skip
+        meshes = {"sheet": rectangle((0, 0, 0), (0, 0, 0.6), (0.6, 0, 0), "metal"), "box": shown}
+        view, target = (-0.9, 1.2, 0.4), (0.06, 0.0, 0.46) if seen == "border" else (0.0, 0.0, 0.0)
+        if seen == "in a mirror":  # in the plane x = -1.2
+            mirror = rectangle((-1.2, 0.8, 0), (0, 0, 0.8), (0, 0.6, 0), "mirror")
+            meshes["mirror"] = replace(mirror, visible_to=frozenset({"camera"}))
+            view, target = (-0.5, 1.6, 0.6), (-2.4, 0.0, 0.0)
+        metal = edgegrad.Material(np.array([0.9, 0.7, 0.5]), metallic=1.0, roughness=0.1)
+        mirror_like = edgegrad.Material(np.ones(3), kind="GLOSSY", roughness=0.0)
+        return edgegrad.Scene(
+            camera(view, target, 12, 0.12),
+            meshes,
+            {"metal": metal, "box": matte(0.0, 0.0, 0.0), "mirror": mirror_like},
+            {"lamp": lamp},
+            edgegrad.World(np.zeros(3)),
+        )
+
+    return make
+
+
+BESIDE = {"lamp": "lights.lamp.position", "box": "meshes.box.vertices"}
+
+
+@pytest.mark.parametrize(("moving", "seen"), [("lamp", "directly"), ("lamp", "border"), ("lamp", "in a mirror"),
+                                              ("box", "directly"), ("box", "in a mirror")])  # fmt: skip
+def test_tails_of_highlights_agree_with_differences(moving: str, seen: str) -> None:
+    """Emitter samples find the light of small lamps in the tails of followed lobes."""
+    need_every_table()
+    options = {"eps": 0.01, "seeds": 8, "spp": 64 if seen == "directly" else 1024, "reference_spp": 2048, "thetas": 4}
+    check_agreement(along(beside_highlight(moving, seen), [BESIDE[moving]]), max_depth=4, **options)
+
+
 def coated(coat_roughness: float, moving: str) -> Make:
     """A coat over a rough base, and a box, under a lamp without size; `moving` moves."""
 

@@ -39,9 +39,10 @@ EG_INLINE Vec3 seen_by_camera(const SceneView& scene, Mask active, const Surface
 // f |n_s . w| / |n . w| for light from w that x scatters by `shader` towards point.view. Both are unit
 // vectors from x, and x's normal is on the side of the view. The BSDF is that of the picture, times the
 // opaque fraction. `light_kinds` are the kinds of scattering (bits 1 << RayKind) to which the light is
-// visible. Lobes up to the width `followed` are left out: scan lines follow them.
+// visible. What is `followed` is left out: scan lines find it.
 EG_OUTLINE Vec3 scattered_by(const SceneView& scene, const SurfacePoint& x, const TexturePoint& point,
-                             const Shader& shader, Vec3 w, Int light_kinds, Float followed = splat(0.0f)) {
+                             const Shader& shader, Vec3 w, Int light_kinds,
+                             const Followed& followed = splat(0.0f)) {
     const Vec3 normal = shading_normal(scene, x.active, shader, point);
     const bool all_kinds = !any((light_kinds & kScatteredRays) != kScatteredRays);
     const auto evaluate = [&](const auto& surface, Mask m) EG_INLINE_LAMBDA {
@@ -58,7 +59,7 @@ EG_OUTLINE Vec3 scattered_by(const SceneView& scene, const SurfacePoint& x, cons
     }
     if (any(others)) {
         ShadedSurface surface = shaded_surface(scene, others, x, point, shader, normal);
-        if (any(followed > 0.0f)) follow_lobes(surface.bsdf, others, followed);
+        if (any(followed.widest > 0.0f)) follow_lobes(surface.bsdf, others, followed);
         const Mask reached = others & (surface.both_sides() | (above > 0.0f));
         value = select(reached, evaluate(surface, reached), value);
         lit |= reached;
@@ -71,19 +72,20 @@ EG_OUTLINE Vec3 scattered_by(const SceneView& scene, const SurfacePoint& x, cons
     return select(lit, value * scale, zero3());
 }
 
-// The part of it that lobes up to the width `followed` scatter, if they are followed.
+// The part of it that is `followed`.
 EG_INLINE Vec3 followed_part(const SceneView& scene, const SurfacePoint& x, const TexturePoint& point,
-                             const Shader& shader, Vec3 w, Int light_kinds, Vec3 all, Float followed) {
+                             const Shader& shader, Vec3 w, Int light_kinds, Vec3 all,
+                             const Followed& followed) {
     return all - scattered_by(scene, x, point, shader, w, light_kinds, followed);
 }
 
 // The same towards a ray of `kind`, for one of the material's closures, picked by `choice`. Lanes of
-// `without_sampled` leave out the `camera_sampled` lobes. Sets `part`, if not null, to the part of
-// followed lobes up to the width `followed`.
+// `without_sampled` leave out the `camera_sampled` lobes. Sets `part`, if not null, to the part that
+// is `followed`.
 EG_INLINE Vec3 scattered_towards(const SceneView& scene, const SurfacePoint& x, Vec3 view, Vec3 w, Int kind,
                                  Int light_kinds, Float choice, Mask without_sampled = splat(0),
                                  const CameraSampledLobes& camera_sampled = {}, Vec3* part = nullptr,
-                                 Float followed = splat(0.0f)) {
+                                 const Followed& followed = splat(0.0f)) {
     const TexturePoint point = texture_point(scene, x, view, kind);
     const Shader shader = surface_shader(scene, x, point, choice);
     const Int kinds = light_kinds & ~(without_sampled & camera_sampled_kinds(shader, camera_sampled));

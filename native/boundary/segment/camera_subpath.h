@@ -17,11 +17,11 @@ struct ScatteringPoint {
     Mask both_sides;       // light from behind contributes
     bool by_face = false;  // the face's plane alone decides what lies behind, as for scattered rays
 
-    // f |cos| for light from w, restricted to the `kinds` of scattering (bits 1 << RayKind). Lobes
-    // up to the width `followed` are left out: scan lines follow them. Compiled once: copies of all lobes in
-    // each caller would only compile slowly.
+    // f |cos| for light from w, restricted to the `kinds` of scattering (bits 1 << RayKind). What
+    // is `followed` is left out: scan lines find it. Compiled once: copies of all lobes in each caller would
+    // only compile slowly.
     EG_NOINLINE Vec3 evaluate(const SceneView& scene, Mask active, Vec3 w, Int kinds,
-                              Float followed = splat(0.0f)) const {
+                              const Followed& followed = splat(0.0f)) const {
         const bool all_kinds = !any(active & ((kinds & kScatteredRays) != kScatteredRays));
         Vec3 value = zero3();
         const auto add = [&](const auto& surface, Mask m) EG_INLINE_LAMBDA {
@@ -61,7 +61,7 @@ struct ScatteringPoint {
     // Calls visit_surface(surface, mask) for Lambertian lanes and for all others.
     template <typename Visit>
     EG_INLINE void visit(const SceneView& scene, Mask active, const Visit& visit_surface,
-                         Float followed = splat(0.0f)) const {
+                         const Followed& followed = splat(0.0f)) const {
         const Mask lambertian = active & has(shader, kLambertian), others = active & ~lambertian;
         if (any(lambertian)) {
             const Vec3* smooth = scene.all_flags & kHasNormalMap ? &point.normal : nullptr;
@@ -70,7 +70,7 @@ struct ScatteringPoint {
         if (!any(others)) return;
         ShadedSurface surface = shaded_surface(scene, others, x, point, shader, normal);
         if (by_face) surface.from_below = false;
-        if (any(others & (followed > 0.0f))) follow_lobes(surface.bsdf, others, followed);
+        if (any(others & (followed.widest > 0.0f))) follow_lobes(surface.bsdf, others, followed);
         visit_surface(surface, others);
     }
 };

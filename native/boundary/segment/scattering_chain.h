@@ -208,11 +208,11 @@ struct ChainPlaces {
 // surfaces to the camera. `x_goes_on`: the camera path scatters once more after x. `camera_sampled`: lanes in
 // which the camera-sampled lobes of the surface that the camera sees are left out. Left out, too, is the
 // contribution of followed lobes alone, which scan lines estimate (boundary/specular/chain_term.h): where the
-// camera sees x, that of lobes up to the width `light_followed`, whose rays meet the light. `places`, if not
+// camera sees x, what is followed of the light (`light_followed`). `places`, if not
 // null, receives the surfaces of chains of less than kMostChain.
 EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
                                Mask active, const Closest& x, Vec3 w, Int length, Int light_kinds,
-                               bool x_goes_on, Mask camera_sampled, Float light_followed,
+                               bool x_goes_on, Mask camera_sampled, const Followed& light_followed,
                                ChainPlaces* places = nullptr) {
     const bool limited = limits_matter(task.limits, task.max_depth);
     const Vec3 one = {splat(1.0f), splat(1.0f), splat(1.0f)};
@@ -252,7 +252,7 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
         scattered_towards(scene, end, -seen.view.direction, -chain.w, kind, kinds, choice, camera_sampled,
                           {task.camera_sampled, splat(task.kind == kShadowBoundary ? -1 : 0)},
                           scene.followed_alpha > 0.0f ? &followed : nullptr,
-                          select(length == 0, light_followed, splat(scene.followed_alpha)));
+                          select(length == 0, light_followed, Followed(splat(scene.followed_alpha))));
     end.active &= largest_component(f) > 0.0f;
     // Count its bounce and test the bounce limits
     seen.bounces = chain.bounces;

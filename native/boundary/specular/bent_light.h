@@ -101,9 +101,9 @@ EG_OUTLINE BentLight follow_bent_light(const SceneView& scene, const PathIndex& 
         if (!any(going)) break;
         // Bend the light
         const Mask transmitted = going & ((event & kEventTransmits) != 0);
-        Float shown, lobe_width;
-        const Vec3 v =
-            scatter_by_event(scene, surface, going, event, transmitted, half, shown, lobe_width).wi;
+        Float shown;
+        RayLobe lobe;
+        const Vec3 v = scatter_by_event(scene, surface, going, event, transmitted, half, shown, lobe).wi;
         const Float side = dot(s.normal, v);
         going &= select(transmitted, side < 0.0f, side > 0.0f);
         out.weight = select(going,

@@ -53,8 +53,7 @@ EG_INLINE ChainRay chain_start(const CameraView& camera, const PicturePoint& at,
     const CameraRay ray = camera_ray(camera, at.x, at.y, at.lens_u, at.lens_v);
     const Float length = sqrt(dot(ray.direction, ray.direction));
     near = length * camera.clip_start, far = length * camera.clip_end;
-    return {ray.origin, ray.direction * (1.0f / length), ray.origin, splat(static_cast<int>(kCameraRay)),
-            splat(0.0f)};
+    return {ray.origin, ray.direction * (1.0f / length), ray.origin, splat(static_cast<int>(kCameraRay)), {}};
 }
 
 // The bounces of a chain so far, counted as by the path tracer.
@@ -105,7 +104,7 @@ EG_OUTLINE Int lights_on_way(const SceneView& scene, Mask active, const ChainRay
     for_each_met_light(
         scene, active, ray.from, from_mesh, ray.direction, near, near + far, ray.kind, bounces,
         [&](int row, Mask seen, const LightRow&, Float, Float) EG_INLINE_LAMBDA {
-            sum = sum + select(seen & meets_row(scene, row, ray.lobe_width),
+            sum = sum + select(seen & (share_of_row(scene, row, ray.lobe) > 0.0f),
                                splat(static_cast<int>(hash(static_cast<uint32_t>(row) + 1u) >> 1)), splat(0));
         });
     return select(active, sum, splat(0));

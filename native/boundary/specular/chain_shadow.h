@@ -101,8 +101,8 @@ EG_OUTLINE Mask shadow_jump(const SceneView& scene, const ChainCrossings& c, int
     const Vec3 w = way.light.w;
     lit &= scatters.both_sides | (dot(x.normal, w) > 0.0f);
     if (!any(lit)) return lit;
-    // Followed lobes already find the light by the chain itself, if their rays meet it.
-    const Float followed = followed_for(scene, lit, light.row);
+    // The chain itself finds what is followed of the light.
+    const Followed followed = followed_for(scene, lit, light.row);
     // Evaluate the light that the edge may occlude
     Vec3 value = scatters.evaluate(scene, lit, w, light.visible_to, followed) *
                  radiance_of(scene, lit, light, way.light, x.mesh) *

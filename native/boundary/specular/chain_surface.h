@@ -20,11 +20,11 @@ constexpr int32_t kEventLobes = 7, kEventTransmits = 8, kEventPasses = 16, kEven
 struct ChainRay {
     Vec3 origin, direction, from;
     Int kind;
-    Float lobe_width;  // of the followed lobe that scattered it; 0: any other
+    RayLobe lobe;  // the followed lobe that scattered it
 };
 EG_INLINE ChainRay select(Mask m, const ChainRay& a, const ChainRay& b) {
     return {select(m, a.origin, b.origin), select(m, a.direction, b.direction), select(m, a.from, b.from),
-            select(m, a.kind, b.kind), select(m, a.lobe_width, b.lobe_width)};
+            select(m, a.kind, b.kind), select(m, a.lobe, b.lobe)};
 }
 
 // The perfect and followed lobes of a surface.
@@ -116,11 +116,11 @@ EG_OUTLINE ShadedSurface chain_bsdf(const SceneView& scene, Mask active, const C
 }
 
 // Scatters the rays of lanes by the lobe of their event. Sets `shown` to the factor of the light that a
-// normal map leaves, and `lobe_width` to that of followed lobes.
+// normal map leaves, and `lobe` to the followed lobe.
 EG_OUTLINE Specular scatter_by_event(const SceneView& scene, const ChainSurface& s, Mask scatters, Int event,
-                                     Mask transmitted, Vec3 half, Float& shown, Float& lobe_width) {
+                                     Mask transmitted, Vec3 half, Float& shown, RayLobe& lobe) {
     const Shader& shader = s.shader;
-    shown = splat(1.0f), lobe_width = splat(0.0f);
+    shown = splat(1.0f), lobe = {};
     const Mask followed = scatters & ((event & kEventFollows) != 0);
     if (!(scene.all_flags & kHasNormalMap) && !scene.any_dimming && !any(followed) &&
         !any(scatters & ~scatters_plainly(shader.kind, shader.flags)))
@@ -131,8 +131,7 @@ EG_OUTLINE Specular scatter_by_event(const SceneView& scene, const ChainSurface&
     const ShadedSurface surface = chain_bsdf(scene, scatters, s);
     const Specular next = scatter_specular(surface.bsdf, event & kEventLobes, transmitted, followed, half);
     if (any(followed))
-        lobe_width =
-            select(followed, followed_lobe_width(surface.bsdf, event & kEventLobes, transmitted), 0.0f);
+        lobe = select(followed, lobe_of_rays(surface.bsdf, event & kEventLobes, transmitted, half), {});
     if (surface.smooth || surface.dims) shown = surface.shown(next.wi);
     return next;
 }
@@ -143,8 +142,9 @@ EG_OUTLINE Specular scatter_by_event(const SceneView& scene, const ChainSurface&
 EG_OUTLINE Mask scatter_chain(const SceneView& scene, const ChainSurface& s, Mask scatters, Int event,
                               Vec3 half, ChainRay& ray, Vec3& value, Mask& below) {
     const Mask transmitted = (event & kEventTransmits) != 0;
-    Float shown, lobe_width;
-    const Specular next = scatter_by_event(scene, s, scatters, event, transmitted, half, shown, lobe_width);
+    Float shown;
+    RayLobe lobe;
+    const Specular next = scatter_by_event(scene, s, scatters, event, transmitted, half, shown, lobe);
     const Float side = dot(s.x.normal, next.wi);
     const Mask shines = scatters & (largest_component(next.value) > 0.0f);
     const Mask above = select(transmitted, side < 0.0f, side > 0.0f);
@@ -158,7 +158,7 @@ EG_OUTLINE Mask scatter_chain(const SceneView& scene, const ChainSurface& s, Mas
         scatters,
         select(transmitted, splat(static_cast<int>(kTransmissionRay)), splat(static_cast<int>(kGlossyRay))),
         ray.kind);
-    ray.lobe_width = select(scatters, lobe_width, ray.lobe_width);
+    ray.lobe = select(scatters, lobe, ray.lobe);
     return fine;
 }
 
@@ -203,6 +203,15 @@ EG_INLINE Mask has_wide_lobes(const Bsdf& f, Mask active) {
     return wide;
 }
 
+// Lanes with a followed lobe.
+EG_INLINE Mask has_followed_lobes(const Bsdf& f) {
+    Mask some = splat(0);
+    if (f.any_lobe[kMirrorLobe]) some |= f.mirror.facets.followed;
+    if (f.any_lobe[kCoatLobe]) some |= f.coat.facets.followed;
+    if (f.any_lobe[kInterfaceLobe]) some |= f.glass.facets.followed;
+    return some;
+}
+
 // The sum of the values of lobes, and their number.
 struct LobeSum {
     Float value, count;
@@ -239,8 +248,9 @@ EG_INLINE Int choose_lobe(const PerfectLobes& lobes, const LobeSum& sum, Mask ac
     return event;
 }
 
-// The probability of going on to a light, at surfaces that also have perfect lobes.
-constexpr float kLitShare = 0.5f;
+// The probability of going on to a light, at surfaces that also have perfect lobes, and at those that scatter
+// such light by the tails of followed lobes alone.
+constexpr float kLitShare = 0.5f, kTailShare = 0.1f;
 
 // Chooses the event at a surface. The ray passes with a probability by its transparent fraction. Otherwise it
 // goes on to a light, if lobes other than perfect ones can reflect it, or scatters by a perfect or followed
@@ -275,13 +285,17 @@ EG_OUTLINE Int choose_event(const SceneView& scene, const ChainSurface& s, Mask 
     }
     const LobeSum sum = sum_of(lobes);
     Mask lit = left & may_be_lit;
-    // Go on to a light, if there are wide lobes. So are followed lobes whose rays do not meet some lights.
+    // Go on to a light, if there are wide lobes or tails. Wide are also followed lobes whose rays do not meet
+    // some lights.
+    const Mask tails = lit & (scene.any_tail ? has_followed_lobes(surface.bsdf) : splat(0));
     Bsdf whole = surface.bsdf;
     if (scene.light_followed)
         follow_up_to(whole, splat(scene.lights.kinds & kPointlikeLights ? 0.0f : scene.least_followed));
-    lit &= has_wide_lobes(whole, left);
+    const Mask wide = has_wide_lobes(whole, left);
+    lit &= wide | tails;
     if (any(lit)) {
-        const Float chance = select(sum.value > 0.0f, splat(kLitShare), 1.0f);
+        const Float share = select(wide, splat(kLitShare), kTailShare);
+        const Float chance = select(sum.value > 0.0f, share, 1.0f);
         const Mask looks = lit & (chain_random(stream, level, 3) < chance);
         event = select(looks, splat(kEventLit), event);
         probability = probability * select(looks, chance, select(lit, 1.0f - chance, splat(1.0f)));

@@ -92,7 +92,7 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         arrived.direction = ray.direction;
         arrived.pdf = density;
         arrived.from_mesh = from_mesh;
-        arrived.kind = select(here, ray.kind, splat(0)), arrived.lobe_width = ray.lobe_width;
+        arrived.kind = select(here, ray.kind, splat(0)), arrived.lobe = ray.lobe;
         const Mask behind = parted & (length == level + 1), recorded = here & ~behind;
         touching = select(behind, ray, touching);
         arrived.active = recorded;
@@ -161,7 +161,7 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
     p.throughput = throughput;
     p.from_normal = p.from_receiving = from_normal;
     p.from_mesh = from_mesh;
-    p.kind = select(active, ray.kind, splat(0)), p.lobe_width = ray.lobe_width;
+    p.kind = select(active, ray.kind, splat(0)), p.lobe = ray.lobe;
     return fine;
 }
 

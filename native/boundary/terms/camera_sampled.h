@@ -45,16 +45,16 @@ struct CameraSampledSurface {
     Lambertian flat;
     ShadedSurface rest;
 
-    // Lobes up to the width `followed` are left out: scan lines follow them.
+    // What is `followed` is left out: scan lines find it.
     EG_INLINE CameraSampledSurface(const SceneView& scene, const ScatteringPoint& s, Mask active,
-                                   Float followed)
+                                   const Followed& followed)
         : at(s),
           lambertian(active & has(s.shader, kLambertian)),
           others(active & ~lambertian),
           flat{s.normal, s.x.normal, s.shader.color(kBaseColor),
                scene.all_flags & kHasNormalMap ? &s.point.normal : nullptr} {
         if (any(others)) rest = shaded_surface(scene, others, s.x, s.point, s.shader, s.normal);
-        if (any(others & (followed > 0.0f))) follow_lobes(rest.bsdf, others, followed);
+        if (any(others & (followed.widest > 0.0f))) follow_lobes(rest.bsdf, others, followed);
     }
     // f |n_s . w| for light from w, of lobes that scatter `kinds` (bits 1 << RayKind). Compiled once: copies
     // of all lobes in each caller would only compile slowly.

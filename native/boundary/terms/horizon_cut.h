@@ -73,20 +73,20 @@ EG_INLINE HorizonSide pick_side(const ScatteringPoint& s, const PathIndex& rando
 // f |n_s . w| on that side, with the side's sign.
 EG_OUTLINE Vec3 scattered_at_horizon(const SceneView& scene, const ScatteringPoint& s, Mask active,
                                      const HorizonSide& side, Vec3 w, Int kinds,
-                                     Float followed = splat(0.0f)) {
+                                     const Followed& followed = splat(0.0f)) {
     return s.evaluate(scene, active, w + side.normal * splat(1e-4f), kinds, followed) * side.weight;
 }
 
 // The same times the path's throughput. Left out is what followed lobes alone contribute, whose throughput is
-// `followed`, at x lobes up to the width `widest`: the specular term covers it
+// `followed`, at x what is followed of the light: the specular term covers it
 // (boundary/specular/chain_horizon.h).
 EG_INLINE Vec3 brought_at_horizon(const SceneView& scene, const ScatteringPoint& s, Mask active,
                                   const HorizonSide& side, Vec3 w, Int kinds, Vec3 throughput, Vec3 followed,
-                                  Float widest) {
+                                  const Followed& of_light) {
     const Vec3 f = scattered_at_horizon(scene, s, active, side, w, kinds), all = f * throughput;
-    const Mask left_out = active & (widest > 0.0f);
+    const Mask left_out = active & (of_light.widest > 0.0f);
     if (!any(left_out)) return all;
-    const Vec3 part = f - scattered_at_horizon(scene, s, left_out, side, w, kinds, widest);
+    const Vec3 part = f - scattered_at_horizon(scene, s, left_out, side, w, kinds, of_light);
     // without_followed() needs positive values, but f has the sign of the side.
     const Vec3 rest = without_followed(all * side.weight, followed * part * side.weight) *
                       (1.0f / (side.weight * side.weight));

@@ -27,6 +27,9 @@ constexpr float kFollowedByEmitters = 0.0205f, kFollowedByLights = 0.0505f, kFol
 // angular radius. Rays of wider lobes rarely meet the light. Emitter samples find it there, as for lobes that
 // are not followed.
 constexpr float kFollowedBySize = 0.8f;
+// The slope of microfacet normals from which on emitter samples find the light of such lobes, as a multiple
+// of the same radius (shading/bsdf/distributions/tail.h).
+constexpr float kTailBySize = 1.0f;
 // Emitter samples sample lobes up to this multiple of the angular radius of some light (path/lobe_light.h).
 constexpr float kSampledBySize = 0.5f;
 // Number of places at which the size of lights is measured.
@@ -143,6 +146,10 @@ FollowedAlpha followed_alpha(const EdgeList& edges, const RequestedMotion& motio
         out.by_row.clear();
     else
         out.all = widest;
+    out.tail.assign(out.by_row.size(), 0.0f);
+    for (size_t row = 0; row < out.by_row.size() && tables.fields.empty(); ++row)
+        if (const float slope = kTailBySize * out.by_row[row]; slope > 0.0f)
+            out.tail[row] = 1.0f / (slope * slope);
     // Fields have no other estimator for the light that they hide from followed lobes
     float largest = 0.0f;
     for (float& alpha : out.by_row) {

@@ -15,6 +15,7 @@ struct FollowedAlpha {
     // (L) Their largest alpha for light of each row of the light table, which rays of wider ones
     // do not meet; 0 for lights without size. Empty: no lobe is followed.
     std::vector<float> by_row;
+    std::vector<float> tail;    // by row as well (SceneView::light_tail)
     float lobe_samples = 0.0f;  // largest width of lobes that emitter samples of recorded paths sample
 };
 

@@ -18,13 +18,14 @@ namespace edgegrad::EDGEGRAD_ISA {
 // Width of a lobe's directions by its alpha, relative to reflection: refraction at glass spreads rays less.
 constexpr float width_by_alpha(int lobe) { return lobe == kInterfaceLobe ? 0.2f : 1.0f; }
 
-// Selects the lobes with an alpha up to `widest` as followed. Returns their bits (1 << Lobe). Refraction
-// closures are excluded: they stop transmitting at total reflection, which is a discontinuity at fixed h.
-EG_INLINE Int follow_lobes(Bsdf& f, Mask m, Float widest) {
+// Selects the lobes that are followed. Returns their bits (1 << Lobe). Refraction closures are excluded: they
+// stop transmitting at total reflection, which is a discontinuity at fixed h.
+EG_INLINE Int follow_lobes(Bsdf& f, Mask m, const Followed& limits) {
     Int bits = splat(0);
     const auto follow = [&](Lobe k, Microfacets& g, Mask may) {
         if (!f.any_lobe[k]) return;
-        g.followed = m & may & (f.probability[k] > 0.0f) & ~is_smooth(g) & (widest_alpha(g) <= widest);
+        g.followed = m & may & (f.probability[k] > 0.0f) & ~is_smooth(g) & (widest_alpha(g) <= limits.widest);
+        g.tail = limits.tail;
         bits = bits | (g.followed & (1 << k));
     };
     follow(kMirrorLobe, f.mirror.facets, ~f.mirror.separable);
@@ -41,27 +42,29 @@ EG_INLINE void follow_lobes(Bsdf& f, Int bits) {
     set(kMirrorLobe, f.mirror.facets), set(kCoatLobe, f.coat.facets), set(kInterfaceLobe, f.glass.facets);
 }
 
-// Keeps of the followed lobes those with an alpha up to `widest`.
-EG_INLINE void follow_up_to(Bsdf& f, Float widest) {
+// Keeps of the followed lobes those within the limits.
+EG_INLINE void follow_up_to(Bsdf& f, const Followed& limits) {
     const auto keep = [&](Lobe k, Microfacets& g) {
-        if (f.any_lobe[k]) g.followed &= widest_alpha(g) <= widest;
+        if (f.any_lobe[k]) g.followed &= widest_alpha(g) <= limits.widest, g.tail = limits.tail;
     };
     keep(kMirrorLobe, f.mirror.facets), keep(kCoatLobe, f.coat.facets), keep(kInterfaceLobe, f.glass.facets);
 }
 
-// The width (alpha) of lobes that scatter as followed ones, else 0.
-EG_INLINE Float followed_lobe_width(const Bsdf& f, Int lobe, Mask transmitted) {
-    Float width = splat(0.0f);
+// The lobe that scattered rays, with the microfacet normal h in its frame if it is a followed one.
+EG_INLINE RayLobe lobe_of_rays(const Bsdf& f, Int lobe, Mask transmitted, Vec3 h) {
+    RayLobe out;
     const auto of = [&](Lobe k, const Microfacets& g, Mask follows) {
         if (f.any_lobe[k])
-            width = select((lobe == splat(static_cast<int>(k))) & follows, widest_alpha(g), width);
+            out.alpha = select((lobe == splat(static_cast<int>(k))) & follows, widest_alpha(g), out.alpha);
     };
     of(kMirrorLobe, f.mirror.facets, f.mirror.facets.followed);
     of(kCoatLobe, f.coat.facets, f.coat.facets.followed);
     if (f.any_lobe[kInterfaceLobe])
         of(kInterfaceLobe, f.glass.facets,
            f.glass.facets.followed & ~(transmitted & refracts_smoothly(f.glass)));
-    return width;
+    const Mask has_tail = (out.alpha > 0.0f) & ~transmitted;
+    out.slope2 = select(has_tail, (h.x * h.x + h.y * h.y) / max(h.z * h.z, 1e-20f), 0.0f);
+    return out;
 }
 
 // The light of h by the measure D(h) dh, without the Fresnel factor. `transmitted` says to which side it

@@ -54,9 +54,8 @@ EG_INLINE Split split_light(const Interface& g, Float cosine) {
 
 template <bool kOthers>
 EG_INLINE Scattered rough_interface_reflection(const Interface& g, Vec3 view, Vec3 w, Vec3 h, Float cosine) {
-    const Mask rough = ~is_perfect(g.facets) & (view.z > 0.0f) & (w.z > 0.0f);
     const Split s = split_light(g, cosine);
-    const Float density = select(rough, normal_density<kOthers>(g.facets, h), 0.0f);
+    const Float density = evaluated_density<kOthers>(g.facets, (view.z > 0.0f) & (w.z > 0.0f), h);
     const Float both = 1.0f + g.facets.masking + smith_lambda<kOthers>(g.facets, w);
     return {s.reflected * (density / (4.0f * max(view.z, 1e-20f) * both)),
             score_pdf(g.facets, view, splat(1.0f), h,

@@ -55,8 +55,7 @@ struct Scattered {
 
 template <bool kOthers>
 EG_INLINE Scattered rough_reflection(const Reflection& r, Vec3 view, Vec3 w, Vec3 h, Float cosine) {
-    const Mask rough = ~is_perfect(r.facets) & (view.z > 0.0f) & (w.z > 0.0f);
-    const Float density = select(rough, normal_density<kOthers>(r.facets, h), 0.0f);
+    const Float density = evaluated_density<kOthers>(r.facets, (view.z > 0.0f) & (w.z > 0.0f), h);
     const Float masking = smith_lambda<kOthers>(r.facets, w);
     Float both = 1.0f + r.facets.masking + masking;
     if (any(r.separable)) both = both + select(r.separable, r.facets.masking * masking, 0.0f);
@@ -75,7 +74,8 @@ EG_OUTLINE Scattered reflection_of_others(const Reflection& r, Vec3 view, Vec3 w
     return rough_reflection<true>(r, view, w, h, cosine);
 }
 
-// Evaluates directions above the surface, in the local frame; 0 for perfect and followed mirrors.
+// Evaluates directions above the surface, in the local frame; 0 for perfect mirrors, and for followed ones
+// without tails.
 EG_INLINE Scattered evaluate_reflection(const Reflection& r, Vec3 view, Vec3 w, Vec3 h, Float cosine) {
     if (r.facets.others) return reflection_of_others(r, view, w, h, cosine);
     return rough_reflection<false>(r, view, w, h, cosine);

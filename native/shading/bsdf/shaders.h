@@ -11,8 +11,8 @@ EG_INLINE Microfacets select_facets(Mask m, const Microfacets& a, const Microfac
     const auto either = [m](Mask one, Mask other) { return (one & m) | (other & ~m); };
     return {select(m, a.ax, b.ax),           select(m, a.ay, b.ay),       select(m, a.stretched, b.stretched),
             select(m, a.masking, b.masking), select(m, a.bound, b.bound), either(a.by_score, b.by_score),
-            either(a.followed, b.followed),  a.others || b.others,        either(a.beckmann, b.beckmann),
-            either(a.phong, b.phong)};
+            either(a.followed, b.followed),  select(m, a.tail, b.tail),   a.others || b.others,
+            either(a.beckmann, b.beckmann),  either(a.phong, b.phong)};
 }
 
 // Microfacets of the lanes' distributions.

@@ -1,6 +1,7 @@
 // Rows of the light table: lights that are not meshes, and their radiance by direction.
 #pragma once
 
+#include "shading/bsdf/distributions/tail.h"
 #include "shading/lights/light_shapes.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -30,18 +31,19 @@ EG_INLINE LightRow gather_light(const LightView& lights, Int row) {
             gather(lights.flags, row)};
 }
 
-// Lobes up to this width are followed for light of a row of the light table; row < 0: for any other light.
-EG_INLINE Float followed_for(const SceneView& scene, Mask active, Int row) {
-    if (!scene.light_followed) return splat(scene.followed_alpha);
+// What is followed for light of a row of the light table; row < 0: for any other light.
+EG_INLINE Followed followed_for(const SceneView& scene, Mask active, Int row) {
+    const Followed others{splat(scene.followed_alpha)};
+    if (!scene.light_followed) return others;
     const Mask of_table = active & (row >= 0);
-    return select(of_table, gather(scene.light_followed, select(of_table, row, splat(0))),
-                  splat(scene.followed_alpha));
+    const Int at = select(of_table, row, splat(0));
+    return select(of_table, {gather(scene.light_followed, at), gather(scene.light_tail, at)}, others);
 }
 
-// Whether rays meet a row of the light table that lobes of this width scatter as followed ones; 0: any
-// others.
-EG_INLINE Mask meets_row(const SceneView& scene, int row, Float lobe_width) {
-    return scene.light_followed ? lobe_width <= scene.light_followed[row] : splat(-1);
+// The share of a row of the light table that rays meet. Emitter samples find the rest.
+EG_INLINE Float share_of_row(const SceneView& scene, int row, const RayLobe& lobe) {
+    if (!scene.light_followed) return splat(1.0f);
+    return share_of_rays(lobe, {splat(scene.light_followed[row]), splat(scene.light_tail[row])});
 }
 
 // Share of the light that a spot's cone or an area light's grid transmits in the direction -w.

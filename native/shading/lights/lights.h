@@ -41,11 +41,11 @@ EG_OUTLINE Float light_pdf(const SceneView& scene, Mask active, const Receiver& 
 // from the surface point `from` that scattered it. Lights do not block the ray. Calls visit(row's number,
 // mask, radiance, factor of the light's strength); the latter two contain the power heuristic's weight
 // against `sample_light`. `bsdf_pdf` 0: the ray has no density, so its weight is 1. `bounces` is the number
-// before the surface that scattered the ray. `lobe_width`: as in meets_row.
+// before the surface that scattered the ray. `lobe`: as in share_of_row.
 template <typename Visit>
 EG_INLINE void for_each_light_along(const SceneView& scene, Mask active, const Receiver& from, Int from_mesh,
                                     Vec3 w, Float near, Float far, Float bsdf_pdf, Int kind, Int bounces,
-                                    Float lobe_width, const Visit& visit) {
+                                    const RayLobe& lobe, const Visit& visit) {
     const LightView& lights = scene.lights;
     const auto add = [&](int row, Mask seen, const LightRow& l, Float distance, Float pdf) EG_INLINE_LAMBDA {
         Float weight = light_factor(l, w, distance);
@@ -56,7 +56,8 @@ EG_INLINE void for_each_light_along(const SceneView& scene, Mask active, const R
             const Float p2 = bsdf_pdf * bsdf_pdf;
             weight = weight * select(shared, p2 / max(p2 + other * other, 1e-37f), 1.0f);
         }
-        visit(row, seen & meets_row(scene, row, lobe_width), l.radiance, weight);
+        if (scene.light_followed) weight = weight * share_of_row(scene, row, lobe);
+        visit(row, seen, l.radiance, weight);
     };
     for_each_met_light(scene, active, from.position, from_mesh, w, near, far, kind, bounces, add);
 }
@@ -64,9 +65,9 @@ EG_INLINE void for_each_light_along(const SceneView& scene, Mask active, const R
 // Sum of the radiance of these lights.
 EG_OUTLINE Vec3 lights_along(const SceneView& scene, Mask active, const Receiver& from, Int from_mesh, Vec3 w,
                              Float near, Float far, Float bsdf_pdf, Int kind, Int bounces,
-                             Float lobe_width = splat(0.0f)) {
+                             const RayLobe& lobe = {}) {
     Vec3 sum = zero3();
-    for_each_light_along(scene, active, from, from_mesh, w, near, far, bsdf_pdf, kind, bounces, lobe_width,
+    for_each_light_along(scene, active, from, from_mesh, w, near, far, bsdf_pdf, kind, bounces, lobe,
                          [&](int, Mask seen, Vec3 radiance, Float weight)
                              EG_INLINE_LAMBDA { sum = sum + select(seen, radiance * weight, zero3()); });
     return sum;

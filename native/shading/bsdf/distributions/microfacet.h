@@ -10,6 +10,7 @@
 
 #include "shading/bsdf/distributions/beckmann.h"
 #include "shading/bsdf/distributions/phong_lobe.h"
+#include "shading/bsdf/distributions/tail.h"
 #include "shading/bsdf/score_density.h"
 #include "simd/vector.h"
 
@@ -26,6 +27,7 @@ struct Microfacets {
     Float bound;      // of the sampled range of reflections
     Mask by_score;    // sampled for the derivative by roughness (shading/bsdf/score_density.h)
     Mask followed;    // scatters at a fixed microfacet normal (shading/bsdf/followed_lobes.h)
+    Float tail;       // of followed lanes: of reflections, what emitter samples find (tail.h); 0: nothing
     bool others;      // whether any lane is not GGX
     Mask beckmann, phong;
 };
@@ -46,6 +48,7 @@ EG_INLINE Microfacets make_facets(Float ax, Float ay, Vec3 view) {
     const Float s = 1.0f + sqrt(v.x * v.x + v.y * v.y), s2 = s * s;
     g.bound = (1.0f - a2) * s2 / (s2 + a2 * v.z * v.z);
     g.by_score = g.followed = splat(0);
+    g.tail = splat(0.0f);
     g.others = false;
     g.beckmann = g.phong = splat(0);
     return g;
@@ -96,6 +99,15 @@ EG_INLINE Float normal_density(const Microfacets& g, Vec3 h) {
 }
 
 EG_OUTLINE Float score_places(const Microfacets& g, Float u) { return select(g.by_score, score_place(u), u); }
+
+// The density of the normals of reflections that are evaluated: 0 for perfect mirrors, and for followed ones
+// that of their tails.
+template <bool kOthers>
+EG_INLINE Float evaluated_density(const Microfacets& g, Mask active, Vec3 h) {
+    const Mask tails = g.followed & (g.tail > 0.0f), rough = active & ~is_smooth(g);
+    const Float density = select(rough & (~g.followed | tails), normal_density<kOthers>(g, h), 0.0f);
+    return any(tails) ? select(tails, density * share_of_emitter_samples(h, g.tail), density) : density;
+}
 
 // Samples a visible GGX normal. With `bound` 1 it may be any; with g.bound most normals that reflect below
 // the surface are excluded.

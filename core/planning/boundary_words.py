@@ -128,8 +128,9 @@ def shadow(words: SceneWords) -> Term:
                    "interior term does not contain its motion")
     sampled = words.computed("camera-sampled shadows")
     if sampled is not None and sampled.materials:
+        but = "lights without size" if sampled.meshes else "emissive meshes and lights without size"
         why.append(f"those that the camera sees by sharp lobes ({words.material_names(sampled)}): by samples that "
-                   "start at the camera, except for emissive meshes and lights without size")
+                   f"start at the camera, except for {but}")
     absent = _absent_lights(words)
     if absent:
         why.append(f"no shadows of {', '.join(absent)}: there are none")

@@ -62,7 +62,7 @@ class RenderOptions:
     caustics_alone: bool = False
     field_edges: str = "outlines"
     two_passes: bool = True
-    camera_sampled_alpha: float = 0.25
+    camera_sampled_alpha: float = 0.5
     most_placed_edges: int = 1 << 22
     force: tuple[str, ...] = ()
 

@@ -12,15 +12,15 @@ namespace edgegrad {
 constexpr float kSharpAlpha = 0.35f;
 
 // Returns whether a closure without textures has a lobe with an alpha up to `widest` that is not perfect. For
-// a gloss over a diffuse base the limit is kWeakGloss times that.
-inline bool has_sharp_lobe(const SceneTables& tables, size_t closure, float widest) {
+// a gloss over a diffuse base the limit is `weak` times that.
+inline bool has_sharp_lobe(const SceneTables& tables, size_t closure, float widest, float weak = kWeakGloss) {
     if (!(tables.closure_flags[closure] & (kHasGlossy | kHasRefraction)) ||
         tables.closure_kind[closure] == kSheen || tables.closure_kind[closure] == kVelvet)
         return false;
     const float* row = tables.closure_params.data() + kMaterialParams * closure;
     const bool principled =
         tables.closure_kind[closure] == kPrincipled || tables.closure_kind[closure] == kDisney;
-    if (principled && row[kMetallic] + row[kTransmission] < 0.5f) widest *= kWeakGloss;
+    if (principled && row[kMetallic] + row[kTransmission] < 0.5f) widest *= weak;
     const auto sharp = [&](int place) { return row[place] > 0.0f && row[place] * row[place] <= widest; };
     return sharp(kRoughness) || (row[kCoatWeight] > 0.0f && sharp(kCoatRoughness));
 }

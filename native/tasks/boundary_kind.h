@@ -90,11 +90,14 @@ constexpr BoundaryKindRow kBoundaryTable[kBoundaryKinds] = {
     {kCrossedLight, Part::kCrossedLights, kLineDirections, 0.5, 0.0625, 2, kLightIntersection},
     {kCrossedSurface, Part::kCrossedSurfaces, kLineDirections, 0.5, 0.0625, 3, kLightIntersection},
     {kTextureBorder, Part::kTextureBorders, kPictureLines, 0.27, 0.18, 1, kTextureBorder},
-    {kCameraSampledShadow, Part::kCameraSampledShadows, kWholePicture, 0.25, 0.0625, 2, kCameraSampledShadow},
+    {kCameraSampledShadow, Part::kCameraSampledShadows, kWholePicture, 1.0, 0.0625, 2, kCameraSampledShadow},
     {kContactBorder, Part::kContactBorders, kLineDirections, 1.5, 0.0625, 3, kContactBorder},
     {kCausticOutline, Part::kCausticOutlines, kLineDirections, 0.5, 0.125, 3, kCausticOutline},
     {kCausticEdge, Part::kCausticEdges, kLineDirections, 0.75, 0.125, 3, kCausticEdge},
 };
+// The part of the share of kCameraSampledShadow in scenes without sharp lobes.
+constexpr double kWithoutSharpLobes = 0.25;
+
 // Of intersections: whether the occluded surface scatters light, else it emits light; and whether the lines
 // are curves on fields.
 constexpr bool scatters_at_lines(int32_t kind) {

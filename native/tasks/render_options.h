@@ -12,10 +12,15 @@ namespace edgegrad {
 
 // Up to this alpha, lobes through which the camera sees edges between other surfaces, or shadows, are sampled
 // from the camera (boundary/terms/camera_sampled.h, boundary/terms/camera_sampled_shadow.h).
-constexpr float kCameraSampledAlpha = 0.25f;
+constexpr float kCameraSampledAlpha = 0.5f;
+// The limit of transmitting lobes as a multiple of it. Refraction spreads rays less, and samples that start
+// at edges behind a body of rough glass have to pass two of its lobes.
+constexpr float kCameraSampledThrough = 2.0f;
+// The limit of gloss over a diffuse base as a multiple of it: the base's samples start at edges anyway.
+constexpr float kWeakCameraSampled = 0.125f;
 // Of shadows of lights of the table, reflecting lobes are sampled from the camera up to this part of it:
 // wider ones have less noise by samples that start at edges.
-constexpr float kReflectedShadows = 0.16f;
+constexpr float kReflectedShadows = 0.08f;
 
 // Searches list so many edges of instances, which take some hundred megabytes.
 constexpr int64_t kMostPlacedEdges = int64_t{1} << 22;

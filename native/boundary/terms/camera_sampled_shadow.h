@@ -1,18 +1,20 @@
 // Shadow boundary term, camera-sampled: shadows of the environment that the camera sees, and shadows that it
 // sees in sharp lobes.
 //
-// This estimates the same integral as boundary/terms/shadow.h, for the environment and for lights of the
-// table with a size, over camera paths of the picture and, from their k-th vertex x, over points e of edges
-// (derivations, C1 and I). With r = |x - e|, w the direction from x to e, and beta the path's throughput
+// This estimates the same integral as boundary/terms/shadow.h, for the environment, for emissive meshes and
+// for lights of the table with a size, over camera paths of the picture and, from their k-th vertex x, over
+// points e of edges (derivations, C1 and I). With r = |x - e|, w the direction from x to e, and beta the
+// path's throughput
 //   dI = int ds beta sum over edges int du  f |n_s . w|/r^2 L(w)
 //        sigma (t x w) . (de - lambda dx - (1 - lambda) dy),
 // where y is the light along w. There are two kinds of paths:
-// x is the camera's first vertex and y the environment: samples that start at edges estimate them, too, and
-// both have weights (boundary/segment/shadow_balance.h). Or x is a later vertex: as in
-// boundary/terms/camera_sampled.h, the first one scatters by its camera-sampled lobes alone, and all other
-// lobes belong to samples that start at edges. Emissive meshes and lights without size belong to samples that
-// start at edges. So do lights of the table at the first vertex: samples of a light know where its shadows
-// fall, and directions of a lobe rarely meet a small light.
+// x is the camera's first vertex and y the environment or an emissive mesh: samples that start at edges
+// estimate them, too, and both have weights (boundary/segment/shadow_balance.h). Or x is a later vertex: as
+// in boundary/terms/camera_sampled.h, the first one scatters by its camera-sampled lobes alone, and all other
+// lobes belong to samples that start at edges. Lights without size belong to samples that start at edges. So
+// do lights of the table at the first vertex: samples of a light know where its shadows fall, and directions
+// of a lobe rarely meet a small light. Emissive meshes take part in scenes with sharp lobes
+// (BoundaryTask::shares_faces).
 //
 // Edges are chosen near a direction to the light, or near one of x's lobes. Candidates behind which there is
 // no light have no weight.
@@ -30,28 +32,33 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 // The light whose shadow a sample estimates.
 struct ShadowSource {
-    Mask environment, table;
+    Mask environment, table, faces;
     Int kinds;     // of scattering at x
     Int ray_kind;  // to which lights of the table are visible
     Float scale;   // inverse of the probability of these choices
     Float which;   // a random number
 };
 
-// Chooses the environment or, but for lanes whose x is the camera's first vertex (`direct`), the table and,
-// if some lights are hidden from some kinds of rays, one kind.
-EG_INLINE ShadowSource choose_source(const SceneView& scene, const SegmentSample& p, Mask direct) {
+// Chooses one of the environment, emissive faces and, but for lanes whose x is the camera's first vertex
+// (`direct`), the table and, if some lights are hidden from some kinds of rays, one kind.
+EG_INLINE ShadowSource choose_source(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
+                                     Mask direct) {
     Float pick, unused, which, kind;
     sobol_pair(p.random.stream, p.random.sample, kPairStrategy, pick, unused);
     sobol_pair(p.random.stream, p.random.sample, vertex_pair(splat(kLobeVertex + 7), kVertexChoice), which,
                kind);
     const bool sized = scene.lights.sized_count + scene.lights.sized_distant > 0;
-    const Mask may = ~direct & splat(sized ? -1 : 0), both = may & splat(scene.has_environment ? -1 : 0);
+    const Float table = select(~direct & splat(sized ? -1 : 0), splat(1.0f), 0.0f);
+    const Float others = table + (scene.has_environment ? 1.0f : 0.0f);
     ShadowSource source;
-    source.table = may & (~both | (pick < 0.5f));
-    source.environment = ~source.table;
-    source.scale = select(both, splat(2.0f), 1.0f);
-    source.kinds = select(source.table, splat(kScatteredRays | kOfTable),
-                          splat(kScatteredRays & scene.environment_mask));
+    source.scale = others + (task.shares_faces ? 1.0f : 0.0f);
+    const Float mark = pick * source.scale;
+    source.table = mark < table;
+    source.environment = ~source.table & (mark < others);
+    source.faces = mark >= others;
+    source.kinds =
+        select(source.table, splat(kScatteredRays | kOfTable),
+               select(source.faces, splat(kScatteredRays), splat(kScatteredRays & scene.environment_mask)));
     source.ray_kind = splat(static_cast<int>(kDiffuseRay));
     source.which = which;
     if (scene.lights.any_hidden && any(source.table)) {
@@ -92,6 +99,23 @@ EG_INLINE LobeDirection shadow_direction(const SceneView& scene, const Scatterin
     return around;
 }
 
+// Finds the emissive face behind the edge, the radiance that it emits towards the edge, and what passes the
+// transparent surfaces before it. Other lanes are dropped.
+EG_OUTLINE void meet_face(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
+                          Mask on_face, Int path, BoundarySegment& s, Vec3& light, Vec3& passed) {
+    const LightSource y = find_source(scene, task, s, on_face, path, p.t, -s.towards);
+    const Int face = select(y.hit.hit, y.hit.face, splat(0));
+    const Mask met = on_face & y.hit.hit & (gather(scene.lights.face_light, face) >= 0);
+    s.active &= ~on_face | met;
+    s.y.face = select(met, face, s.y.face), s.y.instance = select(met, y.hit.instance, s.y.instance);
+    s.y.b1 = select(met, y.hit.b1, s.y.b1), s.y.b2 = select(met, y.hit.b2, s.y.b2);
+    s.distance = select(met, y.distance, s.distance);
+    const SurfacePoint end = surface_point(scene, met, face, y.hit.b1, y.hit.b2, s.towards, y.hit.instance);
+    const TexturePoint point = texture_point(scene, end, -s.towards, splat(kNoRay), {splat(-1), y.distance});
+    light = select(met, emitted_radiance(scene, end, point), light);
+    passed = select(met, y.through, passed);
+}
+
 // A sample of the term (boundary/samples/direct_samples.h).
 EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, const BoundaryTask& task,
                                                      int64_t at, SegmentCursor& cursor,
@@ -102,9 +126,9 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
     SegmentSample& p = begun.segment;
     PathPacket& path = begun.path;
     const ImageTask walks = sample_paths(task, 1, hash(task.seed ^ 0x5bd1e995u));
-    if (!scene.has_environment) path.active &= ~s.screen_form;
-    const ShadowSource source = choose_source(scene, p, s.screen_form);
-    walk_by_sharp_lobes(scene, task, walks, source.table, begun, s);
+    if (!scene.has_environment && !task.shares_faces) path.active &= ~s.screen_form;
+    const ShadowSource source = choose_source(scene, task, p, s.screen_form);
+    walk_by_sharp_lobes(scene, task, walks, source.table | source.faces, begun, s);
     if (!any(path.active)) return s;
     const ScatteringPoint x = scattering_point(scene, walks, path, path.active, begun.hit);
     s.active = x.x.active & ((source.kinds & kScatteredRays) != 0);
@@ -122,7 +146,7 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
     const auto meets_light = [&](Mask m, Vec3 w, Float r) EG_INLINE_LAMBDA {
         // Whether an edge in the plane of x hides anything would be up to rounding
         const Mask raised = abs(dot(x.x.normal, w)) * r > 1e-5f * r + rounding;
-        Mask lit = m & source.environment & raised;
+        Mask lit = m & ~source.table & raised;
         for_each_met_light(scene, m & source.table, x.x.position, x.x.mesh, w, r, splat(__builtin_inff()),
                            source.ray_kind, begun.length,
                            [&](int, Mask seen, const LightRow&, Float, Float)
@@ -159,9 +183,17 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
         end = select(near, s.towards * s.distance, end);
         far = select(near, splat(0.99999f), far);
     }
+    Vec3 passed = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    const Mask on_face = s.active & source.faces;
+    if (any(on_face)) meet_face(scene, task, p, on_face, path.path, s, light, passed);
+    const Int face = s.y.face;
     if (scene.rays_differ || scene.lights.any_linked)
         s.active &= (gather(scene.mesh_mask, mesh_of(scene, edge_face(scene, s.edge))) & blockers) != 0;
     divide_segment(s);
+    if (any(on_face)) {
+        fix_light_direction(scene, s);
+        blend_near_contact(scene, begun.length, s);
+    }
     s.active &= segment_moves(scene, requested, s);
     if (!any(s.active)) return s;
 
@@ -169,8 +201,8 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
     PassingRays rays{blockers};
     rays.ignored = {s.edge, s.instance};
     const Vec3 start = leave_surface(x.x, s.towards);
-    const Vec3 seen = transmittance(scene, s.active, start, s.point - start, splat(0.99999f), rays) *
-                      transmittance(scene, s.active, s.point, end, far, rays);
+    const Vec3 seen = transmittance(scene, s.active, start, s.point - start, splat(0.99999f), rays) * passed *
+                      transmittance(scene, s.active & ~on_face, s.point, end, far, rays);
     s.color = path.throughput * value * seen * light * (x.shader.scale * begun.weight * source.scale);
     const Mask balanced = s.active & s.screen_form;
     if (any(balanced)) {
@@ -179,8 +211,13 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
                           x.shader.scale / max(abs(dot(x.x.normal, s.towards)), 1e-20f);
         if (scene.all_flags & kHasTransparency)
             scattered = scattered * (1.0f - passing_share(x.shader, unused));
+        Float density = environment_density(scene, s.towards);
+        if (any(on_face))
+            density = select(on_face,
+                             emitter_density(scene, balanced & on_face, s.point, face, s.towards, s.distance),
+                             density);
         const Float edges =
-            share_of_edges(scene, x.x, s.view, s.towards, p.t, s.reach, scattered, task.tree.mass);
+            share_of_edges(scene, x.x, s.view, s.towards, density, p.t, s.reach, scattered, task.tree.mass);
         s.color = select(balanced, s.color * (1.0f - edges), s.color);
     }
     color_of_jump(scene, p, edge, s);

@@ -101,13 +101,18 @@ struct LightAtEdge {
         if (task.kind == kEnvironmentShadow) return chained;
         Mask sized = chained & (s.y.row >= 0);
         for (int i = 0; i < W; ++i) sized[i] &= is_sized(s.y.kind[i]) ? -1 : 0;
-        return sized;
+        return task.shares_faces ? sized | (chained & (light.sample.face >= 0)) : sized;
     }
     EG_INLINE Float share(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
                           const SeenLight& seen, const BoundarySegment& s) const {
-        const Mask balanced = s.active & s.screen_form;
-        if (task.kind != kEnvironmentShadow || !(task.tree.mass > 0.0f) || !any(balanced)) return splat(1.0f);
-        const Float weight = share_of_edges(scene, s.x, seen.view, s.towards, p.t, s.reach,
+        Mask balanced = s.active & s.screen_form;
+        const bool environment = task.kind == kEnvironmentShadow;
+        if (!environment) balanced &= task.shares_faces ? light.sample.face >= 0 : splat(0);
+        if (!(task.tree.mass > 0.0f) || !any(balanced)) return splat(1.0f);
+        const Float density = environment ? environment_density(scene, s.towards)
+                                          : emitter_density(scene, balanced, s.point, light.sample.face,
+                                                            s.towards, light.sample.r);
+        const Float weight = share_of_edges(scene, s.x, seen.view, s.towards, density, p.t, s.reach,
                                             largest_component(seen.scattered), task.tree.mass);
         return select(balanced, weight, 1.0f);
     }

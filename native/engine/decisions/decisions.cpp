@@ -174,7 +174,8 @@ void decide_shadows(const BoundaryFacts& f, Reason black, Decisions& decided) {
     const bool sized = scene.lights.sized_count + scene.lights.sized_distant > 0;
     // Of lights of the table these samples have shadows only behind the first surface
     const Reason beyond = f.options.max_depth > 2 ? unless(sized, Reason::kNoLight) : Reason::kNotRendered;
-    decide(Part::kCameraSampledShadows, scene.has_environment ? Reason::kNeeded : beyond,
+    decide(Part::kCameraSampledShadows,
+           scene.has_environment || scene.lights.face_light ? Reason::kNeeded : beyond,
            meshes || m.camera || (sized && m.lights) || (scene.has_environment && m.rotation), alone);
     std::vector<int32_t> fields = fields_met(f.tables, ~(1 << kCameraRay));
     if (decide(Part::kFieldShadows,

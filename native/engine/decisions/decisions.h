@@ -171,6 +171,16 @@ inline bool has_face_of(const SceneTables& tables, size_t mesh, const std::vecto
 // The visible meshes that some, but not all, of the kinds of rays in a mask can hit.
 std::vector<int32_t> partly_met_meshes(const SceneTables& tables, int32_t rays);
 
+// Materials that may have camera-sampled lobes (boundary/segment/camera_sampled_lobes.h): the limits of alpha
+// are those of lobes that reflect and that transmit.
+std::vector<int32_t> camera_sampled_materials(const SceneView& scene, const SceneTables& tables,
+                                              float reflected, float transmitted);
+
+// The emissive meshes whose shadows are sampled from the camera, too (boundary/terms/camera_sampled_shadow.h).
+// There are none if scattered rays differ in the meshes that they meet, or if emissive surfaces are
+// transparent: then both kinds of samples would not find the same light.
+std::vector<int32_t> camera_sampled_emitters(const SceneView& scene, const SceneTables& tables);
+
 // Whether the requested parameters turn or shift the camera's rays. The focus of a pinhole and the rotation
 // of a round aperture do not.
 bool moves_rays(const CameraView& camera, const Requested& requested);

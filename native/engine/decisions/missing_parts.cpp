@@ -275,10 +275,12 @@ class Search {
 
     // What fields hide of the light of narrow lobes that are not followed, which few samples find.
     void narrow_lobes() {
-        constexpr float kFound = 0.05f;  // alpha; in wider lobes more of them do
+        // Alpha; in wider lobes more of them do. Light passes two lobes of a body of rough glass.
+        constexpr float kFound = 0.05f, kFoundThrough = 0.5f;
         if (tables_.fields.empty() || !any_moves_ || f_.options.max_depth < 2) return;
         materials(Part::kNarrowFieldLobes, used_materials(tables_, [&](size_t k) {
-                      return has_sharp_lobe(tables_, k, kFound) &&
+                      const bool through = tables_.closure_flags[k] & kHasRefraction;
+                      return has_sharp_lobe(tables_, k, through ? kFoundThrough : kFound) &&
                              !may_be_specular(tables_, k, f_.scene.followed_alpha);
                   }));
     }

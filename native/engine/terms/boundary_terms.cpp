@@ -40,19 +40,6 @@ double scattered(int64_t segments, double each, double samples) {
 // the edges. A larger tree takes more time than the samples are worth.
 constexpr int64_t kMostTreeEdges = 16384;
 
-// Materials that may have camera-sampled lobes (boundary/segment/camera_sampled_lobes.h).
-std::vector<int32_t> camera_sampled(const SceneView& scene, const SceneTables& tables, float reflected,
-                                    float transmitted) {
-    return used_materials(tables, [&](size_t closure) {
-        const float alpha = tables.closure_flags[closure] & kHasRefraction ? transmitted : reflected;
-        const bool glossy = tables.closure_flags[closure] & (kHasGlossy | kHasRefraction);
-        const bool textured = scene.textures.closure_program && scene.textures.closure_program[closure] >= 0;
-        return has_sharp_lobe(tables, closure, alpha) ||
-               (alpha > 0.0f && glossy && textured && tables.closure_kind[closure] != kSheen &&
-                tables.closure_kind[closure] != kVelvet);
-    });
-}
-
 // Collects the terms of a call, one method for each group of boundary kinds.
 class TermBuilder {
  public:
@@ -95,7 +82,8 @@ class TermBuilder {
     std::vector<int32_t> camera_sampled_materials(float part = 1.0f) const {
         const float widest = options_.camera_sampled_alpha;
         if (!(widest > 0.0f)) return {};
-        return camera_sampled(scene_, edges_.tables, part * widest, widest);
+        return edgegrad::camera_sampled_materials(scene_, edges_.tables, part * widest,
+                                                  kCameraSampledThrough * widest);
     }
     template <typename Key, typename Search>
     FoundEdges search(Kept<Key, Candidates>& kept, const std::type_identity_t<Key>& key, const Search& find) {
@@ -110,7 +98,7 @@ class TermBuilder {
     void add(BoundaryKind kind, const Candidates& found, const Segments& segments, double cells,
              double samples, BoundaryTerm::Lines lines = {}, double factor = 1.0);
     template <typename Tree>
-    void add_from_camera(BoundaryKind kind, const Tree& tree, bool further = true);
+    void add_from_camera(BoundaryKind kind, const Tree& tree, bool further = true, bool shares_faces = false);
     void add_shadows(BoundaryKind kind, const FoundEdges& found, double directions,
                      BoundaryTerm::Lines lines = {});
     void add_between(BoundaryKind kind, const FoundEdges& found);
@@ -131,6 +119,7 @@ class TermBuilder {
     std::shared_ptr<const Intersections> seen_;
     // Of the silhouettes, if shadows of the environment are sampled from the camera, too
     std::shared_ptr<const EdgeTree> shadow_tree_;
+    bool shares_faces_ = false;  // BoundaryTask::shares_faces
     BoundaryTerms terms_;
 };
 
@@ -160,14 +149,15 @@ void TermBuilder::add(BoundaryKind kind, const Candidates& found, const Segments
          std::move(lines), weights);
 }
 
-// The same for kinds whose samples start at the camera. `further`: also at surfaces behind the first.
+// The same for kinds whose samples start at the camera. `further`: also at surfaces behind the first, which
+// sharp lobes show.
 template <typename Tree>
-void TermBuilder::add_from_camera(BoundaryKind kind, const Tree& tree, bool further) {
+void TermBuilder::add_from_camera(BoundaryKind kind, const Tree& tree, bool further, bool shares_faces) {
     if (decided_.alone()) return;
-    const double samples = most_samples(kind);
+    const double samples = (further ? 1.0 : kWithoutSharpLobes) * most_samples(kind);
     add(kind, whole_picture(),
         [&] { return over_picture(kPictureSegments * samples, further && chains(kind)); }, 0.0, samples,
-        {nullptr, tree()});
+        {nullptr, tree(), shares_faces});
 }
 
 // Edges that are silhouettes from some point. Several parts share one search.
@@ -265,17 +255,23 @@ std::shared_ptr<const EdgeTree> TermBuilder::edge_tree(const FoundEdges& found) 
 void TermBuilder::add_camera_sampled_shadows() {
     constexpr Part kPart = Part::kCameraSampledShadows;
     if (!decided_.computes(kPart)) return;
-    auto lobes = camera_sampled_materials(scene_.has_environment ? 1.0f : kReflectedShadows);
-    const bool behind = !lobes.empty();
-    if (!behind && !scene_.has_environment) return decided_.none(kPart, Reason::kNone);
+    auto faces = decided_.computes(Part::kLightShadows) ? camera_sampled_emitters(scene_, edges_.tables)
+                                                        : std::vector<int32_t>{};
+    auto lobes =
+        camera_sampled_materials(scene_.has_environment || !faces.empty() ? 1.0f : kReflectedShadows);
+    const bool behind = !lobes.empty(), table = scene_.lights.sized_count + scene_.lights.sized_distant > 0;
+    const bool lit = !faces.empty() || (table && options_.max_depth > 2);
+    if (!scene_.has_environment && !(behind && lit)) return decided_.none(kPart, Reason::kNone);
     const FoundEdges& found = silhouettes();
     if (!has_edges(kPart, found.size(), found.counts())) return;
     // Shadows of the environment are sampled on all materials
     const bool few = edges_.windows == 1 && found.counts().kept <= kMostTreeEdges;
     if (!behind && !few) return decided_.none(kPart, Reason::kNone);
     decided_[kPart].materials = std::move(lobes);
-    if (scene_.has_environment) shadow_tree_ = edge_tree(found);
-    add_from_camera(kCameraSampledShadow, [&] { return edge_tree(found); }, behind);
+    shares_faces_ = behind && !faces.empty();
+    if (shares_faces_) decided_[kPart].meshes = std::move(faces);
+    if (scene_.has_environment || shares_faces_) shadow_tree_ = edge_tree(found);
+    add_from_camera(kCameraSampledShadow, [&] { return edge_tree(found); }, behind, shares_faces_);
 }
 
 void TermBuilder::add_light_shadows() {
@@ -283,7 +279,7 @@ void TermBuilder::add_light_shadows() {
     add_shadows(kShadowBoundary,
                 search(edges_.kept.shadow, {edges_.lights, mesh_sides_},
                        [&](const EdgeList& part) { return shadow_candidates(scene_, part, false); }),
-                0.0);
+                0.0, {nullptr, shares_faces_ ? shadow_tree_ : nullptr, shares_faces_});
 }
 
 void TermBuilder::add_environment_shadows() {
@@ -370,6 +366,7 @@ void BoundaryTerm::run_samples(TermRun& run, int pass, int64_t first, int64_t co
     BoundaryTask task = plan_.task(pass, first, count);
     task.dropped = &lost;
     if (lines_.tree) task.tree = lines_.tree->view();
+    task.shares_faces = lines_.shares_faces;
     if (beams_) task.beams = beams_->towards_mirrors();
     const BoundaryKernels& kernels = run.kernels.boundary[task.kind];
     if (run.is_forward())

@@ -10,9 +10,9 @@ namespace edgegrad::EDGEGRAD_ISA {
 // Samples one light and a direction to it, for the point x. Lights that cannot contribute are inactive: those
 // behind x, except in lanes of `both_sides`, and those whose limit is exceeded by the path's `bounces` before
 // x. `shading`: as in Receiver.
-EG_OUTLINE LightSample sample_light(const SceneView& scene, Mask active, const SurfacePoint& x,
-                                    Mask both_sides, Int bounces, Float u, Float v,
-                                    const Vec3* shading = nullptr) {
+[[maybe_unused]] EG_OUTLINE LightSample sample_light(const SceneView& scene, Mask active,
+                                                     const SurfacePoint& x, Mask both_sides, Int bounces,
+                                                     Float u, Float v, const Vec3* shading = nullptr) {
     const SurfaceReceiver point{{x.position, x.normal, both_sides, shading}, x.face};
     LightSample s = sample_light_for(scene, active, point, u, v);
     s.active &= shines_on(scene, s.row, x.mesh, bounces);
@@ -21,8 +21,8 @@ EG_OUTLINE LightSample sample_light(const SceneView& scene, Mask active, const S
 
 // Solid-angle density of `sample_light` at `from` for the direction w, in which an emissive face is met at
 // the distance r; 0 for faces that are not sampled.
-EG_OUTLINE Float light_pdf(const SceneView& scene, Mask active, const Receiver& from, Int face, Vec3 w,
-                           Float r) {
+[[maybe_unused]] EG_OUTLINE Float light_pdf(const SceneView& scene, Mask active, const Receiver& from,
+                                            Int face, Vec3 w, Float r) {
     const LightView& lights = scene.lights;
     if (!lights.face_light) return splat(0.0f);
     const Int light = select(active, gather(lights.face_light, select(active, face, splat(0))), splat(-1));
@@ -63,9 +63,9 @@ EG_INLINE void for_each_light_along(const SceneView& scene, Mask active, const R
 }
 
 // Sum of the radiance of these lights.
-EG_OUTLINE Vec3 lights_along(const SceneView& scene, Mask active, const Receiver& from, Int from_mesh, Vec3 w,
-                             Float near, Float far, Float bsdf_pdf, Int kind, Int bounces,
-                             const RayLobe& lobe = {}) {
+[[maybe_unused]] EG_OUTLINE Vec3 lights_along(const SceneView& scene, Mask active, const Receiver& from,
+                                              Int from_mesh, Vec3 w, Float near, Float far, Float bsdf_pdf,
+                                              Int kind, Int bounces, const RayLobe& lobe = {}) {
     Vec3 sum = zero3();
     for_each_light_along(scene, active, from, from_mesh, w, near, far, bsdf_pdf, kind, bounces, lobe,
                          [&](int, Mask seen, Vec3 radiance, Float weight)

@@ -1,9 +1,7 @@
 // The surface that a ray towards a light-scattering surface meets.
 #pragma once
 
-#include "path/start.h"
-#include "path/stream.h"
-#include "shading/surface_shader.h"
+#include "boundary/samples/visible_edge.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

@@ -22,7 +22,6 @@
 #include "boundary/segment/shadow_connection.h"
 #include "boundary/terms/camera_sampled.h"
 #include "shading/lights/environment_samples.h"
-#include "shading/lights/light_radiance.h"
 #include "shading/lights/lights.h"
 #include "shading/lights/met_light.h"
 

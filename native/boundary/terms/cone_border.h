@@ -13,8 +13,6 @@
 // disk.
 #pragma once
 
-#include "boundary/samples/direct_samples.h"
-#include "boundary/segment/camera_connection.h"
 #include "boundary/segment/receiver.h"
 #include "boundary/segment/scattering_chain.h"
 #include "boundary/segment/segment.h"

@@ -16,7 +16,6 @@
 #include "boundary/segment/shadow_connection.h"
 #include "boundary/segment/tangents_to_lights.h"
 #include "boundary/segment/touched_field.h"
-#include "shading/lights/environment_samples.h"
 #include "shading/lights/light_radiance.h"
 #include "tasks/boundary_kind.h"
 

@@ -26,7 +26,6 @@
 #include "boundary/samples/crossing_samples.h"
 #include "boundary/samples/light_cut.h"
 #include "boundary/segment/far_radiance.h"
-#include "boundary/segment/occluder.h"
 #include "boundary/segment/scattering_chain.h"
 #include "boundary/segment/silhouette.h"
 #include "shading/lights/light_radiance.h"

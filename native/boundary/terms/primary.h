@@ -20,7 +20,6 @@
 #include "boundary/samples/intersection_point.h"
 #include "boundary/samples/moving_points.h"
 #include "boundary/samples/visible_edge.h"
-#include "path/run.h"
 #include "path/start.h"
 #include "reparameterisation/camera_blocks.h"
 #include "tasks/boundary_task.h"

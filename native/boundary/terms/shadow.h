@@ -14,7 +14,6 @@
 // about the edge and by the environment's image.
 #pragma once
 
-#include "boundary/samples/direct_samples.h"
 #include "boundary/segment/occluder.h"
 #include "boundary/segment/shadow_balance.h"
 #include "boundary/segment/shadow_connection.h"

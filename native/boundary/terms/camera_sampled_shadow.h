@@ -39,10 +39,8 @@ struct ShadowSource {
 // Chooses the environment or, but for lanes whose x is the camera's first vertex (`direct`), the table and,
 // if some lights are hidden from some kinds of rays, one kind.
 EG_INLINE ShadowSource choose_source(const SceneView& scene, const SegmentSample& p, Mask direct) {
-    Float pick, unused, which, kind;
-    sobol_pair(p.random.stream, p.random.sample, kPairStrategy, pick, unused);
-    sobol_pair(p.random.stream, p.random.sample, vertex_pair(splat(kLobeVertex + 7), kVertexChoice), which,
-               kind);
+    const Float pick = sobol_pair(p.random, kPairStrategy).u;
+    const auto [which, kind] = sobol_pair(p.random, vertex_pair(splat(kLobeVertex + 7), kVertexChoice));
     const bool sized = scene.lights.sized_count + scene.lights.sized_distant > 0;
     const Mask may = ~direct & splat(sized ? -1 : 0), both = may & splat(scene.has_environment ? -1 : 0);
     ShadowSource source;
@@ -70,9 +68,8 @@ EG_INLINE LobeDirection shadow_direction(const SceneView& scene, const Scatterin
                                          const CameraSampledSurface& surface, Mask active,
                                          const ShadowSource& source, Int bounces, const PathIndex& walk,
                                          Int vertex, const PathIndex& random) {
-    Float pick, lobe, u, v;
-    sobol_pair(walk.stream, walk.sample, vertex_pair(vertex, kVertexChoice), pick, lobe);
-    sobol_pair(random.stream, random.sample, kPairLight, u, v);
+    const auto [pick, lobe] = sobol_pair(walk, vertex_pair(vertex, kVertexChoice));
+    const auto [u, v] = sobol_pair(random, kPairLight);
     LobeDirection around = sample_lobe_direction(surface, active, source.kinds, lobe, random);
     const Mask to_light = active & (pick < 0.5f);
     const auto take = [&](Mask m, Vec3 w, Float pdf) {

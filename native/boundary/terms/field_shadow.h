@@ -193,8 +193,7 @@ EG_OUTLINE BoundarySegment sample_field_tangent_shadow(const SceneView& scene, c
         return s;
     }
     // Choose a light
-    Float u, v;
-    sobol_pair(p.random.stream, p.random.sample, kPairLight, u, v);
+    const auto [u, v] = sobol_pair(p.random, kPairLight);
     const LightChoice choice = choose_light(scene.lights, s.active, OpenPoint{s.point}, u);
     const Int kind = gather(scene.lights.kind, choice.light),
               index = gather(scene.lights.index, choice.light);

@@ -56,3 +56,10 @@ class Checked:
             known = [f.name for f in fields(self)]  # type: ignore[arg-type]
             raise AttributeError(f"{type(self).__name__} has no field '{name}'{near(name, known)}")
         object.__setattr__(self, name, value)
+
+
+class CheckedAtOnce(Checked):
+    """Base class of those that are checked when they are made; messages name their class."""
+
+    def __post_init__(self) -> None:
+        self.check_fields(type(self).__name__)

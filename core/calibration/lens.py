@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._check import array, light_values, number, numeric, whole
-from .._fields import Check, Checked, by
+from .._fields import Check, CheckedAtOnce, by
 from ..scene.camera import MAX_SIDE, Camera
 
 F64 = NDArray[np.float64]
@@ -45,7 +45,7 @@ BAND = 1 << 20
 
 
 @dataclass(frozen=True)
-class Lens(Checked):
+class Lens(CheckedAtOnce):
     """Intrinsics of a calibrated camera.
 
     Attributes
@@ -78,9 +78,6 @@ class Lens(Checked):
         **dict.fromkeys(("fx", "fy"), by(number, above=0.0)),
         **dict.fromkeys(("cx", "cy", *_COEFFICIENTS), number),
     }
-
-    def __post_init__(self) -> None:
-        self.check_fields("Lens")
 
     @classmethod
     def of_model(cls, where: str, model: str, width: int, height: int, values: Sequence[float]) -> Lens:

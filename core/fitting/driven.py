@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from .checkpoints.resumable import Resumable, State
 from .optimisers import Adam, AdamMatrix
 from .rigid_variables import BETA2
+from .variables import Unknown
 
 F64 = NDArray[np.float64]
 
@@ -54,24 +55,10 @@ class Placement:
     push: Callable[[str, int, int], Mapping[str, Any]] | None = None
 
 
-class Variable(Protocol):
-    """A driven variable with an optimiser of its own; `fitting.variables.Unknown` with a value."""
+class Variable(Unknown, Protocol):
+    """A driven variable with an optimiser of its own."""
 
-    path: str
-    step: float
     value: F64
-
-    def take_step(self, gradient: F64, factor: float) -> Any:
-        """Make one step, of `factor` times the step length, and return the next value."""
-        ...
-
-    def state(self) -> State:
-        """Return what steps change (`Resumable`)."""
-        ...
-
-    def restore(self, state: State) -> None:
-        """Take over what `state` has returned."""
-        ...
 
 
 class Driven(Protocol):
@@ -141,6 +128,19 @@ class Numbers(Resumable):
 MOST_TOGETHER = 24
 
 
+def joint_step(optimiser: Adam | AdamMatrix, factor: float, parts: Sequence[tuple[F64, ...]]) -> list[F64]:
+    """Return the next values of numbers that have one optimiser, each given by gradient, value, step and limits."""
+    # Numbers at a limit that their gradient pushes against stay there, and do not bend the others' steps.
+    joined = np.concatenate([
+        np.where(((value <= low) & (by > 0.0)) | ((value >= high) & (by < 0.0)), 0.0, by * steps).ravel()
+        for by, value, steps, low, high in parts
+    ])
+    change = optimiser.update(np.zeros_like(joined), joined, factor)
+    ends = np.cumsum([value.size for _, value, *_ in parts])
+    return [np.clip(value + steps * change[end - value.size : end].reshape(value.shape), low, high)
+            for end, (_, value, steps, low, high) in zip(ends, parts, strict=True)]  # fmt: skip
+
+
 class Steps(Resumable):
     """The steps of all driven variables.
 
@@ -163,15 +163,6 @@ class Steps(Resumable):
                for one in self._variables if not isinstance(one, Numbers)}  # fmt: skip
         if not self._numbers:
             return out
-        # Numbers at a limit that their gradient pushes against stay there, and do not bend the others' steps.
-        scaled = [np.where(((one.value <= one.low) & (gradient[one.path] > 0.0))
-                           | ((one.value >= one.high) & (gradient[one.path] < 0.0)), 0.0,
-                           gradient[one.path] * one.steps).ravel() for one in self._numbers]  # fmt: skip
-        joined = np.concatenate(scaled)
-        change = self._optimiser.update(np.zeros_like(joined), joined, factor)
-        first = 0
-        for one in self._numbers:
-            part = change[first : first + one.value.size].reshape(one.value.shape)
-            out[one.path] = np.clip(one.value + one.steps * part, one.low, one.high)
-            first += one.value.size
-        return out
+        parts = [(gradient[one.path], one.value, one.steps, one.low, one.high) for one in self._numbers]
+        following = joint_step(self._optimiser, factor, parts)
+        return out | dict(zip([one.path for one in self._numbers], following, strict=True))

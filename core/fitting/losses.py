@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._check import array, light_values, number, whole
-from .._fields import Check, Checked, by, optional
+from .._fields import Check, CheckedAtOnce, by, optional
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -66,7 +66,7 @@ def l2(image: ArrayLike, target: ArrayLike, mask: ArrayLike | None = None) -> Re
 
 
 @dataclass(frozen=True)
-class Pyramid(Checked):
+class Pyramid(CheckedAtOnce):
     """Sum of a loss over an image pyramid. Coarse levels give a gradient even if an edge is many pixels off.
 
     Each level follows from the one before, beginning with mask * (I - T): a filter [1 2 1]/4 along both axes, then the
@@ -93,9 +93,6 @@ class Pyramid(Checked):
         "power": by(whole, 1, 2),
         "focus": optional(by(number, least=0.0, greatest=1.0)),
     }
-
-    def __post_init__(self) -> None:
-        self.check_fields("Pyramid")
 
     def at(self, progress: float) -> Pyramid:
         """Return the loss at the progress in [0, 1] of a fit that goes from coarse to fine."""
@@ -132,7 +129,7 @@ class Pyramid(Checked):
 
 
 @dataclass(frozen=True)
-class Huber(Checked):
+class Huber(CheckedAtOnce):
     """Mean of the Huber loss: like `l2` for small differences d, like `l1` for large ones, which may be outliers.
 
     The loss of a channel is d² for |d| <= delta, and delta (2 |d| - delta) beyond.
@@ -148,9 +145,6 @@ class Huber(Checked):
 
     checks: ClassVar[Mapping[str, Check]] = {"delta": by(number, above=0.0)}
 
-    def __post_init__(self) -> None:
-        self.check_fields("Huber")
-
     def __call__(self, image: ArrayLike, target: ArrayLike, mask: ArrayLike | None = None) -> Result:
         difference, weight = _difference(image, target, mask)
         scale = weight[..., None] / (3.0 * weight.sum())
@@ -161,7 +155,7 @@ class Huber(Checked):
 
 
 @dataclass(frozen=True)
-class Charbonnier(Checked):
+class Charbonnier(CheckedAtOnce):
     """Mean of sqrt(d² + epsilon²) - epsilon over the differences d: a smooth `l1`.
 
     Attributes
@@ -174,9 +168,6 @@ class Charbonnier(Checked):
 
     checks: ClassVar[Mapping[str, Check]] = {"epsilon": by(number, above=0.0)}
 
-    def __post_init__(self) -> None:
-        self.check_fields("Charbonnier")
-
     def __call__(self, image: ArrayLike, target: ArrayLike, mask: ArrayLike | None = None) -> Result:
         difference, weight = _difference(image, target, mask)
         scale = weight[..., None] / (3.0 * weight.sum())
@@ -185,7 +176,7 @@ class Charbonnier(Checked):
 
 
 @dataclass(frozen=True)
-class Gradients(Checked):
+class Gradients(CheckedAtOnce):
     """Differences of neighbouring pixels, over an image pyramid: edges and texture count, smooth lighting hardly does.
 
     Each level has the difference D = I - T, averaged over 2 x 2 pixels of the level before with the mask as weights.
@@ -209,9 +200,6 @@ class Gradients(Checked):
         "levels": optional(by(whole, 1, 16)),
         "epsilon": optional(by(number, above=0.0)),
     }
-
-    def __post_init__(self) -> None:
-        self.check_fields("Gradients")
 
     def __call__(self, image: ArrayLike, target: ArrayLike, mask: ArrayLike | None = None) -> Result:
         difference, weight = _difference(image, target, mask)

@@ -116,11 +116,16 @@ class Poses(Resumable):
 
     def moved(self, value: F64, motion: F64) -> F64:
         """Return one pose after a rotation about the pivot (radians) and a translation, both along the world's axes."""
-        turn, out = rotations(motion[:3]), value.copy()
-        out[:3, :3] = turn @ out[:3, :3]
-        if value.shape[-1] == 4:
-            out[:3, 3] = turn @ (out[:3, 3] - self._pivot) + self._pivot + motion[3:]
-        return out
+        return moved_pose(value, self._pivot, motion)
+
+
+def moved_pose(value: F64, pivot: F64, motion: F64) -> F64:
+    """Return a pose after a rotation about a pivot, by a vector (radians), and a translation."""
+    turn, out = rotations(motion[:3]), value.copy()
+    out[:3, :3] = turn @ out[:3, :3]
+    if value.shape[-1] == 4:
+        out[:3, 3] = turn @ (out[:3, 3] - pivot) + pivot + motion[3:]
+    return out
 
 
 def rotations(vectors: F64) -> F64:

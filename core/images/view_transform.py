@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._check import number, numeric, shown
-from .._fields import Check, Checked, by
+from .._fields import Check, CheckedAtOnce, by
 from .color_config import processor
 from .srgb import linear_to_srgb, srgb_to_linear
 
@@ -54,7 +54,7 @@ def _config(where: str, name: str, value: Any) -> str | None:
 
 
 @dataclass(frozen=True)
-class ViewTransform(Checked):
+class ViewTransform(CheckedAtOnce):
     """The view transform of a picture, with the names and settings of Blender's color management.
 
     Attributes
@@ -87,9 +87,6 @@ class ViewTransform(Checked):
         "display": _text,
         "config": _config,
     }
-
-    def __post_init__(self) -> None:
-        self.check_fields("ViewTransform")
 
     @property
     def plain(self) -> bool:

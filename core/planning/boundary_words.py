@@ -39,13 +39,8 @@ def primary(words: SceneWords) -> Term:
     """The primary term."""
     edges = words.by_part["edges"]
     mirrors = _mirrors(words, "mirrored edges")
-    seen = []
-    outlines = words.computed("light outlines")
-    if outlines is not None:
-        seen.append(f"besides edges: the outlines of {words.light_names(outlines)}")
-    fields = words.computed("field outlines")
-    if fields is not None:
-        seen.append(f"besides edges: the outlines of the distance fields {words.mesh_names(fields)}")
+    seen = words.sentence("light outlines", "besides edges: the outlines of {lights}")
+    seen += words.sentence("field outlines", "besides edges: the outlines of the distance fields {meshes}")
     bands = words.by_part.get("field bands")
     if bands is not None and bands.computed:
         seen.append(f"besides edges: the outlines of the distance fields {words.mesh_names(bands)}, from bands about "
@@ -55,10 +50,8 @@ def primary(words: SceneWords) -> Term:
                     "panoramas have no other estimator, and a warped picture has none for mirrors, glass, fields that "
                     "light may travel in, fields that may meet, and what the camera's own motion changes")
     seen += words.pairs("field crossings", "besides edges: the curves where {} pass through each other")
-    borders = words.computed("texture borders")
-    if borders is not None:
-        seen.append(f"besides edges: the borders within the faces of {words.mesh_names(borders)} at which textures "
-                    "jump")
+    seen += words.sentence("texture borders",
+                           "besides edges: the borders within the faces of {meshes} at which textures jump")
     seen += words.pierced("intersection outlines",
                           "besides edges: the lines where {meshes} pass through the light '{light}'")
     if mirrors:
@@ -121,11 +114,9 @@ def shadow(words: SceneWords) -> Term:
     if mirrors:
         why.append(f"besides: those that the camera sees by {mirrors}")
     why += [*([horizon] if horizon else []), *curves]
-    outlines = words.computed("emitter outlines")
-    if outlines is not None:
-        why.append(f"besides: the outlines of {words.mesh_names(outlines)}, as surfaces of "
-                   f"{words.material_names(outlines)} see them: light in sharp lobes has a fixed direction, so the "
-                   "interior term does not contain its motion")
+    why += words.sentence("emitter outlines", "besides: the outlines of {meshes}, as surfaces of {materials} see "
+                          "them: light in sharp lobes has a fixed direction, so the interior term does not contain its "
+                          "motion")
     sampled = words.computed("camera-sampled shadows")
     if sampled is not None and sampled.materials:
         but = "lights without size" if sampled.meshes else "emissive meshes and lights without size"
@@ -153,12 +144,8 @@ def _shadow_curves(words: SceneWords) -> list[str]:
                              "it")
     out += words.pairs("crossed lights", "besides edges: what {} hide of each other's light where they pass through "
                        "each other")
-    fields = words.computed("field shadows")
-    if fields is not None:
-        out.append(f"besides edges: the shadows of the distance fields {words.mesh_names(fields)}")
-    cones = words.computed("cone borders")
-    if cones is not None:
-        out.append(f"besides edges: the borders of the cones of {words.light_names(cones)}, which have no blend")
+    out += words.sentence("field shadows", "besides edges: the shadows of the distance fields {meshes}")
+    out += words.sentence("cone borders", "besides edges: the borders of the cones of {lights}, which have no blend")
     return out
 
 
@@ -192,14 +179,10 @@ def indirect(words: SceneWords, max_depth: int) -> Term:
     if borders is not None:
         curves.append(f"besides: {edge_count(borders.edges.kept)} between faces, since light of a fixed direction "
                       "moves over them where surfaces nearly touch")
-    horizons = words.computed("indirect horizons")
-    if horizons is not None:
-        curves.append(f"besides edges: the horizons of the faces of {words.mesh_names(horizons)}, where they cut off "
-                      "light of other surfaces")
-    fields = words.computed("fields between surfaces")
-    if fields is not None:
-        curves.append(f"besides edges: what the distance fields {words.mesh_names(fields)} hide of one surface from "
-                      "another")
+    curves += words.sentence("indirect horizons", "besides edges: the horizons of the faces of {meshes}, where they "
+                             "cut off light of other surfaces")
+    curves += words.sentence("fields between surfaces",
+                             "besides edges: what the distance fields {meshes} hide of one surface from another")
     curves += _caustic_words(words)
     computed = edges.computed or bool(curves) or bool(mirrors)
     of = edges.edges.of
@@ -219,10 +202,8 @@ def indirect(words: SceneWords, max_depth: int) -> Term:
     if mirrors:
         why.append(f"besides: those that the camera sees by {mirrors}")
     why += curves
-    sampled = words.computed("camera-sampled edges")
-    if sampled is not None:
-        why.append(f"seen in sharp lobes ({words.material_names(sampled)}) by samples that start at the camera, "
-                   "elsewhere at edges")
+    why += words.sentence("camera-sampled edges", "seen in sharp lobes ({materials}) by samples that start at the "
+                          "camera, elsewhere at edges")
     if max_depth == 3:
         why.append("paths of three segments have no further surfaces")
     return Term("indirect", True, edges.edges.kept, of, tuple(why))

@@ -49,6 +49,12 @@ class SceneWords:
         """Likewise its materials."""
         return listed([self.materials[k] for k in decision.materials])
 
+    def sentence(self, part: str, sentence: str) -> list[str]:
+        """The sentence, if a part is computed, with the names of what it is about: {meshes}, {lights}, {materials}."""
+        found = self.computed(part)
+        return [] if found is None else [sentence.format(
+            meshes=self.mesh_names(found), lights=self.light_names(found), materials=self.material_names(found))]
+
     def pairs(self, part: str, sentence: str) -> list[str]:
         """A sentence for each pair of meshes of a part, whose names take the place of {}."""
         found = self.computed(part)

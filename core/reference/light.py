@@ -13,19 +13,18 @@ L_env V.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .rays import Rays
 from .sampling import LightChoice, cosine_direction
-from .surfaces import Bools, Floats, Ints, Surfaces, dot
+from .surfaces import Bools, Floats, Ints, Rows, Surfaces, dot
 
 
 @dataclass
-class Points:
+class Points(Rows):
     """Shading points.
 
     Attributes
@@ -61,10 +60,6 @@ class Points:
         normal = side[:, None] * surfaces.n[face]
         return cls(x, face, normal, side, face[:, None], np.full(len(x), surfaces.rounding))
 
-    def __getitem__(self, keep: Any) -> Points:
-        parts = {f.name: getattr(self, f.name) for f in fields(self)}
-        return replace(self, **{name: part[keep] for name, part in parts.items() if part is not None})
-
     def hidden_by_arms(self, row: Ints, w: Floats) -> Bools:
         """Whether another face of the edge on which a point lies blocks the direction `w` (rule A4 in derivations.md).
 
@@ -81,7 +76,7 @@ class Points:
 
 
 @dataclass
-class Arrival:
+class Arrival(Rows):
     """Light of one kind that may reach some of the points: irradiance = colour * factor if visible.
 
     Attributes
@@ -113,10 +108,6 @@ class Arrival:
     c2: Floats | None = None
     flip: Floats | None = None
     base: Floats | None = None
-
-    def __getitem__(self, keep: Any) -> Arrival:
-        parts = {f.name: getattr(self, f.name) for f in fields(self)}
-        return replace(self, **{name: part[keep] for name, part in parts.items() if part is not None})
 
 
 class Lighting:

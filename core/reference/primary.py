@@ -33,14 +33,14 @@ from .film import Film
 from .light import Lighting, Points
 from .radiance import CHUNK, Progress
 from .sampling import LIGHT_DIMENSIONS
-from .surfaces import Bools, Floats, Ints, dot, unit
+from .surfaces import Floats, Ints, Rows, dot, unit
 
 # An edge lies in a plane if the sine of the angle between them is below this.
 ALONG = 1e-3
 
 
 @dataclass
-class EdgeSamples:
+class EdgeSamples(Rows):
     """Samples on edges.
 
     Attributes
@@ -67,9 +67,6 @@ class EdgeSamples:
     distance: Floats
     far: Ints
     touched: Ints
-
-    def __getitem__(self, keep: Bools) -> EdgeSamples:
-        return EdgeSamples(**{name: part[keep] for name, part in vars(self).items()})
 
 
 def primary(

@@ -23,8 +23,7 @@ list of all edges.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -34,11 +33,11 @@ from .film import Film
 from .light import Lighting, Points
 from .radiance import CHUNK, Progress
 from .sampling import LIGHT_DIMENSIONS
-from .surfaces import Floats, Ints, dot, unit
+from .surfaces import Floats, Ints, Rows, dot, unit
 
 
 @dataclass
-class Segments:
+class Segments(Rows):
     """Segments from lights through edge points: edge (n,), u (n,), e (n, 3), direction w (n, 3).
 
     `distance` (n,) is |e - y|, infinite for suns. `colour` (n, 3) is L_e dw divided by all densities. `face` and `beta`
@@ -53,9 +52,6 @@ class Segments:
     colour: Floats
     face: Ints
     beta: Floats
-
-    def __getitem__(self, keep: Any) -> Segments:
-        return Segments(**{f.name: getattr(self, f.name)[keep] for f in fields(self)})
 
 
 class Occluders:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,13 @@ def unit(a: Floats) -> Floats:
     """Rows scaled to length 1; rows of zeros stay zeros."""
     length = np.linalg.norm(a, axis=-1, keepdims=True)
     return np.divide(a, length, out=np.zeros_like(a), where=length > 0.0)
+
+
+class Rows:
+    """Base class of dataclasses of arrays with one row per sample; fields may be None."""
+
+    def __getitem__(self, keep: Any) -> Self:
+        return type(self)(**{name: None if part is None else part[keep] for name, part in vars(self).items()})
 
 
 @dataclass

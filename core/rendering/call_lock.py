@@ -43,11 +43,6 @@ class Turns:
             raise RuntimeError(f"{self._what}: its progress function can't use it while it computes; make another one")
         return self._lock
 
-    @property
-    def left_behind(self) -> bool:
-        """Whether the lock was held, when this process was forked, by a thread that does not exist here."""
-        return self._left_behind
-
     def _is_mine(self) -> bool:
         return bool(self._lock._is_owned())  # type: ignore[attr-defined]  # as threading.Condition does
 

@@ -5,7 +5,6 @@
 #include "adjoint/adjoint_kernels.h"
 #include "adjoint/vertex.h"
 #include "tasks/adjoint_task.h"
-#include "tasks/dropped_samples.h"
 #include "tasks/kernel_table.h"
 
 namespace edgegrad::EDGEGRAD_ISA {

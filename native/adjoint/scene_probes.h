@@ -44,6 +44,16 @@ EG_INLINE void probe_light(const SceneView& scene, SceneProbePacket& p) {
     p.put(6, shape.axis_x + shape.axis_y);
 }
 
+// The radiance of the environment along b.
+EG_INLINE void probe_environment(const SceneView& scene, SceneProbePacket& p) {
+    p.put(0, environment_radiance(scene, p.b));
+}
+
+// By SceneProbeKind.
+constexpr void (*kSceneProbes[])(const SceneView&, SceneProbePacket&) = {
+    probe_surface, probe_bent_normal, probe_camera,   probe_environment,
+    probe_light,   probe_met_point,   probe_segments, probe_reflection};
+
 EG_INLINE SceneProbePacket run_scene_probe(const SceneView& scene, const SceneProbe& probe, int64_t first) {
     SceneProbePacket p;
     p.active = first_lanes(static_cast<int>(probe.count - first < W ? probe.count - first : W));
@@ -53,32 +63,7 @@ EG_INLINE SceneProbePacket run_scene_probe(const SceneView& scene, const ScenePr
     p.a = gather3(probe.a + 3 * first, at);
     p.b = gather3(probe.b + 3 * first, at);
     for (Float& v : p.output) v = splat(0.0f);
-    switch (probe.kind) {
-        case kSurfaceProbe:
-            probe_surface(scene, p);
-            break;
-        case kBentNormalProbe:
-            probe_bent_normal(scene, p);
-            break;
-        case kCameraProbe:
-            probe_camera(scene, p);
-            break;
-        case kEnvironmentProbe:
-            p.put(0, environment_radiance(scene, p.b));
-            break;
-        case kLightProbe:
-            probe_light(scene, p);
-            break;
-        case kMetPointProbe:
-            probe_met_point(scene, p);
-            break;
-        case kSegmentProbe:
-            probe_segments(scene, p);
-            break;
-        case kReflectionProbe:
-            probe_reflection(scene, p);
-            break;
-    }
+    kSceneProbes[probe.kind](scene, p);
     return p;
 }
 

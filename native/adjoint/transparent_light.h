@@ -8,7 +8,6 @@
 
 #include "adjoint/field_surface.h"
 #include "shading/surface_transmittance.h"
-#include "tasks/vertex_record.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

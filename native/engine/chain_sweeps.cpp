@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "scene/camera_row.h"
-
 namespace edgegrad {
 namespace {
 

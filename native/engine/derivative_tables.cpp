@@ -5,6 +5,8 @@
 #include <bit>
 #include <stdexcept>
 
+#include "util/parallel.h"
+
 namespace edgegrad {
 
 std::vector<NamedTable> differentiable_tables(const SceneView& scene, const SceneTables& t) {

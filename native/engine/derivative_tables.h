@@ -9,7 +9,6 @@
 #include "scene/differentiable_tables.h"
 #include "scene/tables.h"
 #include "util/object_pool.h"
-#include "util/parallel.h"
 #include "util/zeroed_memory.h"
 
 namespace edgegrad {

@@ -4,7 +4,6 @@
 #include "engine/call_scene.h"
 #include "engine/engine.h"
 #include "kernels/dispatch.h"
-#include "tasks/kernel_table.h"
 
 namespace edgegrad {
 

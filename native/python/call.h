@@ -34,6 +34,13 @@ class WithoutInterpreter {
     Cancelling cancelling_;
 };
 
+// Runs a function so, and returns its result.
+template <typename Run>
+auto without_interpreter(const Run& run) {
+    const WithoutInterpreter without;
+    return run();
+}
+
 // Calls a Python function from time to time, or nothing if it is None. Its exceptions, signals and the end of
 // the process cancel the work.
 Progress make_progress(nanobind::object callback);

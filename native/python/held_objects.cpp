@@ -1,12 +1,13 @@
-// The quick part of core/rendering/taken_over.py. A scene may have hundreds of thousands of objects, and a
-// call must know that none has changed. Python takes microseconds for each of them; here an object costs
-// little more than one read of its memory.
+// Which of very many Python objects have not been touched since they were last looked at: the quick part of
+// core/rendering/taken_over.py. A scene may have hundreds of thousands of objects, and a call must know that
+// none has changed. Python takes microseconds for each of them; here an object costs little more than one
+// read of its memory.
 //
 // An object is touched if one of its fields refers to another value, if a compared entry of an array has
 // other bytes, or if the same holds for a dict among its values. Python then compares the object itself, and
 // decides.
 
-#include "python/held_objects.h"
+#include "python/bindings.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -1,4 +1,5 @@
-#include "python/learned_sampling.h"
+// Binding of what the gradients of a view have learned.
+#include "python/bindings.h"
 
 #include <algorithm>
 #include <iterator>
@@ -13,12 +14,6 @@ namespace nb = nanobind;
 
 namespace edgegrad {
 namespace {
-
-nb::list by_term(const double (&values)[kDerivativeTerms]) {
-    nb::list out;
-    for (const double value : values) out.append(value);
-    return out;
-}
 
 void read_by_term(nb::handle values, double (&out)[kDerivativeTerms]) {
     double read[kDerivativeTerms];
@@ -72,8 +67,8 @@ nb::dict state(const LearnedSampling& learned) {
     }
     nb::dict out;
     out["weights"] = weights;
-    out["share"] = by_term(learned.share);
-    out["taken"] = by_term(learned.taken);
+    out["share"] = to_list(learned.share);
+    out["taken"] = to_list(learned.taken);
     return out;
 }
 
@@ -100,9 +95,9 @@ void bind_learned_sampling(nb::module_& module) {
                                 "What gradients of one view have learned; shares and samples are by term.")
         .def(nb::init<>())
         .def_prop_rw(
-            "share", [](const LearnedSampling& l) { return by_term(l.share); },
+            "share", [](const LearnedSampling& l) { return to_list(l.share); },
             [](LearnedSampling& l, nb::handle share) { read_by_term(share, l.share); })
-        .def_prop_ro("taken", [](const LearnedSampling& l) { return by_term(l.taken); })
+        .def_prop_ro("taken", [](const LearnedSampling& l) { return to_list(l.taken); })
         .def("state", &state, "Everything that is stored, as numbers and arrays.")
         .def("restore", &restore, nb::arg("state"), "Takes what `state` has returned.");
 }

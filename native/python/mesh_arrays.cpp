@@ -1,4 +1,5 @@
-#include "python/mesh_arrays.h"
+// Bindings for the export of meshes: what is slow in numpy for millions of triangles.
+#include "python/bindings.h"
 
 #include <algorithm>
 #include <bit>
@@ -7,25 +8,30 @@
 #include <utility>
 #include <vector>
 
+#include "boundary/meshes/crossing_faces.h"
 #include "python/call.h"
 #include "python/numpy_arrays.h"
 #include "scene/corners/corner_tangents.h"
 #include "scene/corners/shading_normals.h"
+#include "util/parallel.h"
 
 namespace nb = nanobind;
+using namespace nb::literals;
 
 namespace edgegrad {
 
 namespace {
 
-void check_corners(const InputArray<int32_t>& faces, const InputArray<int32_t>& smoothing, size_t vertices,
-                   int64_t normals) {
-    for (size_t k = 0; k < faces.size(); ++k) {
+void check_faces(const InputArray<int32_t>& faces, size_t vertices) {
+    for (size_t k = 0; k < faces.size(); ++k)
         if (faces.data()[k] < 0 || static_cast<size_t>(faces.data()[k]) >= vertices)
             throw std::invalid_argument("the array 'faces' names a vertex that is not there");
+}
+
+void check_smoothing(const InputArray<int32_t>& smoothing, int64_t normals) {
+    for (size_t k = 0; k < smoothing.size(); ++k)
         if (smoothing.data()[k] < -1 || smoothing.data()[k] >= normals)
             throw std::invalid_argument("the array 'smoothing' names a normal that is not there");
-    }
 }
 
 // Multiplied by 2^64 divided by the golden ratio, since zero and other small keys are allowed.
@@ -33,44 +39,61 @@ size_t cell_of(uint64_t key, int log_cells) {
     return static_cast<size_t>(key * 0x9E3779B97F4A7C15u >> (64 - log_cells));
 }
 
-}  // namespace
-
-nb::object angle_weighted_normals(nb::handle vertices, nb::handle faces, nb::handle smoothing,
-                                  int64_t count) {
+// The shading normals that a mesh without normals of its own gets, (count, 3). `smoothing` names the normal
+// of each corner of a face, -1: none.
+nb::object mesh_normals(nb::handle vertices, nb::handle faces, nb::handle smoothing, int64_t count) {
     const InputArray<double> points(vertices, "vertices", {-1, 3});
     const InputArray<int32_t> corners(faces, "faces", {-1, 3});
     const InputArray<int32_t> groups(smoothing, "smoothing", {static_cast<int64_t>(corners.shape(0)), 3});
-    check_corners(corners, groups, points.shape(0), count);
-    std::vector<double> normals;
-    {
-        const WithoutInterpreter without;
-        normals = angle_weighted_normals(points.data(), corners.data(), groups.data(), corners.shape(0),
-                                         static_cast<size_t>(count));
-    }
+    check_faces(corners, points.shape(0));
+    check_smoothing(groups, count);
+    const std::vector<double> normals = without_interpreter([&] {
+        return angle_weighted_normals(points.data(), corners.data(), groups.data(), corners.shape(0),
+                                      static_cast<size_t>(count));
+    });
     return to_numpy(normals, {static_cast<size_t>(count), 3});
 }
 
-nb::object corner_tangents(nb::handle vertices, nb::handle faces, nb::handle uv, nb::handle smoothing,
-                           nb::handle normals, bool around, int threads) {
+// Tangents and signs of the corners of a mesh, (m, 3, 4). `smoothing` as above.
+nb::object mesh_tangents(nb::handle vertices, nb::handle faces, nb::handle uv, nb::handle smoothing,
+                         nb::handle normals, bool around, int threads) {
     const InputArray<float> points(vertices, "vertices", {-1, 3});
     const InputArray<int32_t> corners(faces, "faces", {-1, 3});
     const int64_t count = static_cast<int64_t>(corners.shape(0));
     const InputArray<float> mapped(uv, "uv", {count, 3, 2});
     const InputArray<int32_t> groups(smoothing, "smoothing", {count, 3});
     const InputArray<float> smooth(normals, "normals", {-1, 3});
-    check_corners(corners, groups, points.shape(0), static_cast<int64_t>(smooth.shape(0)));
+    check_faces(corners, points.shape(0));
+    check_smoothing(groups, static_cast<int64_t>(smooth.shape(0)));
     if (corners.size() > static_cast<size_t>(std::numeric_limits<int32_t>::max()))
         throw std::invalid_argument("the array 'faces' is too long");
     const OutputArray<float> tangents({corners.shape(0), 3, 4});
-    {
-        const WithoutInterpreter without;
+    without_interpreter([&] {
         corner_tangents({points.data(), corners.data(), mapped.data(), groups.data(), smooth.data(),
                          points.shape(0), corners.shape(0), around},
                         thread_count(threads), tangents.data());
-    }
+    });
     return tangents.array();
 }
 
+// The pairs of faces of one mesh that share a line, (n, 2).
+nb::object crossing_face_pairs(nb::handle vertices, nb::handle faces, int threads) {
+    const InputArray<double> points(vertices, "vertices", {-1, 3});
+    const InputArray<int32_t> corners(faces, "faces", {-1, 3});
+    check_faces(corners, points.shape(0));
+    const std::vector<BoxPair> pairs = without_interpreter([&] {
+        return crossing_faces(points.data(), corners.data(), corners.shape(0), thread_count(threads));
+    });
+    std::vector<int64_t> flat;
+    flat.reserve(2 * pairs.size());
+    for (const BoxPair& pair : pairs)
+        for (const size_t face : pair) flat.push_back(static_cast<int64_t>(face));
+    return to_numpy(flat, {pairs.size(), 2});
+}
+
+// Numbers equal keys equally, from 0 in the order of their first appearance. Returns the number of each key,
+// (n,), and the index of the first key of each number. The keys are hashes: their bits are random.
+//
 // A hash table with open addressing: each slot holds the number of a key, whose value is that of its first
 // key.
 nb::tuple number_equal_keys(nb::handle keys) {
@@ -99,6 +122,8 @@ nb::tuple number_equal_keys(nb::handle keys) {
     return nb::make_tuple(numbers.array(), to_numpy(first, {first.size()}));
 }
 
+// The indices of the keys that another one equals, in any order. Zeros are no keys.
+//
 // Two bits for each of 8 to 16 cells per key stay in the cache: whether one key is in the cell, and whether
 // another one is. Only the few keys of cells with several are sorted.
 nb::object repeated_keys(nb::handle keys) {
@@ -127,6 +152,22 @@ nb::object repeated_keys(nb::handle keys) {
             if (equal(k, k + 1) || equal(k, k - 1)) repeated.push_back(few[k].second);
     }
     return to_numpy(repeated, {repeated.size()});
+}
+
+}  // namespace
+
+void bind_mesh_arrays(nb::module_& m) {
+    m.def("angle_weighted_normals", &mesh_normals, "vertices"_a, "faces"_a, "smoothing"_a, "count"_a,
+          "Shading normals of a mesh that has none of its own (native/python/mesh_arrays.cpp).");
+    m.def("corner_tangents", &mesh_tangents, "vertices"_a, "faces"_a, "uv"_a, "smoothing"_a, "normals"_a,
+          "around"_a, "threads"_a,
+          "Tangents of a mesh's corners for normal maps (native/python/mesh_arrays.cpp).");
+    m.def("number_equal_keys", &number_equal_keys, "keys"_a,
+          "Equal numbers for equal keys (native/python/mesh_arrays.cpp).");
+    m.def("repeated_keys", &repeated_keys, "keys"_a,
+          "Which keys are there twice (native/python/mesh_arrays.cpp).");
+    m.def("crossing_face_pairs", &crossing_face_pairs, "vertices"_a, "faces"_a, "threads"_a,
+          "Pairs of faces of one mesh that pass through each other (native/python/mesh_arrays.cpp).");
 }
 
 }  // namespace edgegrad

@@ -14,16 +14,10 @@
 #include "engine/decisions/picture_facts.h"
 #include "engine/engine.h"
 #include "kernels/dispatch.h"
+#include "python/bindings.h"
 #include "python/call.h"
-#include "python/crossings.h"
-#include "python/held_objects.h"
-#include "python/learned_sampling.h"
-#include "python/mesh_arrays.h"
 #include "python/numpy_arrays.h"
-#include "python/probes/bsdfs.h"
-#include "python/probes/field_outlines.h"
 #include "python/probes/light_sampling.h"
-#include "python/probes/probe_arrays.h"
 #include "python/probes/ray_queries.h"
 #include "python/scene_tables.h"
 #include "python/textures.h"
@@ -42,6 +36,8 @@ using edgegrad::Progress;
 using edgegrad::RenderOptions;
 using edgegrad::SceneTables;
 using edgegrad::text;
+using edgegrad::to_list;
+using edgegrad::without_interpreter;
 using edgegrad::WithoutInterpreter;
 
 const char* reason_name(edgegrad::Reason reason) {
@@ -51,11 +47,7 @@ const char* reason_name(edgegrad::Reason reason) {
 // The decision on each part of a derivative, as tuples (core/derivatives/decisions.py).
 nb::list decision_list(const edgegrad::Decisions& decided) {
     constexpr const char* kOutcomes[] = {"computed", "zero", "missing"};
-    const auto indices = [](const std::vector<int32_t>& values) {
-        nb::list out;
-        for (const int32_t v : values) out.append(v);
-        return nb::tuple(out);
-    };
+    const auto indices = [](const std::vector<int32_t>& values) { return nb::tuple(to_list(values)); };
     const auto index_pairs = [](const std::vector<std::array<int32_t, 2>>& values) {
         nb::list out;
         for (const auto& v : values) out.append(nb::make_tuple(v[0], v[1]));
@@ -170,11 +162,8 @@ class Scene {
         const OutputArray<float> pixels = picture_array(engine_->tables().camera);
         const RenderOptions options = read_options(given);
         const Progress report = edgegrad::make_progress(std::move(progress));
-        edgegrad::DroppedSamples dropped;
-        {
-            const WithoutInterpreter without;
-            dropped = engine_->render(options, report, pixels.data());
-        }
+        const edgegrad::DroppedSamples dropped =
+            without_interpreter([&] { return engine_->render(options, report, pixels.data()); });
         return nb::make_tuple(pixels.array(), dropped.count, dropped.first);
     }
 
@@ -185,12 +174,10 @@ class Scene {
             throw std::invalid_argument("the array 'sums' must have the size of the picture");
         const RenderOptions options = read_options(given);
         const Progress report = edgegrad::make_progress(std::move(progress));
-        edgegrad::DroppedSamples dropped;
-        {
-            const WithoutInterpreter without;
-            dropped =
-                engine_->add_samples(options, first, report, static_cast<double*>(sum.data()), pixels.data());
-        }
+        const edgegrad::DroppedSamples dropped = without_interpreter([&] {
+            return engine_->add_samples(options, first, report, static_cast<double*>(sum.data()),
+                                        pixels.data());
+        });
         return nb::make_tuple(pixels.array(), dropped.count, dropped.first);
     }
 
@@ -208,11 +195,10 @@ class Scene {
         const Progress report = edgegrad::make_progress(std::move(progress));
         edgegrad::Dropped dropped;
         edgegrad::Decisions decided;
-        {
-            const WithoutInterpreter without;
+        without_interpreter([&] {
             engine_->forward(options, what, std::move(tangents), learned, report, pixels.data(), dropped,
                              decided);
-        }
+        });
         return nb::make_tuple(pixels.array(), dropped_list(dropped), decision_list(decided));
     }
 
@@ -223,13 +209,11 @@ class Scene {
         const RenderOptions options = read_options(given);
         const edgegrad::Requested what = read_requested(requested);
         const Progress report = edgegrad::make_progress(std::move(progress));
-        edgegrad::TableValues gradients;
         edgegrad::Dropped dropped;
         edgegrad::Decisions decided;
-        {
-            const WithoutInterpreter without;
-            gradients = engine_->backward(options, what, image.data(), learned, report, dropped, decided);
-        }
+        edgegrad::TableValues gradients = without_interpreter([&] {
+            return engine_->backward(options, what, image.data(), learned, report, dropped, decided);
+        });
         nb::dict out;
         for (auto& [name, values] : gradients)
             out[name.c_str()] = edgegrad::zeros_to_numpy(std::move(values));
@@ -242,32 +226,19 @@ class Scene {
         const edgegrad::Requested what = read_requested(requested);
         std::vector<edgegrad::Requested> each;
         for (const nb::handle spans : parameters) each.push_back(read_requested(nb::cast<nb::dict>(spans)));
-        edgegrad::Decisions decided;
-        {
-            const WithoutInterpreter without;
-            decided = engine_->decide(options, what, each);
-        }
-        return decision_list(decided);
+        return decision_list(without_interpreter([&] { return engine_->decide(options, what, each); }));
     }
 
     // core/planning/picture.py
     nb::dict picture_facts() {
-        edgegrad::PictureFacts f;
-        {
-            const WithoutInterpreter without;
-            f = engine_->picture_facts();
-        }
+        const edgegrad::PictureFacts f = without_interpreter([&] { return engine_->picture_facts(); });
         nb::dict out;
         out["triangles"] = f.triangles, out["instances"] = f.instances;
         out["transparent"] = f.transparent, out["lambertian"] = f.lambertian;
         out["glossy"] = f.glossy, out["refracting"] = f.refracting, out["flat"] = f.flat;
         out["emissive_triangles"] = f.emissive_triangles;
-        const auto numbers = [](const std::vector<int32_t>& rows) {
-            nb::list list;
-            for (const int32_t row : rows) list.append(row);
-            return nb::tuple(list);
-        };
-        out["material_rows"] = numbers(f.material_rows), out["sampled_rows"] = numbers(f.sampled_rows);
+        out["material_rows"] = nb::tuple(to_list(f.material_rows));
+        out["sampled_rows"] = nb::tuple(to_list(f.sampled_rows));
         out["environment"] = f.environment, out["environment_image"] = f.environment_image;
         return out;
     }
@@ -293,6 +264,12 @@ class Scene {
     std::unique_ptr<Engine> engine_;
 };
 
+// A method of Scene that calls a function of its engine.
+template <typename Result, typename... Arguments>
+auto of_engine(Result (*function)(const Engine&, Arguments...)) {
+    return [function](const Scene& s, Arguments... arguments) { return function(s.engine(), arguments...); };
+}
+
 }  // namespace
 
 NB_MODULE(_native, m) {
@@ -305,24 +282,8 @@ NB_MODULE(_native, m) {
     edgegrad::bind_held_objects(m);
     edgegrad::bind_zeros(m);
     edgegrad::bind_learned_sampling(m);
-    m.def("angle_weighted_normals", &edgegrad::angle_weighted_normals, "vertices"_a, "faces"_a, "smoothing"_a,
-          "count"_a, "Shading normals of a mesh that has none of its own (native/python/mesh_arrays.h).");
-    m.def("corner_tangents", &edgegrad::corner_tangents, "vertices"_a, "faces"_a, "uv"_a, "smoothing"_a,
-          "normals"_a, "around"_a, "threads"_a,
-          "Tangents of a mesh's corners for normal maps (native/python/mesh_arrays.h).");
-    m.def("number_equal_keys", &edgegrad::number_equal_keys, "keys"_a,
-          "Equal numbers for equal keys (native/python/mesh_arrays.h).");
-    m.def("repeated_keys", &edgegrad::repeated_keys, "keys"_a,
-          "Which keys are there twice (native/python/mesh_arrays.h).");
-    m.def("crossing_face_pairs", &edgegrad::crossing_face_pairs, "vertices"_a, "faces"_a, "threads"_a,
-          "Pairs of faces of one mesh that pass through each other (native/python/crossings.h).");
-    m.def("field_warps", &edgegrad::field_warps, "values"_a, "to_world"_a, "rays"_a, "depth"_a, "across"_a,
-          "pixels"_a, "least_curvature"_a,
-          "The warp of the picture (native/python/probes/field_outlines.h).");
-    m.def("field_outline_points", &edgegrad::field_outline_points, "values"_a, "to_world"_a, "viewer"_a,
-          "u"_a, "threads"_a, "The outline of a distance field (native/python/probes/field_outlines.h).");
-    m.def("field_surface_points", &edgegrad::field_surface_points, "values"_a, "to_world"_a, "places"_a,
-          "threads"_a, "Points of a distance field's surface (native/python/probes/field_outlines.h).");
+    edgegrad::bind_mesh_arrays(m);
+    edgegrad::bind_fields(m);
     m.def(
         "instruction_sets",
         [] {
@@ -355,30 +316,12 @@ NB_MODULE(_native, m) {
              "progress"_a.none())
         .def("backward", &Scene::backward, "adjoint"_a, "requested"_a, "options"_a, "learned"_a.none(),
              "progress"_a.none())
-        .def("sample_environment_light",
-             [](const Scene& s, nb::handle u, nb::handle v) {
-                 return edgegrad::sample_environment_light(s.engine(), u, v);
-             })
-        .def("look_at_environment",
-             [](const Scene& s, nb::handle w) { return edgegrad::look_at_environment(s.engine(), w); })
-        .def("sample_lights",
-             [](const Scene& s, nb::handle position, nb::handle normal, nb::handle u, nb::handle v,
-                bool both_sides) {
-                 return edgegrad::sample_lights(s.engine(), position, normal, u, v, both_sides);
-             })
-        .def("meet_lights",
-             [](const Scene& s, nb::handle position, nb::handle normal, nb::handle w, nb::handle face,
-                nb::handle r, nb::handle bsdf_pdf, int kind, bool both_sides) {
-                 return edgegrad::meet_lights(s.engine(), position, normal, w, face, r, bsdf_pdf, kind,
-                                              both_sides);
-             })
+        .def("sample_environment_light", of_engine(edgegrad::sample_environment_light))
+        .def("look_at_environment", of_engine(edgegrad::look_at_environment))
+        .def("sample_lights", of_engine(edgegrad::sample_lights))
+        .def("meet_lights", of_engine(edgegrad::meet_lights))
         .def("picture_facts", &Scene::picture_facts)
         .def("decide", &Scene::decide, "requested"_a, "options"_a, "parameters"_a)
-        .def(
-            "trace",
-            [](const Scene& s, nb::handle origins, nb::handle directions, float far, bool shadow) {
-                return edgegrad::trace_rays(s.engine(), origins, directions, far, shadow);
-            },
-            "origins"_a, "directions"_a, "far"_a, "shadow"_a)
+        .def("trace", of_engine(edgegrad::trace_rays), "origins"_a, "directions"_a, "far"_a, "shadow"_a)
         .def_prop_ro("instruction_set", &Scene::instruction_set);
 }

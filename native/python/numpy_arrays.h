@@ -12,7 +12,6 @@
 #include <stdexcept>
 #include <string>
 #include <type_traits>
-#include <utility>
 #include <vector>
 
 #include "util/zeroed_memory.h"
@@ -98,6 +97,21 @@ nanobind::object to_numpy(const std::vector<T>& values, const std::vector<size_t
     if (out.size() != values.size()) throw std::logic_error("a result has another size than its shape");
     std::copy(values.begin(), values.end(), out.data());
     return out.array();
+}
+
+// Rows of so many columns; a flat array of one.
+template <typename T>
+nanobind::object rows_to_numpy(const std::vector<T>& values, size_t columns) {
+    const size_t rows = values.size() / columns;
+    return columns == 1 ? to_numpy(values, {rows}) : to_numpy(values, {rows, columns});
+}
+
+// A Python list of numbers or C strings.
+template <typename Values>
+nanobind::list to_list(const Values& values) {
+    nanobind::list out;
+    for (const auto& value : values) out.append(value);
+    return out;
 }
 
 // An array of values that are mostly untouched zeros, which take no memory in the array either: a copy, or

@@ -240,12 +240,7 @@ TextureTables read_textures(nb::handle t) {
 
 void bind_textures(nb::module_& m) {
     m.def(
-        "texture_operations",
-        [] {
-            nb::list names;
-            for (const char* name : kOperations) names.append(name);
-            return names;
-        },
+        "texture_operations", [] { return to_list(kOperations); },
         "Names of the operations of texture programs, in the order of their numbers.");
     m.def("evaluate_textures", &evaluate, "tables"_a, "points"_a, "rows"_a, "instruction_set"_a,
           "Runs texture programs at points and overwrites the columns of `rows` that they compute.");

@@ -87,4 +87,15 @@ EG_INLINE void sobol_pair(UInt stream, UInt index, uint32_t pair, Float& u, Floa
     sobol_pair(stream, index, splat(pair), u, v);
 }
 
+// The same of a path (path/stream.h).
+struct NumberPair {
+    Float u, v;
+};
+template <typename Index, typename Number>
+EG_INLINE NumberPair sobol_pair(const Index& path, Number pair) {
+    NumberPair n;
+    sobol_pair(path.stream, path.sample, pair, n.u, n.v);
+    return n;
+}
+
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "scene/tables.h"
-#include "scene/view.h"
 
 namespace edgegrad {
 

@@ -9,7 +9,6 @@
 #pragma once
 
 #include "sdf/field_derivatives.h"
-#include "simd/packet.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "sdf/field_view.h"
-#include "simd/packet.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "embree/api.h"
-#include "simd/packet.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

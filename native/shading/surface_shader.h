@@ -1,7 +1,6 @@
 // The shader of a surface point: one closure of its material, with textured values.
 #pragma once
 
-#include "sampling/sobol.h"
 #include "scene/geometry.h"
 #include "shading/value_ranges.h"
 #include "texture/normal_map.h"

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "scene/geometry.h"
-#include "shading/receiving_normal.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

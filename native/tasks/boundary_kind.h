@@ -39,21 +39,13 @@ enum BoundaryKind : int32_t {
     kBoundaryKinds
 };
 
-// The domain over which the samples of a kind are spread.
-enum BoundaryDomain : int32_t {
-    kPictureLines,    // edges and intersection curves, by their length in the picture
-    kLineDirections,  // edges or intersection curves, and the directions about each
-    kWholePicture,    // the picture: samples start at the camera and find edges in a tree
-    kLightTurns,      // curves about lights, in turns
-};
 // Number of segments per sample: cells of directions about lines, or cells of the picture. More segments
 // resolve the contribution better, fewer segments have more samples each to estimate it.
 constexpr double kDirectionSegments = 0.03, kPictureSegments = 0.1;
 
 struct BoundaryKindRow {
     BoundaryKind kind;
-    Part part;  // the part that its samples estimate
-    BoundaryDomain domain;
+    Part part;             // the part that its samples estimate
     double share;          // samples per pixel and sample of the picture, at most
     double first_pass;     // fraction of the samples that the first pass takes
     int32_t least_depth;   // path segments of a sample that the camera sees directly
@@ -66,34 +58,33 @@ struct BoundaryKindRow {
 
 // native/TUNING.md explains the shares.
 constexpr BoundaryKindRow kBoundaryTable[kBoundaryKinds] = {
-    {kPrimaryBoundary, Part::kPrimaryEdges, kPictureLines, 0.27, 0.18, 1, kPrimaryBoundary},
-    {kShadowBoundary, Part::kLightShadows, kLineDirections, 2.0, 0.0625, 2, kShadowBoundary},
-    {kEnvironmentShadow, Part::kEnvironmentShadows, kLineDirections, 2.0, 0.0625, 2, kShadowBoundary},
-    {kIndirectBoundary, Part::kIndirectEdges, kLineDirections, 1.5, 0.0625, 3, kIndirectBoundary},
-    {kCameraSampledIndirect, Part::kCameraSampledIndirect, kWholePicture, 1.5, 0.0625, 3,
-     kCameraSampledIndirect},
-    {kLightIntersection, Part::kLightIntersections, kLineDirections, 0.5, 0.0625, 2, kLightIntersection},
-    {kSurfaceIntersection, Part::kSurfaceIntersections, kLineDirections, 0.5, 0.0625, 3, kLightIntersection},
-    {kConeBorder, Part::kConeBorders, kLightTurns, 0.25, 0.0625, 2, kConeBorder},
-    {kLightOutline, Part::kLightOutlines, kLightTurns, 0.1, 0.0625, 1, kLightOutline},
-    {kEmitterOutline, Part::kEmitterOutlines, kWholePicture, 1.0, 0.0625, 2, kEmitterOutline},
-    {kIntersectionOutline, Part::kIntersectionOutlines, kPictureLines, 0.1, 0.0625, 1, kIntersectionOutline},
-    {kDiskIntersection, Part::kDiskIntersections, kLineDirections, 0.5, 0.0625, 2, kDiskIntersection},
-    {kFieldOutline, Part::kFieldOutlines, kPictureLines, 0.05, 0.18, 1, kFieldOutline},
-    {kFieldLights, Part::kFieldShadows, kLineDirections, 0.25, 0.0625, 2, kFieldLights},
-    {kFieldSizedLights, Part::kFieldShadows, kLineDirections, 0.2, 0.0625, 2, kFieldSizedLights},
-    {kFieldEnvironment, Part::kFieldShadows, kLineDirections, 0.1, 0.0625, 2, kFieldSizedLights},
-    {kFieldIndirect, Part::kFieldsBetween, kLineDirections, 0.1, 0.0625, 3, kFieldIndirect},
-    {kFieldCrossing, Part::kFieldCrossings, kPictureLines, 0.1, 0.18, 1, kFieldCrossing},
-    {kFieldBand, Part::kFieldBands, kWholePicture, 0.25, 0.18, 1, kFieldBand},
-    {kWarpedPicture, Part::kFieldBands, kWholePicture, 0.25, 0.18, 1, kWarpedPicture},
-    {kCrossedLight, Part::kCrossedLights, kLineDirections, 0.5, 0.0625, 2, kLightIntersection},
-    {kCrossedSurface, Part::kCrossedSurfaces, kLineDirections, 0.5, 0.0625, 3, kLightIntersection},
-    {kTextureBorder, Part::kTextureBorders, kPictureLines, 0.27, 0.18, 1, kTextureBorder},
-    {kCameraSampledShadow, Part::kCameraSampledShadows, kWholePicture, 1.0, 0.0625, 2, kCameraSampledShadow},
-    {kContactBorder, Part::kContactBorders, kLineDirections, 1.5, 0.0625, 3, kContactBorder},
-    {kCausticOutline, Part::kCausticOutlines, kLineDirections, 0.5, 0.125, 3, kCausticOutline},
-    {kCausticEdge, Part::kCausticEdges, kLineDirections, 0.75, 0.125, 3, kCausticEdge},
+    {kPrimaryBoundary, Part::kPrimaryEdges, 0.27, 0.18, 1, kPrimaryBoundary},
+    {kShadowBoundary, Part::kLightShadows, 2.0, 0.0625, 2, kShadowBoundary},
+    {kEnvironmentShadow, Part::kEnvironmentShadows, 2.0, 0.0625, 2, kShadowBoundary},
+    {kIndirectBoundary, Part::kIndirectEdges, 1.5, 0.0625, 3, kIndirectBoundary},
+    {kCameraSampledIndirect, Part::kCameraSampledIndirect, 1.5, 0.0625, 3, kCameraSampledIndirect},
+    {kLightIntersection, Part::kLightIntersections, 0.5, 0.0625, 2, kLightIntersection},
+    {kSurfaceIntersection, Part::kSurfaceIntersections, 0.5, 0.0625, 3, kLightIntersection},
+    {kConeBorder, Part::kConeBorders, 0.25, 0.0625, 2, kConeBorder},
+    {kLightOutline, Part::kLightOutlines, 0.1, 0.0625, 1, kLightOutline},
+    {kEmitterOutline, Part::kEmitterOutlines, 1.0, 0.0625, 2, kEmitterOutline},
+    {kIntersectionOutline, Part::kIntersectionOutlines, 0.1, 0.0625, 1, kIntersectionOutline},
+    {kDiskIntersection, Part::kDiskIntersections, 0.5, 0.0625, 2, kDiskIntersection},
+    {kFieldOutline, Part::kFieldOutlines, 0.05, 0.18, 1, kFieldOutline},
+    {kFieldLights, Part::kFieldShadows, 0.25, 0.0625, 2, kFieldLights},
+    {kFieldSizedLights, Part::kFieldShadows, 0.2, 0.0625, 2, kFieldSizedLights},
+    {kFieldEnvironment, Part::kFieldShadows, 0.1, 0.0625, 2, kFieldSizedLights},
+    {kFieldIndirect, Part::kFieldsBetween, 0.1, 0.0625, 3, kFieldIndirect},
+    {kFieldCrossing, Part::kFieldCrossings, 0.1, 0.18, 1, kFieldCrossing},
+    {kFieldBand, Part::kFieldBands, 0.25, 0.18, 1, kFieldBand},
+    {kWarpedPicture, Part::kFieldBands, 0.25, 0.18, 1, kWarpedPicture},
+    {kCrossedLight, Part::kCrossedLights, 0.5, 0.0625, 2, kLightIntersection},
+    {kCrossedSurface, Part::kCrossedSurfaces, 0.5, 0.0625, 3, kLightIntersection},
+    {kTextureBorder, Part::kTextureBorders, 0.27, 0.18, 1, kTextureBorder},
+    {kCameraSampledShadow, Part::kCameraSampledShadows, 1.0, 0.0625, 2, kCameraSampledShadow},
+    {kContactBorder, Part::kContactBorders, 1.5, 0.0625, 3, kContactBorder},
+    {kCausticOutline, Part::kCausticOutlines, 0.5, 0.125, 3, kCausticOutline},
+    {kCausticEdge, Part::kCausticEdges, 0.75, 0.125, 3, kCausticEdge},
 };
 // The part of the share of kCameraSampledShadow in scenes without sharp lobes.
 constexpr double kWithoutSharpLobes = 0.25;

@@ -10,9 +10,9 @@
 
 namespace edgegrad {
 
-// The cell of a segment beside its part of an edge. Depending on the kind's domain (tasks/boundary_kind.h),
-// it is a cell of directions about the edge, a cell of the picture, or a light instead of the edge. The cell
-// also says whether the camera sees the samples by further surfaces.
+// The cell of a segment beside its part of an edge. Depending on the kind, it is a cell of directions about
+// the edge, a cell of the picture, or a light instead of the edge. The cell also says whether the camera sees
+// the samples by further surfaces.
 class SegmentCell {
  public:
     SegmentCell() = default;

@@ -1,8 +1,6 @@
 // The task of the horizon term.
 #pragma once
 
-#include <cstdint>
-
 #include "tasks/dropped_samples.h"
 #include "tasks/image_task.h"
 

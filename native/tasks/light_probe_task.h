@@ -3,8 +3,6 @@
 
 #include <cstdint>
 
-#include "scene/view.h"
-
 namespace edgegrad {
 
 // `count` points with normals and random numbers; results in arrays of the same length.

@@ -5,7 +5,6 @@
 #include <cstdint>
 
 #include "scene/differentiable_tables.h"
-#include "scene/material_params.h"
 #include "util/tape_memory.h"
 
 namespace edgegrad {

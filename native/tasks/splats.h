@@ -1,8 +1,6 @@
 // Values of boundary samples at places of the picture, in forward mode.
 #pragma once
 
-#include <cstdint>
-
 namespace edgegrad {
 
 // One value and place per boundary sample. If x is below kNowhere the sample has no place.

@@ -4,7 +4,6 @@
 
 #include "scene/geometry.h"
 #include "texture/normal_map.h"
-#include "texture/program.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

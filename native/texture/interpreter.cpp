@@ -36,6 +36,16 @@ EG_INLINE Float safe_power(Float a, Float b) {
     return select(b == 0.0f, splat(1.0f), r);
 }
 
+// 0 where the result does not exist.
+EG_INLINE Float safe_inverse_sqrt(Float a) { return select(a > 0.0f, 1.0f / sqrt(max(a, 1e-38f)), 0.0f); }
+EG_INLINE Float safe_log(Float a) { return select(a > 0.0f, log(a), 0.0f); }
+
+EG_INLINE Float tangent(Float a) {
+    Float s, c;
+    sincos(a, s, c);
+    return s / c;
+}
+
 EG_INLINE Float truth(Mask m) { return select(m, splat(1.0f), 0.0f); }
 
 // A power of two that a vector is multiplied by before it is divided by its length, so that floats hold its
@@ -69,6 +79,12 @@ EG_INLINE Color4 surface_attribute(const SceneView& scene, int32_t number, Mask 
     return r;
 }
 
+// An operation of the loop below that only returns a value.
+#define EG_VALUE(op, value) \
+    case TextureOp::op:     \
+        r.out(value);       \
+        break;
+
 }  // namespace
 
 void interpret(const SceneView& scene, const Mask& active, int32_t program, const TexturePoint& point,
@@ -84,198 +100,72 @@ void interpret(const SceneView& scene, const Mask& active, int32_t program, cons
     for (r.at = textures.code + textures.program_first[program]; r.at != end; ++r.at) {
         const int32_t data = r.at->data;
         switch (static_cast<TextureOp>(r.at->op)) {
-            // Write a result
-            case TextureOp::OUTPUT:
-                row[data] = select(active, r.in(0), row[data]);
-                break;
             // Read the shading point
-            case TextureOp::POSITION:
-                r.out(point.position);
-                break;
-            case TextureOp::NORMAL:
-                r.out(point.normal);
-                break;
-            case TextureOp::TRUE_NORMAL:
-                r.out(point.true_normal);
-                break;
-            case TextureOp::INCOMING:
-                r.out(point.view);
-                break;
-            case TextureOp::BACKFACING:
-                r.out(truth(point.backside));
-                break;
-            case TextureOp::RAY_KIND:
-                r.out(truth(point.ray_kind == data));
-                break;
-            case TextureOp::RAY_BOUNCES:
-                r.out(to_float(bounces_so_far(point, data)));
-                break;
-            case TextureOp::RAY_LENGTH:
-                r.out(point.history.length);
-                break;
+            EG_VALUE(POSITION, point.position)
+            EG_VALUE(NORMAL, point.normal)
+            EG_VALUE(TRUE_NORMAL, point.true_normal)
+            EG_VALUE(INCOMING, point.view)
+            EG_VALUE(BACKFACING, truth(point.backside))
+            EG_VALUE(RAY_KIND, truth(point.ray_kind == data))
+            EG_VALUE(RAY_BOUNCES, to_float(bounces_so_far(point, data)))
+            EG_VALUE(RAY_LENGTH, point.history.length)
             // Read attributes, images and tables
-            case TextureOp::ATTRIBUTE:
-                r.out(surface_attribute(scene, data, field, face, instance, point.b1, point.b2,
-                                        point.position));
-                break;
-            case TextureOp::IMAGE:
-                r.out(lookup_image(textures, data, r.in(0), r.in(1)));
-                break;
-            case TextureOp::LOOKUP:
-                r.out(lookup_table(textures, data, r.in(0)));
-                break;
+            EG_VALUE(ATTRIBUTE, surface_attribute(scene, data, field, face, instance, point.b1, point.b2,
+                                                  point.position))
+            EG_VALUE(IMAGE, lookup_image(textures, data, r.in(0), r.in(1)))
+            EG_VALUE(LOOKUP, lookup_table(textures, data, r.in(0)))
             // Compute arithmetic operations
-            case TextureOp::ADD:
-                r.out(r.in(0) + r.in(1));
-                break;
-            case TextureOp::SUBTRACT:
-                r.out(r.in(0) - r.in(1));
-                break;
-            case TextureOp::MULTIPLY:
-                r.out(r.in(0) * r.in(1));
-                break;
-            case TextureOp::DIVIDE:
-                r.out(safe_divide(r.in(0), r.in(1)));
-                break;
-            case TextureOp::MULTIPLY_ADD:
-                r.out(r.in(0) * r.in(1) + r.in(2));
-                break;
-            case TextureOp::AFFINE:
-                r.out(r.in(0) * r.in(1) + r.in(2) * r.in(3) + r.in(4) * r.in(5) + r.in(6));
-                break;
-            case TextureOp::MINIMUM:
-                r.out(min(r.in(0), r.in(1)));
-                break;
-            case TextureOp::MAXIMUM:
-                r.out(max(r.in(0), r.in(1)));
-                break;
-            case TextureOp::CLAMP:
-                r.out(clamp(r.in(0), r.in(1), r.in(2)));
-                break;
+            EG_VALUE(ADD, r.in(0) + r.in(1))
+            EG_VALUE(SUBTRACT, r.in(0) - r.in(1))
+            EG_VALUE(MULTIPLY, r.in(0) * r.in(1))
+            EG_VALUE(DIVIDE, safe_divide(r.in(0), r.in(1)))
+            EG_VALUE(MULTIPLY_ADD, r.in(0) * r.in(1) + r.in(2))
+            EG_VALUE(AFFINE, r.in(0) * r.in(1) + r.in(2) * r.in(3) + r.in(4) * r.in(5) + r.in(6))
+            EG_VALUE(MINIMUM, min(r.in(0), r.in(1)))
+            EG_VALUE(MAXIMUM, max(r.in(0), r.in(1)))
+            EG_VALUE(CLAMP, clamp(r.in(0), r.in(1), r.in(2)))
             // Compare and select
-            case TextureOp::LESS_THAN:
-                r.out(truth(r.in(0) < r.in(1)));
-                break;
-            case TextureOp::GREATER_THAN:
-                r.out(truth(r.in(0) > r.in(1)));
-                break;
-            case TextureOp::EQUAL:
-                r.out(truth(r.in(0) == r.in(1)));
-                break;
-            case TextureOp::SELECT:
-                r.out(select(r.in(0) != 0.0f, r.in(1), r.in(2)));
-                break;
+            EG_VALUE(LESS_THAN, truth(r.in(0) < r.in(1)))
+            EG_VALUE(GREATER_THAN, truth(r.in(0) > r.in(1)))
+            EG_VALUE(EQUAL, truth(r.in(0) == r.in(1)))
+            EG_VALUE(SELECT, select(r.in(0) != 0.0f, r.in(1), r.in(2)))
             // Compute elementary functions
-            case TextureOp::ABSOLUTE:
-                r.out(abs(r.in(0)));
-                break;
-            case TextureOp::SIGN:
-                r.out(truth(r.in(0) > 0.0f) - truth(r.in(0) < 0.0f));
-                break;
-            case TextureOp::FLOOR:
-                r.out(floor(r.in(0)));
-                break;
-            case TextureOp::CEIL:
-                r.out(ceil(r.in(0)));
-                break;
-            case TextureOp::SQRT:
-                r.out(sqrt(max(r.in(0), 0.0f)));
-                break;
-            case TextureOp::INVERSE_SQRT: {
-                const Float a = r.in(0);
-                r.out(select(a > 0.0f, 1.0f / sqrt(max(a, 1e-38f)), 0.0f));
-                break;
-            }
-            case TextureOp::SQUARE_SCALE:
-                r.out(square_scale(r.in3()));
-                break;
-            case TextureOp::POWER:
-                r.out(safe_power(r.in(0), r.in(1)));
-                break;
-            case TextureOp::LOG: {
-                const Float a = r.in(0);
-                r.out(select(a > 0.0f, log(a), 0.0f));
-                break;
-            }
-            case TextureOp::EXPONENT:
-                r.out(exp(r.in(0)));
-                break;
-            case TextureOp::MODULO:
-                r.out(fmod(r.in(0), r.in(1)));
-                break;
-            case TextureOp::SINE:
-                r.out(sin(r.in(0)));
-                break;
-            case TextureOp::COSINE:
-                r.out(cos(r.in(0)));
-                break;
-            case TextureOp::TANGENT: {
-                Float s, c;
-                sincos(r.in(0), s, c);
-                r.out(s / c);
-                break;
-            }
-            case TextureOp::ARCSINE:
-                r.out(asin(r.in(0)));
-                break;
-            case TextureOp::ARCCOSINE:
-                r.out(acos(r.in(0)));
-                break;
-            case TextureOp::ARCTAN2:
-                r.out(atan2(r.in(0), r.in(1)));
-                break;
-            case TextureOp::SINH:
-                r.out(sinh(r.in(0)));
-                break;
-            case TextureOp::COSH:
-                r.out(cosh(r.in(0)));
-                break;
-            case TextureOp::TANH:
-                r.out(tanh(r.in(0)));
-                break;
+            EG_VALUE(ABSOLUTE, abs(r.in(0)))
+            EG_VALUE(SIGN, truth(r.in(0) > 0.0f) - truth(r.in(0) < 0.0f))
+            EG_VALUE(FLOOR, floor(r.in(0)))
+            EG_VALUE(CEIL, ceil(r.in(0)))
+            EG_VALUE(SQRT, sqrt(max(r.in(0), 0.0f)))
+            EG_VALUE(INVERSE_SQRT, safe_inverse_sqrt(r.in(0)))
+            EG_VALUE(SQUARE_SCALE, square_scale(r.in3()))
+            EG_VALUE(POWER, safe_power(r.in(0), r.in(1)))
+            EG_VALUE(LOG, safe_log(r.in(0)))
+            EG_VALUE(EXPONENT, exp(r.in(0)))
+            EG_VALUE(MODULO, fmod(r.in(0), r.in(1)))
+            EG_VALUE(SINE, sin(r.in(0)))
+            EG_VALUE(COSINE, cos(r.in(0)))
+            EG_VALUE(TANGENT, tangent(r.in(0)))
+            EG_VALUE(ARCSINE, asin(r.in(0)))
+            EG_VALUE(ARCCOSINE, acos(r.in(0)))
+            EG_VALUE(ARCTAN2, atan2(r.in(0), r.in(1)))
+            EG_VALUE(SINH, sinh(r.in(0)))
+            EG_VALUE(COSH, cosh(r.in(0)))
+            EG_VALUE(TANH, tanh(r.in(0)))
             // Evaluate Fresnel reflectance and colour conversions
-            case TextureOp::FRESNEL:
-                r.out(fresnel_dielectric(r.in(0), r.in(1)));
-                break;
-            case TextureOp::RGB_TO_HSV:
-                r.out(rgb_to_hsv(r.in3()));
-                break;
-            case TextureOp::HSV_TO_RGB:
-                r.out(hsv_to_rgb(r.in3()));
-                break;
-            case TextureOp::RGB_TO_HSL:
-                r.out(rgb_to_hsl(r.in3()));
-                break;
-            case TextureOp::HSL_TO_RGB:
-                r.out(hsl_to_rgb(r.in3()));
-                break;
+            EG_VALUE(FRESNEL, fresnel_dielectric(r.in(0), r.in(1)))
+            EG_VALUE(RGB_TO_HSV, rgb_to_hsv(r.in3()))
+            EG_VALUE(HSV_TO_RGB, hsv_to_rgb(r.in3()))
+            EG_VALUE(RGB_TO_HSL, rgb_to_hsl(r.in3()))
+            EG_VALUE(HSL_TO_RGB, hsl_to_rgb(r.in3()))
             // Evaluate procedural textures
-            case TextureOp::CHECKER:
-                r.out(checker(r.in3()));
-                break;
-            case TextureOp::WHITE_NOISE: {
-                const Float x[4] = {r.in(0), r.in(1), r.in(2), r.in(3)};
-                Float out[3] = {};
-                white_noise(data, x, out);
-                r.out(Vec3{out[0], out[1], out[2]});
-                break;
-            }
-            case TextureOp::NOISE:
-                run_noise(r);
-                break;
-            case TextureOp::BRICK:
-                run_brick(r);
-                break;
-            case TextureOp::VORONOI:
-                run_voronoi(r);
-                break;
+            EG_VALUE(CHECKER, checker(r.in3()))
+            EG_VALUE(WHITE_NOISE, white_noise(r))
+            EG_VALUE(NOISE, noise(r))
+            EG_VALUE(BRICK, brick(r))
+            EG_VALUE(VORONOI, voronoi(r))
             // Evaluate bump and normal maps
-            case TextureOp::SURFACE_TANGENT:
-                r.out(bump_tangent(point.true_normal));
-                break;
-            case TextureOp::BARYCENTRICS:
-                r.out(shifted_barycentrics(scene, face, point, r.in3(), data != 0));
-                break;
+            EG_VALUE(SURFACE_TANGENT, bump_tangent(point.true_normal))
+            EG_VALUE(BARYCENTRICS, shifted_barycentrics(scene, face, point, r.in3(), data != 0))
+            EG_VALUE(BUMP, bumped_normal(point.true_normal, r.in3(), r.in(3), r.in(4), r.in(5)))
             case TextureOp::ATTRIBUTE_AT: {
                 // in 2 to 4: the shift of the point, mirrored as that of its barycentrics (bump.h)
                 const Vec3 shift{r.in(2), r.in(3), r.in(4)};
@@ -284,16 +174,17 @@ void interpret(const SceneView& scene, const Mask& active, int32_t program, cons
                                         point.position + select(back, -shift, shift)));
                 break;
             }
-            case TextureOp::BUMP:
-                r.out(bumped_normal(point.true_normal, r.in3(), r.in(3), r.in(4), r.in(5)));
-                break;
             case TextureOp::NORMAL_MAP: {
                 const UvMap map = {splat(data & 0xffff), splat(data >> 16)};
                 r.out(mapped_normal(scene, active, map, point, r.in3(), r.in(3)));
                 break;
             }
+            case TextureOp::OUTPUT:
+                row[data] = select(active, r.in(0), row[data]);
+                break;
         }
     }
 }
+#undef EG_VALUE
 
 }  // namespace edgegrad::EDGEGRAD_ISA

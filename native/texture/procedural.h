@@ -27,11 +27,29 @@ EG_INLINE NoisePoint<N> noise_point(const Float (&x)[4]) {
     return p;
 }
 
-// Blender's White Noise Texture. Bits of `data`: dimensions - 1 (2 bits), whether a colour is requested.
-EG_INLINE void white_noise(int32_t data, const Float (&x)[4], Float* out) {
-    const Float one = splat(1.0f), two = splat(2.0f);
-    const bool color = data & 4;
-    switch (data & 3) {
+// Calls run(point) with the coordinates in the first four inputs. Bits of the instruction's data:
+// dimensions - 1 (2 bits).
+template <typename Run>
+EG_INLINE void at_noise_point(const TextureRegisters& r, const Run& run) {
+    const Float x[4] = {r.in(0), r.in(1), r.in(2), r.in(3)};
+    switch (r.at->data & 3) {
+        case 0:
+            return run(noise_point<1>(x));
+        case 1:
+            return run(noise_point<2>(x));
+        case 2:
+            return run(noise_point<3>(x));
+        default:
+            return run(noise_point<4>(x));
+    }
+}
+
+// Blender's White Noise Texture. Bits of the data: dimensions - 1 (2 bits), whether a colour is requested.
+EG_INLINE Vec3 white_noise(const TextureRegisters& r) {
+    const Float x[4] = {r.in(0), r.in(1), r.in(2), r.in(3)}, one = splat(1.0f), two = splat(2.0f);
+    Float out[3] = {};
+    const bool color = r.at->data & 4;
+    switch (r.at->data & 3) {
         case 0:
             out[0] = hash1(x[3]);
             if (color) out[1] = hash2(x[3], one), out[2] = hash2(x[3], two);
@@ -48,58 +66,35 @@ EG_INLINE void white_noise(int32_t data, const Float (&x)[4], Float* out) {
             out[0] = hash4(x[0], x[1], x[2], x[3]);
             if (color) out[1] = hash4(x[2], x[0], x[3], x[1]), out[2] = hash4(x[3], x[2], x[1], x[0]);
     }
+    return {out[0], out[1], out[2]};
 }
 
-EG_INLINE void run_noise(TextureRegisters& r) {
+EG_INLINE Vec3 noise(const TextureRegisters& r) {
     const int32_t data = r.at->data;
-    const Float x[4] = {r.in(0), r.in(1), r.in(2), r.in(3)};
     const NoiseShape shape = {r.in(4), r.in(5), r.in(6), r.in(7), r.in(8), (data & 32) != 0};
     const Float distortion = r.in(9);
     const int32_t kind = (data >> 2) & 7;
     const bool color = data & 64;
     Float out[3] = {};
-    switch (data & 3) {
-        case 0:
-            noise_texture<1>(kind, noise_point<1>(x), shape, distortion, color, out);
-            break;
-        case 1:
-            noise_texture<2>(kind, noise_point<2>(x), shape, distortion, color, out);
-            break;
-        case 2:
-            noise_texture<3>(kind, noise_point<3>(x), shape, distortion, color, out);
-            break;
-        default:
-            noise_texture<4>(kind, noise_point<4>(x), shape, distortion, color, out);
-    }
-    r.out(Vec3{out[0], out[1], out[2]});
+    at_noise_point(r, [&]<int N>(const NoisePoint<N>& point)
+                          EG_INLINE_LAMBDA { noise_texture<N>(kind, point, shape, distortion, color, out); });
+    return {out[0], out[1], out[2]};
 }
 
-EG_INLINE void run_voronoi(TextureRegisters& r) {
+EG_INLINE Color4 voronoi(const TextureRegisters& r) {
     const int32_t data = r.at->data;
-    const Float x[4] = {r.in(0), r.in(1), r.in(2), r.in(3)};
     const VoronoiShape shape = {(data >> 2) & 7, (data >> 5) & 3, (data >> 8) & 3, (data & 128) != 0,
                                 r.in(4),         r.in(5),         r.in(6),         r.in(7),
                                 r.in(8),         r.in(9)};
     Color4 out{};
-    switch (data & 3) {
-        case 0:
-            voronoi_texture<1>(shape, noise_point<1>(x), out.c);
-            break;
-        case 1:
-            voronoi_texture<2>(shape, noise_point<2>(x), out.c);
-            break;
-        case 2:
-            voronoi_texture<3>(shape, noise_point<3>(x), out.c);
-            break;
-        default:
-            voronoi_texture<4>(shape, noise_point<4>(x), out.c);
-    }
-    r.out(out);
+    at_noise_point(r, [&]<int N>(const NoisePoint<N>& point)
+                          EG_INLINE_LAMBDA { voronoi_texture<N>(shape, point, out.c); });
+    return out;
 }
 
 // Blender's Brick Texture: the tint of the brick, and 1 in the mortar. `data`: the number of rows after which
 // bricks are shifted, and (upper half) squashed.
-EG_INLINE void run_brick(TextureRegisters& r) {
+EG_INLINE Vec3 brick(const TextureRegisters& r) {
     const int32_t offset_rows = r.at->data & 0xffff, squash_rows = r.at->data >> 16;
     const Float x = r.in(0), y = r.in(1), mortar_size = r.in(2), mortar_smooth = r.in(3), bias = r.in(4);
     const Float height = r.in(6), shift = r.in(7), squash = r.in(8);
@@ -111,10 +106,10 @@ EG_INLINE void run_brick(TextureRegisters& r) {
         width = select(every(squash_rows), width * squash, width);
         offset = select(every(offset_rows), width * shift, 0.0f);
     }
-    const Float brick = floor((x + offset) / width);
-    const Float in_x = x + offset - width * brick, in_y = y - height * row;
+    const Float column = floor((x + offset) / width);
+    const Float in_x = x + offset - width * column, in_y = y - height * row;
     // An integer noise of row and brick.
-    UInt n = (bits(to_int(row)) << 16) + (bits(to_int(brick)) & 0xffffu);
+    UInt n = (bits(to_int(row)) << 16) + (bits(to_int(column)) & 0xffffu);
     n = (n + 1013u) & 0x7fffffffu;
     n = (n >> 13) ^ n;
     n = (n * (n * n * 60493u + 19990303u) + 1376312589u) & 0x7fffffffu;
@@ -122,7 +117,7 @@ EG_INLINE void run_brick(TextureRegisters& r) {
     const Float border = min(min(in_x, in_y), min(width - in_x, height - in_y));
     const Float t = saturate(safe_divide(1.0f - safe_divide(border, mortar_size), mortar_smooth));
     const Float soft = select(mortar_smooth == 0.0f, splat(1.0f), t * t * (3.0f - 2.0f * t));
-    r.out(Vec3{tint, select(border >= mortar_size, splat(0.0f), soft), splat(0.0f)});
+    return {tint, select(border >= mortar_size, splat(0.0f), soft), splat(0.0f)};
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,7 +1,6 @@
 // Runs texture programs, which evaluate the expressions of W shading points at once.
 #pragma once
 
-#include "scene/material_params.h"
 #include "scene/view.h"
 #include "texture/point.h"
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ..._check import number, whole
-from ..._fields import Check, Checked, by, optional
+from ..._fields import Check, CheckedAtOnce, by, optional
 
 # The coarser grids of a fit together take this fraction of its iterations.
 COARSE_PART = 0.5
@@ -16,7 +16,7 @@ MOST_COARSER = 2
 
 
 @dataclass
-class FieldSteps(Checked):
+class FieldSteps(CheckedAtOnce):
     """How a fit changes the coefficients and the attributes of distance fields.
 
     Attributes
@@ -60,9 +60,6 @@ class FieldSteps(Checked):
         "eikonal": by(number, least=0.0),
         "most_memory": by(number, above=0.0),
     }
-
-    def __post_init__(self) -> None:
-        self.check_fields("FieldSteps")
 
 
 def refinements(coarser: int, iterations: int) -> list[int]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..checkpoints.resumable import Resumable, State
-from ..driven import MOST_TOGETHER, Numbers
+from ..driven import MOST_TOGETHER, Numbers, joint_step
 from ..losses import Loss
 from ..optimisers import Adam, AdamMatrix
 from ..rigid_variables import BETA2
@@ -69,17 +69,10 @@ class KeyedSteps(Resumable):
         """Make one step of some frames, and return the next values."""
         out = {one.path: one.value.copy() for one in self._variables}
         for k in frames:
-            # Numbers at a limit that their gradient pushes against stay there.
-            scaled = [np.where(((one.value[k] <= one.low[k]) & (gradient[one.path][k] > 0.0))
-                               | ((one.value[k] >= one.high[k]) & (gradient[one.path][k] < 0.0)), 0.0,
-                               gradient[one.path][k] * one.steps[k]) for one in self._variables]  # fmt: skip
-            joined = np.concatenate(scaled)
-            change = self._optimisers[k].update(np.zeros_like(joined), joined, factor)
-            first = 0
-            for one in self._variables:
-                part = change[first : first + one.value.shape[1]]
-                out[one.path][k] = np.clip(one.value[k] + one.steps[k] * part, one.low[k], one.high[k])
-                first += one.value.shape[1]
+            parts = [(gradient[one.path][k], one.value[k], one.steps[k], one.low[k], one.high[k])
+                     for one in self._variables]  # fmt: skip
+            for one, following in zip(self._variables, joint_step(self._optimisers[k], factor, parts), strict=True):
+                out[one.path][k] = following
         return out
 
 

@@ -16,7 +16,7 @@ from ...scene.scene import Scene
 from ..bounds import first_step, limits
 from ..checkpoints.resumable import State
 from ..driven import Placement
-from ..rigid_variables import TURN_STEP, pivot_and_extent, rotations
+from ..rigid_variables import TURN_STEP, moved_pose, pivot_and_extent
 from .film import Film
 from .keyed import KeyedNumbers
 
@@ -75,12 +75,7 @@ class KeyedParameters:
         """Return the parameter in a frame, from the numbers of the frame."""
         if path not in self._pivots:
             return numbers.reshape(self._start[path].shape)
-        pivot = self._pivots[path][0]
-        out = self._start[path].copy()
-        turn = rotations(numbers[:3])
-        out[:3, :3] = turn @ out[:3, :3]
-        out[:3, 3] = turn @ (out[:3, 3] - pivot) + pivot + numbers[3:]
-        return out
+        return moved_pose(self._start[path], self._pivots[path][0], numbers)
 
     def values(self, path: str, numbers: F64) -> F64:
         """Return the parameter in all frames."""

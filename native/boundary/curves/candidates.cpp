@@ -1,7 +1,6 @@
 #include "boundary/curves/candidates.h"
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <utility>
 
@@ -13,7 +12,6 @@
 #include "scene/mesh_edges.h"
 #include "scene/mesh_instances.h"
 #include "tasks/block_sizes.h"
-#include "tasks/boundary_task.h"
 #include "tasks/seed_tags.h"
 #include "util/parallel.h"
 

@@ -6,7 +6,6 @@
 
 #include "boundary/meshes/placed_vertex.h"
 #include "boundary/meshes/seams.h"
-#include "scene/face_vectors.h"
 #include "scene/mesh_edges.h"
 #include "scene/mesh_instances.h"
 #include "tasks/edge_weight_task.h"

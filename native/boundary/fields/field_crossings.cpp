@@ -1,8 +1,6 @@
 #include "boundary/fields/field_crossings.h"
 
 #include <algorithm>
-#include <array>
-#include <memory>
 #include <utility>
 #include <vector>
 

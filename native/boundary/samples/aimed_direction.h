@@ -3,7 +3,6 @@
 // angle to d, and b the value of s at the width of the peak. All directions are possible.
 #pragma once
 
-#include "scene/view.h"
 #include "simd/vector.h"
 #include "tasks/boundary_task.h"
 

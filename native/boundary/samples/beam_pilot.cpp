@@ -7,7 +7,6 @@
 #include "boundary/meshes/placed_vertex.h"
 #include "boundary/samples/sample_plan.h"
 #include "tasks/block_sizes.h"
-#include "tasks/kernel_table.h"
 #include "tasks/seed_tags.h"
 #include "util/double_vector.h"
 #include "util/parallel.h"

@@ -8,8 +8,6 @@
 // A disk faces the point x that it lights, so its line can be computed only once x is known.
 #pragma once
 
-#include "boundary/samples/intersection_point.h"
-#include "boundary/samples/segment_sampling.h"
 #include "shading/lights/light_rows.h"
 
 namespace edgegrad::EDGEGRAD_ISA {

@@ -6,7 +6,6 @@
 #pragma once
 
 #include "boundary/samples/segment_sampling.h"
-#include "path/sample_blocks.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

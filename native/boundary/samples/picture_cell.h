@@ -18,8 +18,7 @@ EG_INLINE Float place_in_cell(const SceneView& scene, const BoundaryTask& task, 
     const float width = (static_cast<float>(c.width) + 2.0f * left) / n;
     const float height = (static_cast<float>(c.height) + 2.0f * margin) / n;
     const Int row = quotient(p.cell, task.direction_cells), column = p.cell - row * task.direction_cells;
-    Float u, v;
-    sobol_pair(p.random.stream, p.random.sample, kPairPixel, u, v);
+    const auto [u, v] = sobol_pair(p.random, kPairPixel);
     sx = (to_float(column) + u) * width - left;
     sy = (to_float(row) + v) * height - margin;
     return width * height / p.density;

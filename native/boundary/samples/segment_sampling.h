@@ -224,6 +224,15 @@ EG_INLINE Mask keep_finite(const BoundaryTask& task, int64_t at, Mask active, In
     return active & ~lost;
 }
 
+// The same; also writes the sizes of a first pass.
+EG_INLINE Mask weigh_samples(const BoundaryTask& task, int64_t at, Mask active, Int edge, Int instance,
+                             Float size) {
+    active = keep_finite(task, at, active, edge, instance, size);
+    for (int i = 0; task.score && i < W && at + i < task.count; ++i)
+        task.score[task.first + at + i] = active[i] ? size[i] : 0.0f;
+    return active;
+}
+
 // Records the contributions of samples to the gradient: the moved light times the adjoint. They guide later
 // calls only, so that both modes of a call take the same samples.
 EG_INLINE void record_contribution(const BoundaryTask& task, int64_t at, Mask active, Vec3 color,

@@ -177,32 +177,33 @@ EG_INLINE Sides visible_faces(const SceneView& scene, const EdgeSample& s) {
     return sides;
 }
 
-// What the camera sees behind the edge, and whether the edge lies in that face (contact).
-struct Behind {
-    Closest hit;
-    Mask touched;
-    // The transmittance and the number of transparent surfaces in front of the edge.
-    Vec3 through;
-    Int passed;
+// The transmittance and the number of the transparent surfaces that rays have passed.
+struct PassedSurfaces {
+    Vec3 through = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    Int passed = splat(0);
 };
 
-// Decides for each hit surface whether the ray passes it, with probability by its transparency as on camera
-// paths. Multiplies the transmittance of the rays that pass.
-EG_OUTLINE Mask passes(const SceneView& scene, Mask blocked, const EdgeSample& s, const Closest& hit,
-                       Behind& behind, Float& offset) {
-    SurfacePoint x = surface_point(scene, blocked, hit.face, hit.b1, hit.b2, s.view.direction, hit.instance);
-    x.mesh = hit.mesh;
-    offset = x.offset;
-    const TexturePoint point =
-        texture_point(scene, x, -s.view.direction, splat(static_cast<int>(kCameraRay)));
-    Float choice, chance, unused;
-    sobol_pair(s.random.stream, s.random.sample, vertex_pair(behind.passed, kVertexChoice), choice, unused);
-    sobol_pair(s.random.stream, s.random.sample, vertex_pair(behind.passed, kVertexSurvival), unused, chance);
+// What the camera sees behind the edge, and whether the edge lies in that face (contact). Surfaces that rays
+// have passed are in front of the edge.
+struct Behind : PassedSurfaces {
+    Closest hit;
+    Mask touched;
+};
+
+// Decides for each hit surface whether the ray of `kind` passes it, with probability by its transparency and
+// by the random numbers of paths. `near` is set to behind the surfaces that are passed.
+EG_OUTLINE Mask passes(const SceneView& scene, Mask blocked, const Closest& hit, Vec3 direction, RayKind kind,
+                       const PathIndex& random, PassedSurfaces& before, Float& near) {
+    const SurfacePoint x = hit_surface(scene, blocked, hit, direction);
+    const TexturePoint point = texture_point(scene, x, -direction, splat(static_cast<int>(kind)));
+    const Float choice = sobol_pair(random, vertex_pair(before.passed, kVertexChoice)).u;
+    const Float chance = sobol_pair(random, vertex_pair(before.passed, kVertexSurvival)).v;
     const Shader shader = surface_shader(scene, x, point, choice);
     Vec3 color;
     const Mask pass = x.active & has(shader, kHasTransparency) & (chance < passing_share(shader, color));
-    behind.through = select(pass, behind.through * color * shader.scale, behind.through);
-    behind.passed = behind.passed - pass;
+    before.through = select(pass, before.through * color * shader.scale, before.through);
+    before.passed = before.passed - pass;
+    near = select(pass, hit.distance + 2.0f * x.offset, near);
     return pass;
 }
 
@@ -241,11 +242,8 @@ EG_OUTLINE Behind look_behind(const SceneView& scene, EdgeSample& s, const Sides
     constexpr float kContact = 1e-5f, kAlong = 1e-3f, kHere = 1e-3f, kBefore = 1e-5f;
     const Float scale = max(largest_component(s.point), s.view.distance);
     Behind behind;
-    behind.through = {splat(1.0f), splat(1.0f), splat(1.0f)};
-    behind.passed = behind.touched = splat(0);
-    behind.hit.hit = behind.hit.face = behind.hit.mesh = splat(0);
-    behind.hit.instance = splat(-1);
-    behind.hit.b1 = behind.hit.b2 = behind.hit.distance = splat(0.0f);
+    behind.hit = no_hit();
+    behind.touched = splat(0);
     Float near = s.view.near;
     const Mask hidden = (sides.plus.face >= 0) & (sides.minus.face >= 0);
     const Float far = select(hidden, min(s.view.far, s.view.distance + scale * kHere), s.view.far);
@@ -274,22 +272,13 @@ EG_OUTLINE Behind look_behind(const SceneView& scene, EdgeSample& s, const Sides
         const Mask blocked =
             looking & hit.hit & ~touched & ~grazed & (hit.distance < s.view.distance - scale * kBefore);
         const Mask seen = looking & ~blocked & ~grazed;
-        behind.hit.hit |= seen & hit.hit;
-        behind.hit.face = select(seen, hit.face, behind.hit.face);
-        behind.hit.mesh = select(seen, hit.mesh, behind.hit.mesh);
-        behind.hit.instance = select(seen, hit.instance, behind.hit.instance);
-        behind.hit.b1 = select(seen, hit.b1, behind.hit.b1);
-        behind.hit.b2 = select(seen, hit.b2, behind.hit.b2);
-        behind.hit.distance = select(seen, hit.distance, behind.hit.distance);
+        behind.hit = select(seen, hit, behind.hit);
         behind.touched |= seen & touched;
         // Continue behind transparent surfaces in front of the edge
         looking = blocked & (behind.passed < most_transparent);
         if (!(scene.all_flags & kHasTransparency)) looking = splat(0);
-        if (any(looking)) {
-            Float offset;
-            looking = passes(scene, looking, s, hit, behind, offset);
-            near = select(looking, hit.distance + 2.0f * offset, near);
-        }
+        if (any(looking))
+            looking = passes(scene, looking, hit, s.view.direction, kCameraRay, s.random, behind, near);
         looking |= grazed;
         s.active &= seen | looking | ~(seen | blocked);
     }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "shading/surface_shader.h"
-#include "tasks/boundary_task.h"
 #include "tasks/render_options.h"
 
 namespace edgegrad::EDGEGRAD_ISA {

@@ -39,20 +39,10 @@ struct ScatteringPoint {
         return pdf;
     }
     EG_INLINE BsdfSample sample(const SceneView& scene, Mask active, Float lobe, Float u, Float v) const {
-        BsdfSample s;
+        BsdfSample s{};
         s.wi = normal;
-        s.weight = zero3();
-        s.pdf = splat(0.0f);
-        s.active = s.specular = s.transmitted = splat(0);
-        s.lobe = s.ray_kind = splat(static_cast<int>(kDiffuseRay));
         visit(scene, active, [&](const auto& surface, Mask m) EG_INLINE_LAMBDA {
-            const BsdfSample part = surface.sample(m, lobe, u, v);
-            s.active |= m & part.active;
-            s.wi = select(m, part.wi, s.wi);
-            s.weight = select(m, part.weight, s.weight);
-            s.pdf = select(m, part.pdf, s.pdf);
-            s.ray_kind = select(m, part.ray_kind, s.ray_kind);
-            s.specular = select(m, part.specular, s.specular);
+            s = select(m, surface.sample(m, lobe, u, v), s);
         });
         return s;
     }
@@ -86,12 +76,8 @@ EG_INLINE Mask scatters_on_both_sides(const Shader& shader) {
 EG_OUTLINE ScatteringPoint scattering_point(const SceneView& scene, const ImageTask& task,
                                             const PathPacket& p, Mask active, const Closest& hit) {
     ScatteringPoint s;
-    s.x = surface_point(scene, active, hit.face, hit.b1, hit.b2, p.direction,
-                        select(active, hit.instance, splat(-1)));
-    s.x.mesh = select(active, hit.mesh, splat(0));
-    const PathIndex index = path_index(task, p.path);
-    Float choice, unused;
-    sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexChoice), choice, unused);
+    s.x = hit_surface(scene, active, hit, p.direction);
+    const Float choice = sobol_pair(path_index(task, p.path), vertex_pair(p.vertex, kVertexChoice)).u;
     s.point = texture_point(scene, s.x, -p.direction, p.kind);
     s.shader = surface_shader(scene, s.x, s.point, choice);
     s.normal = shading_normal(scene, s.x.active, s.shader, s.point);
@@ -133,10 +119,8 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
         walking &= s.x.active;
         if (scene.all_flags & kHasAbsorption) absorb(scene, p, followed, walking, s);
         Mask pass = splat(0);
-        Float unused;
         if (clear) {
-            Float chance;
-            sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexSurvival), unused, chance);
+            const Float chance = sobol_pair(index, vertex_pair(p.vertex, kVertexSurvival)).v;
             Vec3 color;
             pass = walking & has(s.shader, kHasTransparency) & (chance < passing_share(s.shader, color));
             arrived |= there & walking & ~pass;
@@ -151,9 +135,8 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
         // Sample the BSDF for the next direction
         const Mask scattered = walking & ~pass;
         if (any(scattered)) {
-            Float lobe, u, v;
-            sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexChoice), unused, lobe);
-            sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexDirection), u, v);
+            const Float lobe = sobol_pair(index, vertex_pair(p.vertex, kVertexChoice)).v;
+            const auto [u, v] = sobol_pair(index, vertex_pair(p.vertex, kVertexDirection));
             const BsdfSample next = s.sample(scene, scattered, lobe, u, v);
             // The path must be able to scatter once more.
             const Mask goes = scattered & next.active & ~next_is_final(task, p, next.ray_kind);
@@ -189,14 +172,10 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
         walking &= met.hit;
         if (fixed && scene.mesh_contact && any(walking & (fixed->length > 0))) {
             // Segments through transparent surfaces have no blend, so the last surface before `next` will do.
-            SurfacePoint next = surface_point(scene, walking, met.face, met.b1, met.b2, p.direction,
-                                              select(walking, met.instance, splat(-1)));
-            next.mesh = select(walking, met.mesh, splat(0));
+            const SurfacePoint next = hit_surface(scene, walking, met, p.direction);
             set_chain_surface(scene, walking & (fixed->length > 0), p.segment - 2, s.x, next, *fixed);
         }
-        hit.face = select(walking, met.face, hit.face), hit.mesh = select(walking, met.mesh, hit.mesh);
-        hit.instance = select(walking, met.instance, hit.instance);
-        hit.b1 = select(walking, met.b1, hit.b1), hit.b2 = select(walking, met.b2, hit.b2);
+        hit = select(walking, met, hit);
     }
     p.active = arrived;
     hit.hit = arrived;

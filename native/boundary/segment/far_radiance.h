@@ -6,7 +6,7 @@
 #include "boundary/samples/visible_edge.h"
 #include "boundary/segment/light_source.h"
 #include "boundary/segment/segment.h"
-#include "path/run.h"
+#include "path/start.h"
 #include "tasks/boundary_kind.h"
 #include "tasks/boundary_task.h"
 #include "tasks/image_task.h"

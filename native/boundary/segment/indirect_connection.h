@@ -38,9 +38,7 @@ EG_OUTLINE int connect_indirect(const SceneView& scene, const BoundaryTask& task
     divide_segment(s);
     s.y.face = select(s.active, y.hit.face, splat(-1));
     s.y.instance = y.hit.instance, s.y.b1 = y.hit.b1, s.y.b2 = y.hit.b2;
-    s.x = surface_point(scene, s.active, receiver.hit.face, receiver.hit.b1, receiver.hit.b2, w,
-                        select(s.active, receiver.hit.instance, splat(-1)));
-    s.x.mesh = receiver.hit.mesh;
+    s.x = hit_surface(scene, s.active, receiver.hit, w);
     s.active = s.x.active;
     blend_near_contact(scene, length, s);
     s.active &= segment_moves(scene, requested, s);
@@ -49,10 +47,7 @@ EG_OUTLINE int connect_indirect(const SceneView& scene, const BoundaryTask& task
     // Follow the light to the camera and queue the path of L(y)
     const SeenLight seen = see_light(scene, task, p, s.active, receiver.hit, w, length, scattered, true,
                                      splat(-1), splat(scene.followed_alpha));
-    s.active = seen.active;
-    s.view = seen.view;
-    if (scene.mesh_contact) s.fixed = seen.fixed;
-    turn_to(s.x, -s.view.direction);
+    take_view(scene, seen, s);
     s.color = seen.weight * receiver.through * (measure * task.scale / probability);
     jump();
     if (!any(s.active)) return queued;

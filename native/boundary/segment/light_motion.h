@@ -53,6 +53,12 @@ EG_INLINE ConeMotion cone_motion(Vec3 axis, Float cap, Vec3 w, Vec3 g) {
     return {g * z + basis_adjoint(axis, g * s, g * t), widens};
 }
 
+// Sets three columns of rows.
+EG_INLINE void set_three(Float (&row)[kLightParams], int at, Mask m, Vec3 v) {
+    row[at] = select(m, v.x, row[at]), row[at + 1] = select(m, v.y, row[at + 1]);
+    row[at + 2] = select(m, v.z, row[at + 2]);
+}
+
 // Sets the adjoints of the light's row. `offset` is y - x, or the unit direction of distant lights. Returns
 // the adjoint of x, on which disks that face x and cones about spheres depend.
 EG_INLINE Vec3 light_motion_row(const LightView& lights, Int light, Int kind, Vec3 x, Vec3 offset, Vec3 g,
@@ -61,10 +67,7 @@ EG_INLINE Vec3 light_motion_row(const LightView& lights, Int light, Int kind, Ve
     Vec3 from = zero3();
     const LightRow l = gather_light(lights, light);
     const auto is = [&](LightKind k) { return kind == splat(static_cast<int>(k)); };
-    const auto put = [&](int at, Mask m, Vec3 v) {
-        row[at] = select(m, v.x, row[at]), row[at + 1] = select(m, v.y, row[at + 1]);
-        row[at + 2] = select(m, v.z, row[at + 2]);
-    };
+    const auto put = [&](int at, Mask m, Vec3 v) { set_three(row, at, m, v); };
     const Mask near = kind < splat(static_cast<int>(kDirectionLight)), cone = is(kConeLight);
     const Vec3 place = x + offset - l.position;
     // Point lights, and the centres of disks, rectangles and ellipses
@@ -126,9 +129,7 @@ EG_INLINE void sphere_surface_row(const LightView& lights, Mask sphere, Int ligh
                                   Float (&row)[kLightParams]) {
     const LightRow l = gather_light(lights, light);
     const Float radius = dot(g, y - l.position) / max(l.radius, 1e-30f);
-    row[kLightPosition] = select(sphere, g.x, row[kLightPosition]);
-    row[kLightPosition + 1] = select(sphere, g.y, row[kLightPosition + 1]);
-    row[kLightPosition + 2] = select(sphere, g.z, row[kLightPosition + 2]);
+    set_three(row, kLightPosition, sphere, g);
     row[kLightRadius] = select(sphere, radius, row[kLightRadius]);
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "boundary/segment/silhouette.h"
-#include "path/start.h"
 #include "shading/transmittance.h"
 
 namespace edgegrad::EDGEGRAD_ISA {

@@ -29,9 +29,7 @@ EG_OUTLINE ReceiverHit find_receiver(const SceneView& scene, Mask active, Vec3 p
                                      const PathIndex& random) {
     constexpr float kStay = 0.5f;
     ReceiverHit r;
-    r.hit.hit = r.hit.face = r.hit.mesh = splat(0);
-    r.hit.instance = splat(-1);
-    r.hit.b1 = r.hit.b2 = r.hit.distance = splat(0.0f);
+    r.hit = no_hit();
     r.through = {splat(1.0f), splat(1.0f), splat(1.0f)};
     r.found = splat(0);
     // Handle the common case: the first hit stops the light
@@ -56,8 +54,7 @@ EG_OUTLINE ReceiverHit find_receiver(const SceneView& scene, Mask active, Vec3 p
         Float offset = splat(0.0f);
         if (any(looking)) {
             // Shadow rays would meet the surface from the other side.
-            const SurfacePoint x =
-                surface_point(scene, looking, hit.face, hit.b1, hit.b2, towards, hit.instance);
+            const SurfacePoint x = hit_surface(scene, looking, hit, towards);
             offset = x.offset;
             Vec3 passing = zero3();
             if (clear)
@@ -66,24 +63,14 @@ EG_OUTLINE ReceiverHit find_receiver(const SceneView& scene, Mask active, Vec3 p
             through = select(stops, passing, through);
         }
         // Stop here or continue, at random
-        Float chance, unused;
-        sobol_pair(random.stream, random.sample, vertex_pair(rays.first + passed, kVertexSurvival), chance,
-                   unused);
+        const Float chance = sobol_pair(random, vertex_pair(rays.first + passed, kVertexSurvival)).u;
         const Mask open = largest_component(through) > 0.0f;
         const Mask stays = looking & sees & (~open | (chance < kStay)), goes = looking & open & ~stays;
         r.through = select(stays & open, r.through * splat(1.0f / kStay), r.through);
         r.through =
             select(goes, r.through * through * select(sees, splat(1.0f / (1.0f - kStay)), 1.0f), r.through);
         // Keep the hits of lanes that stop
-        if (!any(r.found)) {
-            r.hit = hit;
-        } else {
-            r.hit.face = select(stays, hit.face, r.hit.face),
-            r.hit.mesh = select(stays, hit.mesh, r.hit.mesh);
-            r.hit.instance = select(stays, hit.instance, r.hit.instance);
-            r.hit.b1 = select(stays, hit.b1, r.hit.b1), r.hit.b2 = select(stays, hit.b2, r.hit.b2);
-            r.hit.distance = select(stays, hit.distance, r.hit.distance);
-        }
+        r.hit = any(r.found) ? select(stays, hit, r.hit) : hit;
         r.found |= stays;
         near = select(goes, hit.distance + 2.0f * offset, near);
         passed = passed + 1;

@@ -33,9 +33,7 @@ struct Chain {
 
 // The surface point at the end of a chain, with its normal on the side from which the ray came.
 EG_INLINE SurfacePoint chain_point(const SceneView& scene, Mask active, const Chain& c) {
-    SurfacePoint x = surface_point(scene, active & c.at.hit, c.at.face, c.at.b1, c.at.b2, c.w, c.at.instance);
-    x.mesh = c.at.mesh;
-    return x;
+    return hit_surface(scene, active & c.at.hit, c.at, c.w);
 }
 
 // Turns a surface point's normal to the side of `viewer`.
@@ -68,9 +66,8 @@ constexpr int kChainVertex = 256;
 // scene, or meets only perfect lobes, become inactive. `first`: the chain ends at x.
 EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const PathIndex& random, Int vertex,
                        Int light_kinds, Int seers, bool count_bounces, bool first) {
-    Float choice, lobe, u, v;
-    sobol_pair(random.stream, random.sample, vertex_pair(vertex, kVertexChoice), choice, lobe);
-    sobol_pair(random.stream, random.sample, vertex_pair(vertex, kVertexDirection), u, v);
+    const auto [choice, lobe] = sobol_pair(random, vertex_pair(vertex, kVertexChoice));
+    const auto [u, v] = sobol_pair(random, vertex_pair(vertex, kVertexDirection));
     const Int kind = splat(static_cast<int>(kDiffuseRay));
     const Vec3 wi = -c.w;
 
@@ -122,25 +119,19 @@ EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const Pat
     const Mask active = seen.active & (largest_component(weight) > 0.0f);
     if (count_bounces && any(active)) {
         const Vec3 diffuse = scattered_by(scene, seen, point, back, wi, splat(1 << kDiffuseRay));
-        Float chance, unused;
-        sobol_pair(random.stream, random.sample, vertex_pair(vertex, kVertexSurvival), chance, unused);
+        const Float chance = sobol_pair(random, vertex_pair(vertex, kVertexSurvival)).u;
         c.bounces = add_bounce(c.bounces, active, bounce_kind(seen, wi, f, diffuse, chance));
     }
     // Find the next surface
     const ReceiverRays rays = {splat(kScatteredRays), seers, kDiffuseRay, vertex + 1};
     const ReceiverHit next =
         find_receiver(scene, active, leave_surface(seen), -wo, ignore_nothing(), rays, random);
-    const Closest& hit = next.hit;
+    Closest hit = next.hit;
+    hit.hit = next.found;
     Vec3 through = next.through;
     if (scene.all_flags & kHasAbsorption)
         through = through * kept_inside(scene, seen, shader.closure, hit.distance);
-    c.at.hit = select(walking, next.found, c.at.hit);
-    c.at.face = select(walking, hit.face, c.at.face);
-    c.at.mesh = select(walking, hit.mesh, c.at.mesh);
-    c.at.instance = select(walking, hit.instance, c.at.instance);
-    c.at.b1 = select(walking, hit.b1, c.at.b1);
-    c.at.b2 = select(walking, hit.b2, c.at.b2);
-    c.at.distance = select(walking, hit.distance, c.at.distance);
+    c.at = select(walking, hit, c.at);
     c.w = select(walking, wo, c.w);
     c.weight = select(walking, weight * through, c.weight);
     c.followed = select(walking, followed * through, c.followed);
@@ -152,8 +143,7 @@ constexpr float kChainGoesOn = 0.6f;
 // The number of surfaces in a sample's chain besides x, at most `most`; 0 if the camera sees x. Sets the
 // probability of that number.
 EG_INLINE Int chain_length(const SegmentSample& p, int most, Float& probability) {
-    Float choice, unused;
-    sobol_pair(p.random.stream, p.random.sample, kPairChain, choice, unused);
+    Float choice = sobol_pair(p.random, kPairChain).u;
     Int length = p.chained & 1;
     probability = splat(1.0f);
     for (int k = 1; k < most; ++k) {
@@ -176,8 +166,7 @@ EG_INLINE Mask scatters_within_limits(const BoundaryTask& task, Mask active, con
                                       Int kinds, const PathIndex& random, Int vertex, const Value& evaluate,
                                       Int& bounces) {
     if (!limits_matter(task.limits, task.max_depth) || !any(active)) return active;
-    Float choice, unused;
-    sobol_pair(random.stream, random.sample, vertex_pair(vertex, kVertexSurvival), choice, unused);
+    const Float choice = sobol_pair(random, vertex_pair(vertex, kVertexSurvival)).u;
     const Vec3 all = evaluate(kinds), diffuse = evaluate(kinds & (1 << kDiffuseRay | kOfTable));
     bounces = add_bounce(bounces, active, bounce_kind(x, w, all, diffuse, choice));
     return active & within_limits(task.limits, bounces);
@@ -192,6 +181,14 @@ struct SeenLight {
     Int bounces;                // of x and of the surfaces before it, counters by kind
     FixedDirectionChain fixed;  // near contact
 };
+
+// Takes over how the camera sees x.
+EG_INLINE void take_view(const SceneView& scene, const SeenLight& seen, BoundarySegment& s) {
+    s.active = seen.active;
+    s.view = seen.view;
+    if (scene.mesh_contact) s.fixed = seen.fixed;
+    turn_to(s.x, -s.view.direction);
+}
 
 // The surfaces of a chain, x first.
 struct ChainPlaces {
@@ -243,8 +240,7 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
     seen.view = place_in_picture(scene, end.active, end.position, p.random);
     end.active &= seen.view.active;
     turn_to(end, -seen.view.direction);
-    Float choice, unused;
-    sobol_pair(p.random.stream, p.random.sample, kPairStrategy, choice, unused);
+    const Float choice = sobol_pair(p.random, kPairStrategy).u;
     const Int kind = splat(static_cast<int>(kCameraRay));
     const Int kinds = select(length == 0, light_kinds, splat(kScatteredRays));
     Vec3 followed = zero3();
@@ -260,8 +256,7 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
     if (limited && any(counts)) {
         const Vec3 soft = scattered_towards(scene, end, -seen.view.direction, -chain.w, kind,
                                             splat(1 << kDiffuseRay), choice);
-        Float chance;
-        sobol_pair(p.random.stream, p.random.sample, vertex_pair(length, kVertexSurvival), chance, unused);
+        const Float chance = sobol_pair(p.random, vertex_pair(length, kVertexSurvival)).u;
         seen.bounces = add_bounce(seen.bounces, counts, bounce_kind(end, -chain.w, f, soft, chance));
         end.active &= within_limits(task.limits, seen.bounces);
     }

@@ -229,14 +229,8 @@ EG_INLINE Float size_of(const BoundarySegment& s) { return size_of(s.color) * sw
 // Drops samples of infinite size. Writes the sizes of a first pass, by which the second pass is distributed
 // (boundary/samples/sample_plan.h).
 EG_INLINE void weigh(const BoundaryTask& task, int64_t at, BoundarySegment& s) {
-    Float size = splat(0.0f);
-    if (any(s.active)) {
-        size = size_of(s);
-        s.active = keep_finite(task, at, s.active, s.edge, s.instance, size);
-    }
-    if (!task.score) return;
-    for (int i = 0; i < W && at + i < task.count; ++i)
-        task.score[task.first + at + i] = s.active[i] ? size[i] : 0.0f;
+    const Float size = any(s.active) ? size_of(s) : splat(0.0f);
+    s.active = weigh_samples(task, at, s.active, s.edge, s.instance, size);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

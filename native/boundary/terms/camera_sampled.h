@@ -21,9 +21,7 @@
 #include "boundary/segment/camera_subpath.h"
 #include "boundary/segment/far_radiance.h"
 #include "boundary/segment/hiding_edge.h"
-#include "boundary/segment/occluder.h"
 #include "boundary/segment/scattering_chain.h"
-#include "boundary/segment/silhouette.h"
 #include "tasks/boundary_task.h"
 #include "tasks/edge_tree_view.h"
 #include "tasks/image_task.h"
@@ -74,12 +72,9 @@ struct CameraSampledSurface {
     EG_INLINE BsdfSample sample(Mask m, Float lobe, Float u, Float v) const {
         BsdfSample s = flat.sample(m & lambertian, lobe, u, v);
         if (any(m & others)) {
-            const BsdfSample r = rest.sample(m & others, lobe, u, v);
-            s.active = select(others, r.active & ~r.specular, s.active);
-            s.wi = select(others, r.wi, s.wi);
-            s.pdf = select(others, r.pdf, s.pdf);
-            s.ray_kind = select(others, r.ray_kind, s.ray_kind);
-            s.lobe = select(others, r.lobe, s.lobe);
+            BsdfSample r = rest.sample(m & others, lobe, u, v);
+            r.active &= ~r.specular;
+            s = select(others, r, s);
         }
         return s;
     }
@@ -100,8 +95,7 @@ EG_OUTLINE LobeDirection sample_lobe_direction(const CameraSampledSurface& surfa
     Float densest = splat(0.0f);
     Int lobe = splat(-1);
     for (int k = 0; k < 6; ++k) {
-        Float u, v;
-        sobol_pair(random.stream, random.sample, vertex_pair(splat(kLobeVertex + k), kVertexDirection), u, v);
+        const auto [u, v] = sobol_pair(random, vertex_pair(splat(kLobeVertex + k), kVertexDirection));
         const BsdfSample s = surface.sample(active, lobe_u, u, v);
         const Mask found = active & s.active & ((kinds & ray_mask(s.ray_kind)) != 0) & (s.pdf > densest) &
                            ((lobe < 0) | ((s.lobe + 64 * s.ray_kind) == lobe));
@@ -152,10 +146,9 @@ EG_OUTLINE CameraSampledPoint choose_edge_point(const EdgeTreeView& tree, const 
     const Float rounding = 1e-6f * largest_component(around.position);
     Float total = splat(0.0f), taken = total;
     for (int k = 0; k < candidates && any(active); ++k) {
-        Float by_tree, by_place, by_weight, unused;
         const Int vertex = splat(kLobeVertex + 8 + k);
-        sobol_pair(random.stream, random.sample, vertex_pair(vertex, kVertexDirection), by_tree, by_place);
-        sobol_pair(random.stream, random.sample, vertex_pair(vertex, kVertexChoice), by_weight, unused);
+        const auto [by_tree, by_place] = sobol_pair(random, vertex_pair(vertex, kVertexDirection));
+        const Float by_weight = sobol_pair(random, vertex_pair(vertex, kVertexChoice)).u;
         // Stratify the candidates' places in the tree.
         const Float mark = (by_tree + static_cast<float>(k)) * (1.0f / static_cast<float>(candidates)) * all;
         Int node = splat(-1);
@@ -310,8 +303,7 @@ EG_INLINE Vec3 sample_edge_near(const BoundaryTask& task, const ScatteringPoint&
 EG_INLINE Vec3 sample_edge_in_lobes(const BoundaryTask& task, const ScatteringPoint& x,
                                     const CameraSampledSurface& surface, Int kinds, const PathIndex& walk,
                                     Int vertex, int candidates, SegmentSample& p, BoundarySegment& s) {
-    Float choice, lobe;
-    sobol_pair(walk.stream, walk.sample, vertex_pair(vertex, kVertexChoice), choice, lobe);
+    const Float lobe = sobol_pair(walk, vertex_pair(vertex, kVertexChoice)).v;
     const LobeDirection around = sample_lobe_direction(surface, s.active, kinds, lobe, p.random);
     return sample_edge_near(
         task, x, surface, kinds, around, candidates, [](Mask m, Vec3, Float) EG_INLINE_LAMBDA { return m; },

@@ -24,7 +24,6 @@
 #include "boundary/segment/shadow_connection.h"
 #include "boundary/terms/camera_sampled.h"
 #include "shading/lights/environment_samples.h"
-#include "shading/lights/light_radiance.h"
 #include "shading/lights/lights.h"
 #include "shading/lights/met_light.h"
 
@@ -43,10 +42,8 @@ struct ShadowSource {
 // (`direct`), the table and, if some lights are hidden from some kinds of rays, one kind.
 EG_INLINE ShadowSource choose_source(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
                                      Mask direct) {
-    Float pick, unused, which, kind;
-    sobol_pair(p.random.stream, p.random.sample, kPairStrategy, pick, unused);
-    sobol_pair(p.random.stream, p.random.sample, vertex_pair(splat(kLobeVertex + 7), kVertexChoice), which,
-               kind);
+    const Float pick = sobol_pair(p.random, kPairStrategy).u;
+    const auto [which, kind] = sobol_pair(p.random, vertex_pair(splat(kLobeVertex + 7), kVertexChoice));
     const bool sized = scene.lights.sized_count + scene.lights.sized_distant > 0;
     const Float table = select(~direct & splat(sized ? -1 : 0), splat(1.0f), 0.0f);
     const Float others = table + (scene.has_environment ? 1.0f : 0.0f);
@@ -78,9 +75,8 @@ EG_INLINE LobeDirection shadow_direction(const SceneView& scene, const Scatterin
                                          const CameraSampledSurface& surface, Mask active,
                                          const ShadowSource& source, Int bounces, const PathIndex& walk,
                                          Int vertex, const PathIndex& random) {
-    Float pick, lobe, u, v;
-    sobol_pair(walk.stream, walk.sample, vertex_pair(vertex, kVertexChoice), pick, lobe);
-    sobol_pair(random.stream, random.sample, kPairLight, u, v);
+    const auto [pick, lobe] = sobol_pair(walk, vertex_pair(vertex, kVertexChoice));
+    const auto [u, v] = sobol_pair(random, kPairLight);
     LobeDirection around = sample_lobe_direction(surface, active, source.kinds, lobe, random);
     const Mask to_light = active & (pick < 0.5f);
     const auto take = [&](Mask m, Vec3 w, Float pdf) {

@@ -13,8 +13,6 @@
 // disk.
 #pragma once
 
-#include "boundary/samples/direct_samples.h"
-#include "boundary/segment/camera_connection.h"
 #include "boundary/segment/receiver.h"
 #include "boundary/segment/scattering_chain.h"
 #include "boundary/segment/segment.h"
@@ -60,8 +58,8 @@ EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryT
     const Mask sphere = s.y.kind == splat(static_cast<int>(kSphereLight));
     const Mask sized = sphere | (s.y.kind == splat(static_cast<int>(kDiskLight)));
     if (any(sized)) {
-        Float u, v, x, y;
-        sobol_pair(p.random.stream, p.random.sample, kPairLight, u, v);
+        const auto [u, v] = sobol_pair(p.random, kPairLight);
+        Float x, y;
         sample_disk(u, v, x, y);
         basis(o, a, b);
         const Float rise = sqrt(max(1.0f - x * x - y * y, 0.0f));
@@ -88,9 +86,7 @@ EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryT
     if (!any(s.active)) return out;
     s.reach = select(s.active, receiver.hit.distance, 1.0f);
     s.distance = splat(0.0f);
-    s.x = surface_point(scene, s.active, receiver.hit.face, receiver.hit.b1, receiver.hit.b2, o,
-                        select(s.active, receiver.hit.instance, splat(-1)));
-    s.x.mesh = receiver.hit.mesh;
+    s.x = hit_surface(scene, s.active, receiver.hit, o);
     s.active = s.x.active & shines_on(scene, row, s.x.mesh, length);
     const Mask disk = s.active & sized & ~sphere;
     if (any(disk)) {
@@ -109,10 +105,7 @@ EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryT
     // Follow the light to the camera
     const SeenLight seen = see_light(scene, task, p, s.active, receiver.hit, o, length, links.visible_to,
                                      false, splat(0), splat(0.0f));
-    s.active = seen.active;
-    s.view = seen.view;
-    if (scene.mesh_contact) s.fixed = seen.fixed;
-    turn_to(s.x, -s.view.direction);
+    take_view(scene, seen, s);
     s.color = seen.weight * receiver.through * l.radiance * distance_factor(l, s.reach) *
               (area * sine * (p.u1 - p.u0) * (kTurn * task.scale) / (p.density * probability));
     s.active &= largest_component(s.color) > 0.0f;

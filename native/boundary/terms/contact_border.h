@@ -84,9 +84,7 @@ EG_OUTLINE int sample_border(const SceneView& scene, const BoundaryTask& task,
     s.active &= receiver.found & (receiver.hit.distance > 1e-5f * largest_component(s.point));
     if (!any(s.active)) return queued;
     s.reach = select(s.active, receiver.hit.distance, 1.0f);
-    s.x = surface_point(scene, s.active, receiver.hit.face, receiver.hit.b1, receiver.hit.b2, w,
-                        select(s.active, receiver.hit.instance, splat(-1)));
-    s.x.mesh = receiver.hit.mesh;
+    s.x = hit_surface(scene, s.active, receiver.hit, w);
     s.active = s.x.active & segment_moves(scene, requested, s);
 
     // Weigh both sides
@@ -111,10 +109,7 @@ EG_OUTLINE int sample_border(const SceneView& scene, const BoundaryTask& task,
     // Follow the light to the camera
     const SeenLight seen = see_light(scene, task, p, s.active, receiver.hit, w, length, scattered, true,
                                      splat(0), splat(scene.followed_alpha));
-    s.active = seen.active;
-    s.view = seen.view;
-    s.fixed = seen.fixed;
-    turn_to(s.x, -s.view.direction);
+    take_view(scene, seen, s);
     s.color =
         seen.weight * receiver.through * ((p.u1 - p.u0) * task.scale / (density * probability * p.density));
     // Queue the paths of both sides

@@ -16,7 +16,6 @@
 #include "boundary/segment/shadow_connection.h"
 #include "boundary/segment/tangents_to_lights.h"
 #include "boundary/segment/touched_field.h"
-#include "shading/lights/environment_samples.h"
 #include "shading/lights/light_radiance.h"
 #include "tasks/boundary_kind.h"
 
@@ -194,8 +193,7 @@ EG_OUTLINE BoundarySegment sample_field_tangent_shadow(const SceneView& scene, c
         return s;
     }
     // Choose a light
-    Float u, v;
-    sobol_pair(p.random.stream, p.random.sample, kPairLight, u, v);
+    const auto [u, v] = sobol_pair(p.random, kPairLight);
     const LightChoice choice = choose_light(scene.lights, s.active, OpenPoint{s.point}, u);
     const Int kind = gather(scene.lights.kind, choice.light),
               index = gather(scene.lights.index, choice.light);

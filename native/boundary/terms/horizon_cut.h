@@ -7,7 +7,6 @@
 #include "boundary/segment/segment.h"
 #include "tasks/dropped_samples.h"
 #include "tasks/horizon_task.h"
-#include "tasks/image_task.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

@@ -26,7 +26,6 @@
 #include "boundary/samples/crossing_samples.h"
 #include "boundary/samples/light_cut.h"
 #include "boundary/segment/far_radiance.h"
-#include "boundary/segment/occluder.h"
 #include "boundary/segment/scattering_chain.h"
 #include "boundary/segment/silhouette.h"
 #include "shading/lights/light_radiance.h"
@@ -55,8 +54,7 @@ struct IntersectionSegment : BoundarySegment {
 EG_INLINE IntersectingPair pick_intersection(const SceneView& scene, const BoundaryTask& task,
                                              const SegmentSample& p) {
     IntersectingPair pair;
-    Float choice, unused;
-    sobol_pair(p.random.stream, p.random.sample, kPairLight, choice, unused);
+    const Float choice = sobol_pair(p.random, kPairLight).u;
     pair.row = splat(-1);
     pair.second = splat(0);
     for (int i = 0; i < W; ++i) {
@@ -261,9 +259,7 @@ EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& t
     if (!any(s.active)) return queued;
     s.reach = select(s.active, receiver.hit.distance + gap, 1.0f);
     s.active &= ~sees_other_side(scene, s, w);
-    s.x = surface_point(scene, s.active, receiver.hit.face, receiver.hit.b1, receiver.hit.b2, w,
-                        select(s.active, receiver.hit.instance, splat(-1)));
-    s.x.mesh = receiver.hit.mesh;
+    s.x = hit_surface(scene, s.active, receiver.hit, w);
     s.active = s.x.active & shines_on(scene, s.y.row, s.x.mesh, length);
     if (!scatters)
         s.lambda = select(holds_direction(scene, s.active, pair.face, s.x.material), splat(1.0f), 0.0f);
@@ -272,10 +268,7 @@ EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& t
     const Int kinds = scatters ? splat(kScatteredRays) : links.visible_to;
     const SeenLight seen = see_light(scene, task, p, s.active, receiver.hit, w, length, kinds, scatters,
                                      splat(0), splat(scene.followed_alpha));
-    s.active = seen.active;
-    s.view = seen.view;
-    if (scene.mesh_contact) s.fixed = seen.fixed;
-    turn_to(s.x, -s.view.direction);
+    take_view(scene, seen, s);
     light = light * decay_along(scene, s);
     s.color = seen.weight * receiver.through * light *
               ((p.u1 - p.u0) * task.scale / (density * probability * p.density));

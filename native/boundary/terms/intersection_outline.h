@@ -10,6 +10,7 @@
 // where n_1 and m_1 belong to the face, and n_2 and m_2 to the light. u is uniform on the sampled segment.
 #pragma once
 
+#include "boundary/samples/intersection_point.h"
 #include "boundary/samples/light_cut.h"
 #include "boundary/terms/light_outline.h"
 #include "tasks/boundary_task.h"

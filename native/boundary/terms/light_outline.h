@@ -163,9 +163,7 @@ EG_INLINE Vec3 parallel_disk_row(const SceneView& scene, const OutlineSample& s,
     const ParallelDisk d = parallel_disk(l.radius, s.view.parameter);
     const Float outwards = dot(g, place) / max(d.rho, 1e-30f);
     const Vec3 by_depth = s.view.direction * (outwards * d.by_depth), by_place = g + by_depth;
-    row[kLightPosition] = select(disk, by_place.x, row[kLightPosition]);
-    row[kLightPosition + 1] = select(disk, by_place.y, row[kLightPosition + 1]);
-    row[kLightPosition + 2] = select(disk, by_place.z, row[kLightPosition + 2]);
+    set_three(row, kLightPosition, disk, by_place);
     row[kLightRadius] = select(disk, outwards * d.by_radius, row[kLightRadius]);
     return by_depth;
 }
@@ -232,11 +230,7 @@ EG_INLINE Float sweep_of(const OutlineSample& s) { return s.weight * sqrt(dot(s.
 
 // Drops samples of infinite size, and writes the sizes of a first pass.
 EG_INLINE void weigh(const BoundaryTask& task, int64_t at, OutlineSample& s) {
-    const Float size = size_of(s.color) * sweep_of(s);
-    s.active = keep_finite(task, at, s.active, splat(-1), splat(-1), size);
-    if (!task.score) return;
-    for (int i = 0; i < W && at + i < task.count; ++i)
-        task.score[task.first + at + i] = s.active[i] ? size[i] : 0.0f;
+    s.active = weigh_samples(task, at, s.active, splat(-1), splat(-1), size_of(s.color) * sweep_of(s));
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -20,7 +20,6 @@
 #include "boundary/samples/intersection_point.h"
 #include "boundary/samples/moving_points.h"
 #include "boundary/samples/visible_edge.h"
-#include "path/run.h"
 #include "path/start.h"
 #include "reparameterisation/camera_blocks.h"
 #include "tasks/boundary_task.h"
@@ -83,14 +82,7 @@ EG_INLINE void leave_border(const SceneView& scene, const EdgeSample& s, Int fac
     const Vec3 step = near_point(scene, s, face, outwards, b1, b2);
     leave_border(scene, s, select(is_near, face.face, splat(0)), face.instance, step, b1, b2);
     aside = select(is_near, select(sides.narrow | touched | s.intersection, step, zero3()), aside);
-    hit.hit |= is_near;
-    hit.face = select(is_near, near.face, hit.face);
-    hit.mesh = select(is_near, mesh, hit.mesh);
-    hit.instance = select(is_near, near.instance, hit.instance);
-    hit.b1 = select(is_near, b1, hit.b1);
-    hit.b2 = select(is_near, b2, hit.b2);
-    hit.distance = select(is_near, s.view.distance, hit.distance);
-    return hit;
+    return select(is_near, {is_near, near.face, mesh, near.instance, b1, b2, s.view.distance}, hit);
 }
 
 // Lanes in which both sides belong to two faces that meet at an obtuse angle and share a Lambertian material
@@ -294,10 +286,7 @@ EG_INLINE Float sweep(const SceneView& scene, const DerivativeView& tangent,
 // adjoint, so that both modes use the same samples and are exact transposes of each other.
 EG_INLINE void weigh(const BoundaryTask& task, int at, EdgeSample& s, Vec3 jump) {
     const Float size = size_of(jump) * abs(s.weight) * sqrt(dot(s.normal, s.normal));
-    s.active = keep_finite(task, at, s.active, s.edge, s.instance, size);
-    if (!task.score) return;
-    for (int i = 0; i < W && at + i < task.count; ++i)
-        task.score[task.first + at + i] = s.active[i] ? size[i] : 0.0f;
+    s.active = weigh_samples(task, at, s.active, s.edge, s.instance, size);
 }
 
 template <typename Curves>

@@ -14,7 +14,6 @@
 // about the edge and by the environment's image.
 #pragma once
 
-#include "boundary/samples/direct_samples.h"
 #include "boundary/segment/occluder.h"
 #include "boundary/segment/shadow_balance.h"
 #include "boundary/segment/shadow_connection.h"
@@ -34,9 +33,8 @@ EG_INLINE Vec3 environment_direction(const SceneView& scene, const BoundaryTask&
     constexpr float kByImage = 0.5f;
     Vec3 towards = cell_direction(scene, task, p, parted, density);
     if (scene.environment_image.sampled) {
-        Float pick, unused, image_u, image_v;
-        sobol_pair(p.random.stream, p.random.sample, kPairStrategy, unused, pick);
-        sobol_pair(p.random.stream, p.random.sample, kPairLight, image_u, image_v);
+        const Float pick = sobol_pair(p.random, kPairStrategy).v;
+        const auto [image_u, image_v] = sobol_pair(p.random, kPairLight);
         const Mask by_image = pick < kByImage;
         towards = select(by_image, sample_environment(scene, p.active, image_u, image_v).w, towards);
         density = (1.0f - kByImage) * density_about(scene, task, p, parted, towards, density) +
@@ -72,8 +70,7 @@ EG_INLINE ShadowLight sample_light_point(const SceneView& scene, const BoundaryT
         light.blockers = splat(scene.environment_image.sampled ? 1 << kShadowRay : 1 << kDiffuseRay);
         return light;
     }
-    Float u, v;
-    sobol_pair(p.random.stream, p.random.sample, kPairLight, u, v);
+    const auto [u, v] = sobol_pair(p.random, kPairLight);
     light.sample = sample_passing_light(scene, p.active, {s.point, s.edge}, u, v);
     const LightSample& from = light.sample;
     s.active &= from.active & from.casts_shadow;

@@ -12,7 +12,6 @@
 #include "scene/lights/light_params.h"
 #include "scene/mesh_edges.h"
 #include "scene/mesh_instances.h"
-#include "scene/sharp_lobes.h"
 
 namespace edgegrad {
 

@@ -5,7 +5,6 @@
 
 #include "engine/derivative_tables.h"
 #include "scene/tables.h"
-#include "scene/view.h"
 #include "sdf/field_band.h"
 #include "tasks/render_options.h"
 

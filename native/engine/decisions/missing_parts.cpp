@@ -1,9 +1,6 @@
 #include "engine/decisions/missing_parts.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <set>
 
 #include "boundary/curves/edge_cache.h"
 #include "boundary/curves/light_intersections.h"

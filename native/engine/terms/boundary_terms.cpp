@@ -14,7 +14,6 @@
 #include "scene/sharp_lobes.h"
 #include "tasks/boundary_kind.h"
 #include "tasks/seed_tags.h"
-#include "util/parallel.h"
 
 namespace edgegrad {
 namespace {

@@ -10,8 +10,8 @@
 #include "boundary/curves/learned_weights.h"
 #include "boundary/samples/beam_pilot.h"
 #include "boundary/samples/sample_plan.h"
+#include "engine/decisions/decisions.h"
 #include "engine/terms/term.h"
-#include "tasks/boundary_task.h"
 #include "tasks/render_options.h"
 
 namespace edgegrad {

@@ -1,7 +1,6 @@
 #include "engine/terms/edge_on_term.h"
 #include "tasks/adjoint_task.h"
 #include "tasks/dropped_samples.h"
-#include "tasks/kernel_table.h"
 #include "tasks/seed_tags.h"
 #include "tasks/workspace_view.h"
 

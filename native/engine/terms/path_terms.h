@@ -1,7 +1,6 @@
 // Terms whose samples are paths of the picture: the interior, rims of transmission lobes, and horizons.
 #pragma once
 
-#include "engine/derivative_tables.h"
 #include "engine/terms/edge_on_term.h"
 #include "engine/terms/path_recording.h"
 #include "engine/terms/term.h"

@@ -7,10 +7,8 @@
 #include "scene/sharp_lobes.h"
 #include "tasks/boundary_task.h"
 #include "tasks/dropped_samples.h"
-#include "tasks/kernel_table.h"
 #include "tasks/seed_tags.h"
 #include "tasks/splats.h"
-#include "tasks/workspace_view.h"
 
 namespace edgegrad {
 namespace {

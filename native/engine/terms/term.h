@@ -2,13 +2,11 @@
 // each divided into chunks, which do not depend on the number of threads.
 #pragma once
 
-#include "engine/decisions/decisions.h"
 #include "engine/drop_count.h"
 #include "engine/image_tasks.h"
 #include "engine/workspace.h"
 #include "scene/view.h"
 #include "tasks/block_sizes.h"
-#include "tasks/boundary_kind.h"
 #include "tasks/kernel_table.h"
 #include "tasks/splats.h"
 

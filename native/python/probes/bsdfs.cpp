@@ -1,4 +1,5 @@
-#include "python/probes/bsdfs.h"
+// Bindings of BSDFs.
+#include "python/bindings.h"
 
 #include <stdexcept>
 
@@ -21,10 +22,7 @@ struct Output {
     std::vector<T> values;
     size_t columns;
     explicit Output(size_t rows, size_t columns = 1) : values(rows * columns), columns(columns) {}
-    nb::object array() const {
-        const size_t rows = values.size() / columns;
-        return columns == 1 ? to_numpy(values, {rows}) : to_numpy(values, {rows, columns});
-    }
+    nb::object array() const { return rows_to_numpy(values, columns); }
 };
 
 // `materials` has kind, flags and params (core/tables/materials.py); the fields of `points` are those of
@@ -86,10 +84,7 @@ nb::dict evaluate(nb::handle materials, nb::handle points, nb::handle instructio
                                active.values.data(),    specular.values.data(), transmitted.values.data(),
                                ray_kind.values.data()};
     const KernelTable& table = with_probes(kernels(text(instruction_set)));
-    {
-        const WithoutInterpreter without;
-        table.bsdfs(task, result);
-    }
+    without_interpreter([&] { table.bsdfs(task, result); });
     nb::dict out;
     out["value"] = value.array();
     out["pdf"] = pdf.array();

@@ -1,4 +1,5 @@
-#include "python/probes/field_outlines.h"
+// Bindings of outlines and of surfaces of distance fields, for tests.
+#include "python/bindings.h"
 
 #include <algorithm>
 #include <vector>
@@ -8,19 +9,31 @@
 #include "sdf/outline.h"
 
 namespace nb = nanobind;
+using namespace nb::literals;
 
 namespace edgegrad {
 
+namespace {
+
+FieldView view_of(const InputArray<float>& coefficients, nb::handle to_world) {
+    const InputArray<double> rows(to_world, "to_world", {3, 4});
+    int32_t size[3];
+    for (int a = 0; a < 3; ++a) size[a] = static_cast<int32_t>(coefficients.shape(a));
+    double map[12];
+    std::copy_n(rows.data(), 12, map);
+    return field_view(coefficients.data(), size, map);
+}
+
+// The outline of a field, seen from a point, as arrays: `ends` (n, 2, 3) of the segments, and for each of the
+// fractions `u` (m) of each segment `position` (n, m, 3), `tangent` (n, m, 3), and `sign` (n, m): 0 where
+// there is no point, -1 where the outline runs back.
 nb::dict field_outline_points(nb::handle values, nb::handle to_world, nb::handle viewer, nb::handle u,
                               int threads) {
     const InputArray<float> coefficients(values, "values", {-1, -1, -1}), fractions(u, "u", {-1});
-    const InputArray<double> rows(to_world, "to_world", {3, 4}), from(viewer, "viewer", {3});
-    int32_t size[3];
-    for (int a = 0; a < 3; ++a) size[a] = static_cast<int32_t>(coefficients.shape(a));
-    double map[12], point[3];
-    std::copy_n(rows.data(), 12, map);
+    const InputArray<double> from(viewer, "viewer", {3});
+    double point[3];
     std::copy_n(from.data(), 3, point);
-    const FieldView field = field_view(coefficients.data(), size, map);
+    const FieldView field = view_of(coefficients, to_world);
     const FieldViewer seen_from = viewer_at(field, point);
     const std::vector<float> ends = field_outline(field, field_carrier(field, threads), seen_from, threads);
     const size_t segments = ends.size() / 6, each = fractions.size();
@@ -45,14 +58,11 @@ nb::dict field_outline_points(nb::handle values, nb::handle to_world, nb::handle
     return out;
 }
 
+// Points of the patches of a field's surface at the places (m, 2) of each, as arrays: `position` and `normal`
+// (n, m, 3), and `area` (n, m), 0 where there is no point (sdf/surface_patch.h).
 nb::dict field_surface_points(nb::handle values, nb::handle to_world, nb::handle places, int threads) {
     const InputArray<float> coefficients(values, "values", {-1, -1, -1}), uv(places, "places", {-1, 2});
-    const InputArray<double> rows(to_world, "to_world", {3, 4});
-    int32_t size[3];
-    for (int a = 0; a < 3; ++a) size[a] = static_cast<int32_t>(coefficients.shape(a));
-    double map[12];
-    std::copy_n(rows.data(), 12, map);
-    const FieldView field = field_view(coefficients.data(), size, map);
+    const FieldView field = view_of(coefficients, to_world);
     const FieldCarrier carrier = field_carrier(field, threads);
     const size_t patches = carrier.triangle.size() / 3, each = uv.size() / 2;
     std::vector<float> position, normal, area;
@@ -73,16 +83,16 @@ nb::dict field_surface_points(nb::handle values, nb::handle to_world, nb::handle
     return out;
 }
 
+// The warp of the picture (reparameterisation/picture_warp.h) at perspective rays (n, 2, 3) of origins and
+// directions of unit depth, which turn with the place in the picture by `across` (2, 3). Each has one near
+// miss, near `depth` (n). As arrays: `apart` (n), `point` (n, 3), `step` (n, 2), `spread` (n), `along` (n,
+// 3).
 nb::dict field_warps(nb::handle values, nb::handle to_world, nb::handle rays, nb::handle depth,
                      nb::handle across, float pixels, float least_curvature) {
     const InputArray<float> coefficients(values, "values", {-1, -1, -1});
-    const InputArray<double> rows(to_world, "to_world", {3, 4}), lines(rays, "rays", {-1, 2, 3}),
-        depths(depth, "depth", {-1}), turns(across, "across", {2, 3});
-    int32_t size[3];
-    for (int a = 0; a < 3; ++a) size[a] = static_cast<int32_t>(coefficients.shape(a));
-    double map[12];
-    std::copy_n(rows.data(), 12, map);
-    const FieldView field = field_view(coefficients.data(), size, map);
+    const InputArray<double> lines(rays, "rays", {-1, 2, 3}), depths(depth, "depth", {-1}),
+        turns(across, "across", {2, 3});
+    const FieldView field = view_of(coefficients, to_world);
     const FieldBand band{pixels, 1.0f, least_curvature};
     const size_t count = depths.size();
     std::vector<float> apart, point, step, spread, along;
@@ -124,6 +134,17 @@ nb::dict field_warps(nb::handle values, nb::handle to_world, nb::handle rays, nb
     out["spread"] = to_numpy(spread, {count});
     out["along"] = to_numpy(along, {count, 3});
     return out;
+}
+
+}  // namespace
+
+void bind_fields(nb::module_& m) {
+    m.def("field_warps", &field_warps, "values"_a, "to_world"_a, "rays"_a, "depth"_a, "across"_a, "pixels"_a,
+          "least_curvature"_a, "The warp of the picture (native/python/probes/field_outlines.cpp).");
+    m.def("field_outline_points", &field_outline_points, "values"_a, "to_world"_a, "viewer"_a, "u"_a,
+          "threads"_a, "The outline of a distance field (native/python/probes/field_outlines.cpp).");
+    m.def("field_surface_points", &field_surface_points, "values"_a, "to_world"_a, "places"_a, "threads"_a,
+          "Points of a distance field's surface (native/python/probes/field_outlines.cpp).");
 }
 
 }  // namespace edgegrad

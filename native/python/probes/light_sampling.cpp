@@ -19,11 +19,6 @@ std::vector<T> take(nb::handle value, size_t size) {
 
 std::vector<float> take(nb::handle value) { return InputArray<float>(value, "probe").copy(); }
 
-nb::object give(const std::vector<float>& values, size_t columns) {
-    const size_t rows = values.size() / columns;
-    return columns == 1 ? to_numpy(values, {rows}) : to_numpy(values, {rows, columns});
-}
-
 }  // namespace
 
 nb::dict sample_lights(const Engine& engine, nb::handle position, nb::handle normal, nb::handle u,
@@ -35,11 +30,11 @@ nb::dict sample_lights(const Engine& engine, nb::handle position, nb::handle nor
     engine.probe_lights({static_cast<int64_t>(n), p.data(), m.data(), us.data(), vs.data(), both_sides,
                          w.data(), radiance.data(), r.data(), pdf.data(), geometry.data()});
     nb::dict out;
-    out["w"] = give(w, 3);
-    out["radiance"] = give(radiance, 3);
-    out["r"] = give(r, 1);
-    out["pdf"] = give(pdf, 1);
-    out["geometry"] = give(geometry, 1);
+    out["w"] = rows_to_numpy(w, 3);
+    out["radiance"] = rows_to_numpy(radiance, 3);
+    out["r"] = rows_to_numpy(r, 1);
+    out["pdf"] = rows_to_numpy(pdf, 1);
+    out["geometry"] = rows_to_numpy(geometry, 1);
     return out;
 }
 
@@ -57,8 +52,8 @@ nb::dict meet_lights(const Engine& engine, nb::handle position, nb::handle norma
     engine.probe_directions({static_cast<int64_t>(n), p.data(), m.data(), d.data(), f.data(), rs.data(),
                              b.data(), kind, both_sides, pdf.data(), radiance.data()});
     nb::dict out;
-    out["pdf"] = give(pdf, 1);
-    out["radiance"] = give(radiance, 3);
+    out["pdf"] = rows_to_numpy(pdf, 1);
+    out["radiance"] = rows_to_numpy(radiance, 3);
     return out;
 }
 
@@ -70,9 +65,9 @@ nb::dict sample_environment_light(const Engine& engine, nb::handle u, nb::handle
     engine.probe_environment(
         {static_cast<int64_t>(n), us.data(), vs.data(), w.data(), radiance.data(), pdf.data()});
     nb::dict out;
-    out["w"] = give(w, 3);
-    out["radiance"] = give(radiance, 3);
-    out["pdf"] = give(pdf, 1);
+    out["w"] = rows_to_numpy(w, 3);
+    out["radiance"] = rows_to_numpy(radiance, 3);
+    out["pdf"] = rows_to_numpy(pdf, 1);
     return out;
 }
 
@@ -83,8 +78,8 @@ nb::dict look_at_environment(const Engine& engine, nb::handle w) {
     engine.probe_environment(
         {static_cast<int64_t>(n), nullptr, nullptr, ws.data(), radiance.data(), pdf.data()});
     nb::dict out;
-    out["radiance"] = give(radiance, 3);
-    out["pdf"] = give(pdf, 1);
+    out["radiance"] = rows_to_numpy(radiance, 3);
+    out["pdf"] = rows_to_numpy(pdf, 1);
     return out;
 }
 

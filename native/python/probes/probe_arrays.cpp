@@ -19,15 +19,13 @@ nb::dict probe_backward(const ProbeTables& tables, nb::handle adjoint, size_t po
         gradients.emplace_back(t.size);
         requested.add(t.data, t.size, 0, t.size, 1, 1, gradients.back().data(), nullptr);
     }
-    {
-        const WithoutInterpreter without;
+    without_interpreter([&] {
         TapeMemory memory;
         kernel({&requested, &memory, rows.data(), nullptr});
-    }
+    });
     nb::dict out;
-    for (size_t k = 0; k < tables.size(); ++k) {
+    for (size_t k = 0; k < tables.size(); ++k)
         out[tables[k].name] = to_numpy(gradients[k], {gradients[k].size()});
-    }
     return out;
 }
 
@@ -43,11 +41,10 @@ nb::object probe_forward(const ProbeTables& tables, nb::handle tangents, size_t 
         requested.add(t.data, t.size, 0, t.size, 1, 1, nullptr, given.back().data());
     }
     std::vector<float> out(points * outputs);
-    {
-        const WithoutInterpreter without;
+    without_interpreter([&] {
         TapeMemory memory;
         kernel({&requested, &memory, nullptr, out.data()});
-    }
+    });
     return to_numpy(out, {points, outputs});
 }
 

@@ -4,7 +4,6 @@
 #include <nanobind/nanobind.h>
 
 #include <functional>
-#include <string>
 #include <vector>
 
 #include "tasks/probe_tasks.h"
@@ -29,8 +28,5 @@ nanobind::dict probe_backward(const ProbeTables& tables, nanobind::handle adjoin
 // Returns the outputs' tangents (points, outputs). Attributes of `tangents` (float64) have the tables' names.
 nanobind::object probe_forward(const ProbeTables& tables, nanobind::handle tangents, size_t points,
                                size_t outputs, const ProbeKernel& kernel);
-
-// Adds the probes that read a scene to the module.
-void bind_scene_probes(nanobind::module_& module);
 
 }  // namespace edgegrad

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "embree/library.h"
-#include "engine/call_scene.h"
 #include "kernels/dispatch.h"
 #include "python/numpy_arrays.h"
 #include "scene/rays/brute_triangles.h"

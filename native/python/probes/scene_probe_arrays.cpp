@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "kernels/dispatch.h"
+#include "python/bindings.h"
 #include "python/numpy_arrays.h"
 #include "python/textures.h"
 #include "tasks/kernel_table.h"

@@ -100,6 +100,25 @@ struct Closest {
     Float distance;  // in units of the direction's length
 };
 
+EG_INLINE Closest no_hit() {
+    const Float zero = splat(0.0f);
+    return {splat(0), splat(0), splat(0), splat(-1), zero, zero, zero};
+}
+
+EG_INLINE Closest select(Mask m, const Closest& a, const Closest& b) {
+    return {select(m, a.hit, b.hit),           select(m, a.face, b.face), select(m, a.mesh, b.mesh),
+            select(m, a.instance, b.instance), select(m, a.b1, b.b1),     select(m, a.b2, b.b2),
+            select(m, a.distance, b.distance)};
+}
+
+// The surface that rays along `direction` have hit.
+EG_INLINE SurfacePoint hit_surface(const SceneView& scene, Mask active, const Closest& hit, Vec3 direction) {
+    SurfacePoint x = surface_point(scene, active, hit.face, hit.b1, hit.b2, direction,
+                                   select(active, hit.instance, splat(-1)));
+    x.mesh = select(active, hit.mesh, splat(0));
+    return x;
+}
+
 // The position of a hit on its face.
 EG_INLINE Vec3 hit_position(const SceneView& scene, Mask active, const Closest& hit,
                             const PlacedTriangle& face) {

@@ -22,4 +22,16 @@ struct BsdfSample {
     Int lobe;          // shading/bsdf/closures.h, Lobe
 };
 
+EG_INLINE BsdfSample select(Mask m, const BsdfSample& a, const BsdfSample& b) {
+    return {select(m, a.active, b.active),
+            select(m, a.wi, b.wi),
+            select(m, a.weight, b.weight),
+            select(m, a.pdf, b.pdf),
+            select(m, a.specular, b.specular),
+            select(m, a.half, b.half),
+            select(m, a.transmitted, b.transmitted),
+            select(m, a.ray_kind, b.ray_kind),
+            select(m, a.lobe, b.lobe)};
+}
+
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -83,8 +83,8 @@ def corner_vertices(mesh: Any) -> NDArray[np.int32]:
 def triangle_corners(triangles: Any) -> NDArray[np.int32]:
     """(m, 3) corners of the polygons for each corner of Blender's triangles.
 
-    Blender's bulk function is slow here, since it makes a call for each number. The numbers are
-    one array in memory, as the addresses of the triangles show.
+    Blender's bulk function is slow here, since it makes a call for each number. The numbers are one array in memory, as
+    the addresses of the triangles show.
     """
     count = len(triangles)
     out = np.empty((count, 3), np.int32)

@@ -23,11 +23,12 @@ class _Sidebar:
 class ParameterList(bpy.types.UIList):
     """List of the parameters; each line shows datablock, property, value, and the effect on the loss as a bar."""
 
+    __slots__ = ()
     bl_idname = "EDGEGRAD_UL_parameters"
 
     def draw_item(self, context: Any, layout: Any, data: Any, item: Any, icon: int, active_data: Any,
                   active_property: str) -> None:  # fmt: skip
-        line, narrow = derived.lines.get(item.as_pointer()) or derived.parameter(item), _Sidebar.narrow
+        line, narrow = derived.lines.get(derived.pointer(item)) or derived.parameter(item), _Sidebar.narrow
         if not line.enabled:
             layout.active = False
         layout.prop(item, "enabled", text="")
@@ -66,20 +67,21 @@ class SetUpMenu(bpy.types.Menu):
 class ParametersPanel(Tab, bpy.types.Panel):
     """Panel with the parameters."""
 
+    __slots__ = ()
     bl_idname = "EDGEGRAD_PT_parameters"
     bl_label = "Parameters"
     bl_order = 1
 
     def draw(self, context: Any) -> None:
         layout, settings = editable(self.layout), context.scene.edgegrad
-        parameters = settings.parameters
-        if not parameters:
+        count = len(settings.parameters)
+        if not count:
             column = layout.column(align=True)
             for name, one in setups.SETUPS.items():
                 column.operator("edgegrad.set_up", text=one.label, icon=one.icon).task = name
             layout.operator_menu_enum("edgegrad.parameters_add", "of", text="Add from Selection", icon="ADD")
             return
-        derived.see_rows(settings)
+        derived.see_rows(derived.pointer(settings), "parameters", count)
         _Sidebar.narrow = context.region.width < derived.narrow_width(context)
         row = layout.row()
         row.template_list("EDGEGRAD_UL_parameters", "", settings, "parameters", settings, "active_parameter",
@@ -93,6 +95,7 @@ class ParametersPanel(Tab, bpy.types.Panel):
 class ParameterDetailsPanel(Tab, bpy.types.Panel):
     """Panel with the settings of the active parameter that are rarely touched."""
 
+    __slots__ = ()
     bl_idname = "EDGEGRAD_PT_parameter_details"
     bl_label = "Details"
     bl_parent_id = ParametersPanel.bl_idname
@@ -101,8 +104,8 @@ class ParameterDetailsPanel(Tab, bpy.types.Panel):
     @classmethod
     def poll(cls, context: Any) -> bool:
         settings = context.scene.edgegrad
-        return (settings.active_parameter < len(settings.parameters)
-                and settings.parameters[settings.active_parameter].kind in ("VERTICES", PROPERTY))  # fmt: skip
+        parameters, active = settings.parameters, settings.active_parameter
+        return active < len(parameters) and parameters[active].kind in ("VERTICES", PROPERTY)
 
     def draw(self, context: Any) -> None:
         layout = editable(self.begin())

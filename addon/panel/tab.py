@@ -8,8 +8,9 @@ from ..status import STATUS
 
 
 class Tab:
-    """A panel of the tab."""
+    """A panel of the tab. Blender makes an instance for each draw, which is quicker without a dictionary."""
 
+    __slots__ = ()
     bl_category = "Edgegrad"
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"

@@ -16,6 +16,7 @@ from .words import wrapped
 class TargetList(bpy.types.UIList):
     """List of the targets; each line shows camera, picture and mask."""
 
+    __slots__ = ()
     bl_idname = "EDGEGRAD_UL_targets"
 
     def draw_item(self, context: Any, layout: Any, data: Any, item: Any, icon: int, active_data: Any,
@@ -46,6 +47,7 @@ class CamerasMenu(bpy.types.Menu):
 class TargetsPanel(Tab, bpy.types.Panel):
     """Panel with the targets."""
 
+    __slots__ = ()
     bl_idname = "EDGEGRAD_PT_targets"
     bl_label = "Targets"
     bl_order = 0
@@ -54,7 +56,8 @@ class TargetsPanel(Tab, bpy.types.Panel):
         layout, scene = editable(self.layout), context.scene
         settings = scene.edgegrad
         targets = settings.targets
-        if not targets:
+        count = len(targets)
+        if not count:
             wrapped(context, layout, "Drop here the picture that the active camera should see, or open it. Then choose "
                     "below what may change, and press Fit.", "INFO")  # fmt: skip
             column = layout.column()
@@ -62,9 +65,9 @@ class TargetsPanel(Tab, bpy.types.Panel):
             column.operator("edgegrad.target_open", icon="FILE_FOLDER")
             column.operator("edgegrad.cameras_import", icon="CAMERA_DATA")
             return
-        derived.see_rows(settings)
-        several = len(targets) > 1
-        target = targets[min(settings.active_target, len(targets) - 1) if several else 0]
+        derived.see_rows(derived.pointer(settings), "targets", count)
+        several = count > 1
+        target = targets[min(settings.active_target, count - 1) if several else 0]
         found = derived.picture(target, scene)
         row = layout.row(align=True)
         if several:
@@ -90,6 +93,7 @@ def _list_buttons(layout: Any) -> None:
 class TargetDetailsPanel(Tab, bpy.types.Panel):
     """Panel with the settings of the active target."""
 
+    __slots__ = ()
     bl_idname = "EDGEGRAD_PT_target_details"
     bl_label = "Details"
     bl_parent_id = TargetsPanel.bl_idname

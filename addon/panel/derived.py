@@ -40,14 +40,14 @@ class _Seen:
     Attributes
     ----------
     rows
-        Number of edits, and of rows in the list, by the pointer of a scene's settings and the list's name.
+        Number of edits and of parameters, by the pointer of a scene's settings.
     pictures
         State of the pictures of all targets.
     drawn
         Whether the panel was drawn since the last look.
     """
 
-    rows: dict[tuple[int, str], tuple[int, int]] = {}  # noqa: RUF012
+    rows: dict[int, tuple[int, int]] = {}  # noqa: RUF012
     pictures: object = None
     drawn: bool = False
 
@@ -73,19 +73,11 @@ def _leave_file(*_: Any) -> None:
     STATUS.forget_end()
 
 
-def see_rows(scene: int, name: str, count: int) -> None:
-    """Forget what is kept if rows were added, removed or edited, of which Blender's handlers do not tell.
-
-    Parameters
-    ----------
-    scene
-        Pointer of the scene's settings.
-    name, count
-        The list, and how many rows it has.
-    """
-    rows, key = (STATUS.edits, count), (scene, name)
-    if _Seen.rows.get(key) != rows:
-        _Seen.rows[key] = rows
+def see_rows(settings: Any, count: int) -> None:
+    """Forget what is kept if parameters were added, removed or edited, of which Blender's handlers do not tell."""
+    rows, scene = (STATUS.edits, count), pointer(settings)
+    if _Seen.rows.get(scene) != rows:
+        _Seen.rows[scene] = rows
         forget()
 
 
@@ -154,11 +146,9 @@ class Start:
 def start(context: Any) -> Start:
     """Return what the start of a fit needs."""
     settings = context.scene.edgegrad
-    scene = pointer(settings)
-    see_rows(scene, "targets", len(settings.targets))
-    see_rows(scene, "parameters", len(settings.parameters))
-    # The end of a job may have changed what is kept in the file.
-    return _derived((scene, STATUS.cost, STATUS.said), lambda: _start(context, settings))
+    # Of edits and removed rows Blender's handlers do not tell. The end of a job may have changed what the file keeps.
+    key = (pointer(settings), STATUS.edits, len(settings.targets), len(settings.parameters), STATUS.cost, STATUS.said)
+    return _derived(key, lambda: _start(context, settings))
 
 
 def _start(context: Any, settings: Any) -> Start:
@@ -237,9 +227,9 @@ class Picture:
     difference: str
 
 
-def picture(row: Any, scene: Any) -> Picture:
-    """Return what is known of the picture of a target, whose list `see_rows` has seen."""
-    return _derived(pointer(row), lambda: _picture(row, scene))
+def picture(row: Any, scene: Any, count: int) -> Picture:
+    """Return what is known of the picture of a target, one of `count`."""
+    return _derived((pointer(row), STATUS.edits, count), lambda: _picture(row, scene))
 
 
 def _picture(row: Any, scene: Any) -> Picture:

@@ -81,7 +81,7 @@ class ParametersPanel(Tab, bpy.types.Panel):
                 column.operator("edgegrad.set_up", text=one.label, icon=one.icon).task = name
             layout.operator_menu_enum("edgegrad.parameters_add", "of", text="Add from Selection", icon="ADD")
             return
-        derived.see_rows(derived.pointer(settings), "parameters", count)
+        derived.see_rows(settings, count)
         _Sidebar.narrow = context.region.width < derived.narrow_width(context)
         row = layout.row()
         row.template_list("EDGEGRAD_UL_parameters", "", settings, "parameters", settings, "active_parameter",

@@ -242,19 +242,20 @@ def test_what_the_panel_shows_follows_edits(scene: Any, picture: str) -> None:
     row.enabled, row.sensitivity = False, 0.25
     found = derived.start(bpy.context).obstacle
     assert found is not None and found.sentence == "Every parameter is switched off"
+    derived.see_rows(scene.edgegrad, 1)
     assert derived.parameter(row) == derived.Line(icons.number("LIGHT"), "Key: Power", "7.5", False, 0.25)
     row.enabled = True
     target.camera = None
     found = derived.start(bpy.context).obstacle
-    assert found is not None and "has no camera" in found.sentence and not derived.picture(target, scene).complete
+    assert found is not None and "has no camera" in found.sentence and not shown(target).complete
     target.camera = scene.camera
     scene.render.resolution_x = 99
     bpy.context.view_layer.update()
     found = derived.start(bpy.context).obstacle
     assert found is not None and found.operator == "edgegrad.match_render"
-    assert derived.picture(target, scene).difference == "Of another aspect: renders are 99 × 10"
-    assert derived.picture(target, scene).size == "20 × 10"
-    assert derived.picture(target, scene).camera == scene.camera.name
+    assert shown(target).difference == "Of another aspect: renders are 99 × 10"
+    assert shown(target).size == "20 × 10"
+    assert shown(target).camera == scene.camera.name
     scene.edgegrad.targets.clear()
     found = derived.start(bpy.context).obstacle
     assert found is not None and found.sentence == "There is no target"
@@ -293,8 +294,8 @@ def test_the_end_of_a_fit_is_not_shown_in_another_file(tmp_path: Path) -> None:
     assert derived.STATUS.said == "" and derived.start(bpy.context).label == "Fit"
 
 
-def see_parameters(scene: Any) -> None:
-    derived.see_rows(derived.pointer(scene.edgegrad), "parameters", len(scene.edgegrad.parameters))
+def shown(target: Any) -> derived.Picture:
+    return derived.picture(target, bpy.context.scene, len(bpy.context.scene.edgegrad.targets))
 
 
 def test_removed_rows_leave_their_place_to_others(scene: Any) -> None:
@@ -303,11 +304,55 @@ def test_removed_rows_leave_their_place_to_others(scene: Any) -> None:
         rows.add_kind(scene, "EMISSION", material)
     bpy.context.view_layer.update()
     parameters = scene.edgegrad.parameters
-    see_parameters(scene)
+    derived.see_rows(scene.edgegrad, len(parameters))
     assert [derived.parameter(row).words for row in parameters] == ["Glow: Emission", "Clay: Emission"]
     parameters.remove(0)
-    see_parameters(scene)
+    derived.see_rows(scene.edgegrad, len(parameters))
     assert [derived.parameter(row).words for row in parameters] == ["Clay: Emission"]
+
+
+def test_removed_targets_leave_their_place_to_others(scene: Any, tmp_path: Path) -> None:
+    """Also in another scene, and after a rename."""
+    targets = scene.edgegrad.targets
+    scene.render.resolution_x, scene.render.resolution_y = 20, 10
+    for name in ("one", "two", "three"):
+        images.write_image(tmp_path / f"{name}.exr", np.ones((10, 20, 3), np.float32))
+        targets.add().image = str(tmp_path / f"{name}.exr")
+    bpy.context.view_layer.update()
+    assert [shown(target).words for target in targets] == ["one.exr", "two.exr", "three.exr"]
+    targets.remove(1)
+    assert [shown(target).words for target in targets] == ["one.exr", "three.exr"]
+    assert derived.start(bpy.context).obstacle.sentence.startswith("Target 1 has no camera")  # type: ignore[union-attr]
+    targets[0].camera = scene.camera
+    assert shown(targets[0]).camera == "Front"
+    scene.camera.name = "Face"
+    bpy.context.view_layer.update()
+    assert shown(targets[0]).camera == "Face"
+    other = bpy.data.scenes.new("Other")
+    for _ in targets:
+        other.edgegrad.targets.add()
+    for one, sentence in ((scene, "Target 2 has no camera"), (other, "The scene has no camera"), (scene, "Target 2")):
+        found = derived.start(SimpleNamespace(scene=one)).obstacle
+        assert found is not None and found.sentence.startswith(sentence)
+
+
+def test_the_panel_shows_what_undo_restores(scene: Any) -> None:
+    rows.add_kind(scene, "POWER", bpy.data.objects["Lamp"])
+    bpy.data.objects["Lamp"].data.energy = 5.0
+    bpy.ops.ed.undo_push(message="before")
+    bpy.data.objects["Lamp"].data.energy = 7.0
+    bpy.data.objects["Lamp"].name = "Key"
+    bpy.ops.ed.undo_push(message="after")
+
+    def line() -> tuple[str, str]:
+        found = derived.parameter(bpy.context.scene.edgegrad.parameters[0])
+        return found.words, found.value
+
+    bpy.context.view_layer.update()
+    for step, wanted in ((None, ("Key: Power", "7")), ("undo", ("Lamp: Power", "5")), ("redo", ("Key: Power", "7"))):
+        if step is not None:
+            getattr(bpy.ops.ed, step)()
+        assert line() == wanted
 
 
 def test_the_panel_notices_changes_of_pictures(scene: Any, picture: str) -> None:
@@ -318,13 +363,13 @@ def test_the_panel_notices_changes_of_pictures(scene: Any, picture: str) -> None
 
     def words() -> str:
         derived.see_pictures()
-        return derived.picture(target, scene).words
+        return shown(target).words
 
     assert words() == "a picture.exr" and words() == "a picture.exr"
     Path(picture).unlink()
     assert words() == "a picture.exr is missing"
     images.write_image(picture, np.zeros((7, 9, 3), np.float32))
-    assert words() == "a picture.exr" and derived.picture(target, scene).size == "9 × 7"
+    assert words() == "a picture.exr" and shown(target).size == "9 × 7"
 
 
 def test_what_the_panel_shows_is_derived_once(scene: Any, monkeypatch: Any) -> None:

@@ -21,8 +21,6 @@ DRAWN = ("targets", "active_target", "parameters", "active_parameter", "quality"
 
 class LookPanel(Tab, bpy.types.Panel):
     """Panel with renders and derivatives."""
-
-    __slots__ = ()
     bl_idname = "EDGEGRAD_PT_look"
     bl_label = "Look"
     bl_order = 4
@@ -53,8 +51,6 @@ class LookPanel(Tab, bpy.types.Panel):
 
 class PlanPanel(Tab, bpy.types.Panel):
     """Panel with the plan in words."""
-
-    __slots__ = ()
     bl_idname = "EDGEGRAD_PT_plan"
     bl_label = "Plan"
     bl_order = 5
@@ -69,8 +65,6 @@ class PlanPanel(Tab, bpy.types.Panel):
 
 class AdvancedPanel(Tab, bpy.types.Panel):
     """Panel with settings that are rarely touched."""
-
-    __slots__ = ()
     bl_idname = "EDGEGRAD_PT_advanced"
     bl_label = "Advanced"
     bl_order = 6
@@ -83,8 +77,6 @@ class AdvancedPanel(Tab, bpy.types.Panel):
 
 class NotesPanel(Tab, bpy.types.Panel):
     """Panel with the warnings and notes of the last operator on this scene."""
-
-    __slots__ = ()
     bl_idname = "EDGEGRAD_PT_notes"
     bl_label = "Notes"
     bl_order = 7

@@ -8,9 +8,7 @@ from ..status import STATUS
 
 
 class Tab:
-    """A panel of the tab. Blender makes an instance for each draw, which is quicker without a dictionary."""
-
-    __slots__ = ()
+    """A panel of the tab."""
     bl_category = "Edgegrad"
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"

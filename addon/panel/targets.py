@@ -15,8 +15,6 @@ from .words import wrapped
 
 class TargetList(bpy.types.UIList):
     """List of the targets; each line shows camera, picture and mask."""
-
-    __slots__ = ()
     bl_idname = "EDGEGRAD_UL_targets"
 
     def draw_item(self, context: Any, layout: Any, data: Any, item: Any, icon: int, active_data: Any,
@@ -46,8 +44,6 @@ class CamerasMenu(bpy.types.Menu):
 
 class TargetsPanel(Tab, bpy.types.Panel):
     """Panel with the targets."""
-
-    __slots__ = ()
     bl_idname = "EDGEGRAD_PT_targets"
     bl_label = "Targets"
     bl_order = 0
@@ -91,8 +87,6 @@ def _list_buttons(layout: Any) -> None:
 
 class TargetDetailsPanel(Tab, bpy.types.Panel):
     """Panel with the settings of the active target."""
-
-    __slots__ = ()
     bl_idname = "EDGEGRAD_PT_target_details"
     bl_label = "Details"
     bl_parent_id = TargetsPanel.bl_idname

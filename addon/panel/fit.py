@@ -18,6 +18,7 @@ CURVE_SCALE = 7.0  # side of the loss curve, in heights of a button
 
 class FitPanel(Tab, bpy.types.Panel):
     """Panel with the button Fit and the progress."""
+
     bl_idname = "EDGEGRAD_PT_fit"
     bl_label = "Fit"
     bl_order = 2
@@ -47,6 +48,7 @@ class FitPanel(Tab, bpy.types.Panel):
 
 class FitDetailsPanel(Tab, bpy.types.Panel):
     """Panel with the settings of a fit that are rarely touched."""
+
     bl_idname = "EDGEGRAD_PT_fit_details"
     bl_label = "Details"
     bl_parent_id = FitPanel.bl_idname

@@ -21,6 +21,7 @@ DRAWN = ("targets", "active_target", "parameters", "active_parameter", "quality"
 
 class LookPanel(Tab, bpy.types.Panel):
     """Panel with renders and derivatives."""
+
     bl_idname = "EDGEGRAD_PT_look"
     bl_label = "Look"
     bl_order = 4
@@ -51,6 +52,7 @@ class LookPanel(Tab, bpy.types.Panel):
 
 class PlanPanel(Tab, bpy.types.Panel):
     """Panel with the plan in words."""
+
     bl_idname = "EDGEGRAD_PT_plan"
     bl_label = "Plan"
     bl_order = 5
@@ -65,6 +67,7 @@ class PlanPanel(Tab, bpy.types.Panel):
 
 class AdvancedPanel(Tab, bpy.types.Panel):
     """Panel with settings that are rarely touched."""
+
     bl_idname = "EDGEGRAD_PT_advanced"
     bl_label = "Advanced"
     bl_order = 6
@@ -77,6 +80,7 @@ class AdvancedPanel(Tab, bpy.types.Panel):
 
 class NotesPanel(Tab, bpy.types.Panel):
     """Panel with the warnings and notes of the last operator on this scene."""
+
     bl_idname = "EDGEGRAD_PT_notes"
     bl_label = "Notes"
     bl_order = 7

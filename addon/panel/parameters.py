@@ -22,6 +22,7 @@ class _Sidebar:
 
 class ParameterList(bpy.types.UIList):
     """List of the parameters; each line shows datablock, property, value, and the effect on the loss as a bar."""
+
     bl_idname = "EDGEGRAD_UL_parameters"
 
     def draw_item(self, context: Any, layout: Any, data: Any, item: Any, icon: int, active_data: Any,
@@ -64,6 +65,7 @@ class SetUpMenu(bpy.types.Menu):
 
 class ParametersPanel(Tab, bpy.types.Panel):
     """Panel with the parameters."""
+
     bl_idname = "EDGEGRAD_PT_parameters"
     bl_label = "Parameters"
     bl_order = 1
@@ -90,6 +92,7 @@ class ParametersPanel(Tab, bpy.types.Panel):
 
 class ParameterDetailsPanel(Tab, bpy.types.Panel):
     """Panel with the settings of the active parameter that are rarely touched."""
+
     bl_idname = "EDGEGRAD_PT_parameter_details"
     bl_label = "Details"
     bl_parent_id = ParametersPanel.bl_idname

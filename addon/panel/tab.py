@@ -9,6 +9,7 @@ from ..status import STATUS
 
 class Tab:
     """A panel of the tab."""
+
     bl_category = "Edgegrad"
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"

@@ -15,6 +15,7 @@ from .words import wrapped
 
 class TargetList(bpy.types.UIList):
     """List of the targets; each line shows camera, picture and mask."""
+
     bl_idname = "EDGEGRAD_UL_targets"
 
     def draw_item(self, context: Any, layout: Any, data: Any, item: Any, icon: int, active_data: Any,
@@ -44,6 +45,7 @@ class CamerasMenu(bpy.types.Menu):
 
 class TargetsPanel(Tab, bpy.types.Panel):
     """Panel with the targets."""
+
     bl_idname = "EDGEGRAD_PT_targets"
     bl_label = "Targets"
     bl_order = 0
@@ -87,6 +89,7 @@ def _list_buttons(layout: Any) -> None:
 
 class TargetDetailsPanel(Tab, bpy.types.Panel):
     """Panel with the settings of the active target."""
+
     bl_idname = "EDGEGRAD_PT_target_details"
     bl_label = "Details"
     bl_parent_id = TargetsPanel.bl_idname

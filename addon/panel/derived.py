@@ -30,6 +30,9 @@ _kept: dict[Hashable, Any] = {}
 # Lines of parameters by the pointers of their rows.
 lines: dict[int, Line] = {}
 
+# The pointer of Blender's data. As an attribute it would first be searched for among their properties and functions.
+pointer: Callable[[Any], int] = bpy.types.bpy_struct.as_pointer
+
 
 class _Seen:
     """What the file was like when it was looked at.
@@ -37,14 +40,14 @@ class _Seen:
     Attributes
     ----------
     rows
-        Number of edits, of targets and of parameters, by the pointer of a scene's settings.
+        Number of edits and of parameters, by the pointer of a scene's settings.
     pictures
         State of the pictures of all targets.
     drawn
         Whether the panel was drawn since the last look.
     """
 
-    rows: dict[int, tuple[int, int, int]] = {}  # noqa: RUF012
+    rows: dict[int, tuple[int, int]] = {}  # noqa: RUF012
     pictures: object = None
     drawn: bool = False
 
@@ -70,9 +73,9 @@ def _leave_file(*_: Any) -> None:
     STATUS.forget_end()
 
 
-def see_rows(settings: Any) -> None:
-    """Forget what is kept if rows were added, removed or edited, of which Blender's handlers do not tell."""
-    rows, scene = (STATUS.edits, len(settings.targets), len(settings.parameters)), settings.as_pointer()
+def see_rows(settings: Any, count: int) -> None:
+    """Forget what is kept if parameters were added, removed or edited, of which Blender's handlers do not tell."""
+    rows, scene = (STATUS.edits, count), pointer(settings)
     if _Seen.rows.get(scene) != rows:
         _Seen.rows[scene] = rows
         forget()
@@ -143,9 +146,9 @@ class Start:
 def start(context: Any) -> Start:
     """Return what the start of a fit needs."""
     settings = context.scene.edgegrad
-    see_rows(settings)
-    # The end of a job may have changed what is kept in the file.
-    return _derived((settings.as_pointer(), STATUS.cost, STATUS.said), lambda: _start(context, settings))
+    # Of edits and removed rows Blender's handlers do not tell. The end of a job may have changed what the file keeps.
+    key = (pointer(settings), STATUS.edits, len(settings.targets), len(settings.parameters), STATUS.cost, STATUS.said)
+    return _derived(key, lambda: _start(context, settings))
 
 
 def _start(context: Any, settings: Any) -> Start:
@@ -179,7 +182,7 @@ class Line:
 
 def parameter(row: Any) -> Line:
     """Return the line of a parameter, whose list `see_rows` has seen."""
-    key = row.as_pointer()
+    key = pointer(row)
     found = lines.get(key)
     if found is None:
         icon, _, _ = parameter_rows.title(row)
@@ -224,9 +227,9 @@ class Picture:
     difference: str
 
 
-def picture(row: Any, scene: Any) -> Picture:
-    """Return what is known of the picture of a target, whose list `see_rows` has seen."""
-    return _derived(row.as_pointer(), lambda: _picture(row, scene))
+def picture(row: Any, scene: Any, count: int) -> Picture:
+    """Return what is known of the picture of a target, one of `count`."""
+    return _derived((pointer(row), STATUS.edits, count), lambda: _picture(row, scene))
 
 
 def _picture(row: Any, scene: Any) -> Picture:

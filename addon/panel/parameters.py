@@ -27,7 +27,7 @@ class ParameterList(bpy.types.UIList):
 
     def draw_item(self, context: Any, layout: Any, data: Any, item: Any, icon: int, active_data: Any,
                   active_property: str) -> None:  # fmt: skip
-        line, narrow = derived.lines.get(item.as_pointer()) or derived.parameter(item), _Sidebar.narrow
+        line, narrow = derived.lines.get(derived.pointer(item)) or derived.parameter(item), _Sidebar.narrow
         if not line.enabled:
             layout.active = False
         layout.prop(item, "enabled", text="")
@@ -72,14 +72,14 @@ class ParametersPanel(Tab, bpy.types.Panel):
 
     def draw(self, context: Any) -> None:
         layout, settings = editable(self.layout), context.scene.edgegrad
-        parameters = settings.parameters
-        if not parameters:
+        count = len(settings.parameters)
+        if not count:
             column = layout.column(align=True)
             for name, one in setups.SETUPS.items():
                 column.operator("edgegrad.set_up", text=one.label, icon=one.icon).task = name
             layout.operator_menu_enum("edgegrad.parameters_add", "of", text="Add from Selection", icon="ADD")
             return
-        derived.see_rows(settings)
+        derived.see_rows(settings, count)
         _Sidebar.narrow = context.region.width < derived.narrow_width(context)
         row = layout.row()
         row.template_list("EDGEGRAD_UL_parameters", "", settings, "parameters", settings, "active_parameter",
@@ -101,8 +101,8 @@ class ParameterDetailsPanel(Tab, bpy.types.Panel):
     @classmethod
     def poll(cls, context: Any) -> bool:
         settings = context.scene.edgegrad
-        return (settings.active_parameter < len(settings.parameters)
-                and settings.parameters[settings.active_parameter].kind in ("VERTICES", PROPERTY))  # fmt: skip
+        parameters, active = settings.parameters, settings.active_parameter
+        return active < len(parameters) and parameters[active].kind in ("VERTICES", PROPERTY)
 
     def draw(self, context: Any) -> None:
         layout = editable(self.begin())

@@ -20,7 +20,7 @@ class TargetList(bpy.types.UIList):
 
     def draw_item(self, context: Any, layout: Any, data: Any, item: Any, icon: int, active_data: Any,
                   active_property: str) -> None:  # fmt: skip
-        found, weight = derived.picture(item, context.scene), item.weight
+        found, weight = derived.picture(item, context.scene, len(data.targets)), item.weight
         row = layout.row(align=True)
         split = row.split(factor=0.5, align=True)
         split.label(text=found.camera)
@@ -54,7 +54,8 @@ class TargetsPanel(Tab, bpy.types.Panel):
         layout, scene = editable(self.layout), context.scene
         settings = scene.edgegrad
         targets = settings.targets
-        if not targets:
+        count = len(targets)
+        if not count:
             wrapped(context, layout, "Drop here the picture that the active camera should see, or open it. Then choose "
                     "below what may change, and press Fit.", "INFO")  # fmt: skip
             column = layout.column()
@@ -62,10 +63,9 @@ class TargetsPanel(Tab, bpy.types.Panel):
             column.operator("edgegrad.target_open", icon="FILE_FOLDER")
             column.operator("edgegrad.cameras_import", icon="CAMERA_DATA")
             return
-        derived.see_rows(settings)
-        several = len(targets) > 1
-        target = targets[min(settings.active_target, len(targets) - 1) if several else 0]
-        found = derived.picture(target, scene)
+        several = count > 1
+        target = targets[min(settings.active_target, count - 1) if several else 0]
+        found = derived.picture(target, scene, count)
         row = layout.row(align=True)
         if several:
             row.template_list("EDGEGRAD_UL_targets", "", settings, "targets", settings, "active_target", rows=4)
@@ -102,8 +102,9 @@ class TargetDetailsPanel(Tab, bpy.types.Panel):
 
     def draw(self, context: Any) -> None:
         settings, layout = context.scene.edgegrad, editable(self.begin())
-        target = settings.targets[settings.active_target]
-        found = derived.picture(target, context.scene)
+        targets = settings.targets
+        target = targets[settings.active_target]
+        found = derived.picture(target, context.scene, len(targets))
         if found.complete:  # else its fields are above
             draw_target(layout, target)
         if found.size:

@@ -162,9 +162,16 @@ def is_tangent(name: str, values: NDArray[np.float32]) -> bool:
 
 def placed_tangents(place: F64, values: NDArray[np.float32]) -> NDArray[np.float32]:
     """(k m, 3, 4) tangents and signs (m, 3, 4) of all copies: turned as normals are, their lengths kept."""
+    if len(place) == 1 and np.array_equal(place[0, :, :3], np.eye(3)):
+        return values
     rows = values.reshape(-1, 4)
     out = np.empty((len(place), *rows.shape), np.float32)
     for copy, turn, hand in zip(out, cofactors(place), np.where(mirrored(place), -1.0, 1.0), strict=True):
+        if not stretches(turn):  # all lengths change by one factor
+            frame = np.diag([0.0, 0.0, 0.0, hand])
+            frame[:3, :3] = turn.T / np.linalg.norm(turn[:, 0])
+            np.matmul(rows, frame.astype(np.float32), out=copy)
+            continue
         copy[:, 3] = hand * rows[:, 3]
         for at in range(0, len(rows), _AT_ONCE):  # by columns: numpy is slow along short axes
             tangent = rows[at:at + _AT_ONCE, :3].T.astype(np.float64, order="C")

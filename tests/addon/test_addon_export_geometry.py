@@ -16,7 +16,7 @@ from edgegrad import _native
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
 from edgegrad_addon.export.geometry import attributes
-from edgegrad_addon.export.geometry.mesh import read_mesh
+from edgegrad_addon.export.geometry.mesh import read_mesh, triangle_corners
 from edgegrad_addon.export.geometry.normals import corner_normals
 from edgegrad_addon.look.derivative import derivative_of_names
 from edgegrad_addon.look.plan import planned
@@ -160,6 +160,30 @@ def test_attributes_of_edges_are_means_at_vertices() -> None:
     ends = np.array([tuple(edge.vertices) for edge in ob.data.edges])
     wanted = np.array([values[(ends == vertex).any(axis=1)].mean() for vertex in range(8)])
     assert mesh.attributes["Wear"][..., 0] == pytest.approx(wanted[read_mesh(ob.data).faces], abs=1e-6)
+
+
+@pytest.mark.parametrize("apart", [False, True])
+def test_corners_of_triangles_are_blenders(apart: bool) -> None:
+    """Of polygons of any size, and also where the addresses of triangles are not those of one array."""
+    data = bs.mesh("Thing", [(np.cos(k), np.sin(k), 0.0) for k in range(6)] + [(0.0, 0.0, 1.0)],
+                   [(0, 1, 2, 3, 4, 5), (0, 1, 6), (2, 3, 4, 6)])  # fmt: skip
+    data.calc_loop_triangles()
+    triangles: Any = data.loop_triangles
+    wanted = [tuple(one.loops) for one in triangles]
+    if apart:
+
+        class Apart(list[Any]):
+            def foreach_get(self, name: str, out: Any) -> None:
+                data.loop_triangles.foreach_get(name, out)
+
+        triangles = Apart(triangles[k] for k in (1, 0, *range(2, len(wanted))))
+    assert len(wanted) == 7 and [tuple(one) for one in triangle_corners(triangles).tolist()] == wanted
+
+
+def test_corners_of_no_triangles() -> None:
+    data = bs.mesh("Thing", [(0.0, 0.0, 0.0)], [])
+    data.calc_loop_triangles()
+    assert triangle_corners(data.loop_triangles).shape == (0, 3)
 
 
 def test_generated_and_object_coordinates() -> None:

@@ -19,7 +19,7 @@ from edgegrad import images
 from edgegrad_addon import preflight, rows, setups
 from edgegrad_addon.animated.stored import add_row, stored_wanted
 from edgegrad_addon.operators.parameters import add_of_button
-from edgegrad_addon.panel import derived, icons
+from edgegrad_addon.panel import derived
 from edgegrad_addon.panel.parameters import ParameterList
 from edgegrad_addon.problem import Problem
 from edgegrad_addon.properties import request
@@ -223,123 +223,6 @@ def test_a_base_color_from_a_texture_is_no_value(scene: Any) -> None:
     bpy.data.objects["Cube"].data.materials.append(made)
     setups.apply(bpy.context, "MATERIALS")
     assert request(bpy.context).names.base_color == ("Clay",)
-
-
-def test_what_the_panel_shows_follows_edits(scene: Any, picture: str) -> None:
-    """Also removed rows and files, which are no edits of Blender's."""
-    scene.render.resolution_x, scene.render.resolution_y = 20, 10
-    row, lamp = rows.add_kind(scene, "POWER", bpy.data.objects["Lamp"]), bpy.data.objects["Lamp"]
-    target = scene.edgegrad.targets.add()
-    target.camera, target.image = scene.camera, picture
-    bpy.context.view_layer.update()
-    assert derived.parameter(row).words == "Lamp: Power" and derived.start(bpy.context).obstacle is None
-    lamp.data.energy = 7.5
-    bpy.context.view_layer.update()
-    assert derived.parameter(row).value == "7.5"
-    lamp.name = "Key"
-    bpy.context.view_layer.update()
-    assert derived.parameter(row).words == "Key: Power"
-    row.enabled, row.sensitivity = False, 0.25
-    found = derived.start(bpy.context).obstacle
-    assert found is not None and found.sentence == "Every parameter is switched off"
-    assert derived.parameter(row) == derived.Line(icons.number("LIGHT"), "Key: Power", "7.5", False, 0.25)
-    row.enabled = True
-    target.camera = None
-    found = derived.start(bpy.context).obstacle
-    assert found is not None and "has no camera" in found.sentence and not derived.picture(target, scene).complete
-    target.camera = scene.camera
-    scene.render.resolution_x = 99
-    bpy.context.view_layer.update()
-    found = derived.start(bpy.context).obstacle
-    assert found is not None and found.operator == "edgegrad.match_render"
-    assert derived.picture(target, scene).difference == "Of another aspect: renders are 99 × 10"
-    assert derived.picture(target, scene).size == "20 × 10"
-    assert derived.picture(target, scene).camera == scene.camera.name
-    scene.edgegrad.targets.clear()
-    found = derived.start(bpy.context).obstacle
-    assert found is not None and found.sentence == "There is no target"
-
-
-def test_the_time_of_a_fit_follows_its_numbers(scene: Any, picture: str, monkeypatch: Any) -> None:
-    settings = scene.edgegrad
-
-    def label() -> str:
-        return derived.start(bpy.context).label
-
-    scene.edgegrad.targets.add().image = picture
-    bpy.context.view_layer.update()
-    monkeypatch.setattr(derived.STATUS, "cost", 0.0)
-    assert label() == "Fit"
-    monkeypatch.setattr(derived.STATUS, "cost", 0.01)
-    assert label() == "Fit   (about 32 s)"
-    settings.iterations = 100
-    assert label() == "Fit   (about 16 s)"
-    settings.samples = 4
-    assert label() == "Fit   (about 4 s)"
-    settings.targets.add()
-    assert label() == "Fit   (about 8 s)"
-    settings.views_per_iteration = 1
-    assert label() == "Fit   (about 4 s)"
-
-
-def test_the_end_of_a_fit_is_not_shown_in_another_file(tmp_path: Path) -> None:
-    file = str(tmp_path / "one.blend")
-    bpy.ops.wm.save_as_mainfile(filepath=file)
-    derived.STATUS.ended("loss 1 → 0.5 in 2 s")
-    derived.STATUS.cost = 0.01
-    bpy.ops.wm.save_as_mainfile(filepath=file)
-    assert derived.STATUS.said == "Loss 1 → 0.5 in 2 s"
-    bpy.ops.wm.open_mainfile(filepath=file)
-    assert derived.STATUS.said == "" and derived.start(bpy.context).label == "Fit"
-
-
-def test_removed_rows_leave_their_place_to_others(scene: Any) -> None:
-    """Blender moves the rows behind a removed one to its place in memory."""
-    for material in (bpy.data.materials.new("Glow"), bpy.data.materials["Clay"]):
-        rows.add_kind(scene, "EMISSION", material)
-    bpy.context.view_layer.update()
-    parameters = scene.edgegrad.parameters
-    derived.see_rows(scene.edgegrad)
-    assert [derived.parameter(row).words for row in parameters] == ["Glow: Emission", "Clay: Emission"]
-    parameters.remove(0)
-    derived.see_rows(scene.edgegrad)
-    assert [derived.parameter(row).words for row in parameters] == ["Clay: Emission"]
-
-
-def test_the_panel_notices_changes_of_pictures(scene: Any, picture: str) -> None:
-    """A file that vanishes, and one that comes back with another size."""
-    target = scene.edgegrad.targets.add()
-    target.camera, target.image = scene.camera, picture
-    bpy.context.view_layer.update()
-
-    def words() -> str:
-        derived.see_pictures()
-        return derived.picture(target, scene).words
-
-    assert words() == "a picture.exr" and words() == "a picture.exr"
-    Path(picture).unlink()
-    assert words() == "a picture.exr is missing"
-    images.write_image(picture, np.zeros((7, 9, 3), np.float32))
-    assert words() == "a picture.exr" and derived.picture(target, scene).size == "9 × 7"
-
-
-def test_what_the_panel_shows_is_derived_once(scene: Any, monkeypatch: Any) -> None:
-    asked: list[None] = []
-    plain = preflight.obstacle
-    monkeypatch.setattr(preflight, "obstacle", lambda context: (asked.append(None), plain(context))[1])
-    derived.start(bpy.context)
-    derived.see_pictures()
-    asked.clear()
-    derived.start(bpy.context)
-    for _ in range(5):
-        derived.see_pictures()
-        derived.start(bpy.context)
-    assert len(asked) == 1
-    # What was not drawn between two looks is derived anew.
-    derived.see_pictures()
-    derived.see_pictures()
-    derived.start(bpy.context)
-    assert len(asked) == 2
 
 
 def test_rows_have_the_names_that_blender_filters_by(scene: Any) -> None:

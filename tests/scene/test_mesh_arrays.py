@@ -1,4 +1,4 @@
-"""What the export computes natively of large meshes."""
+"""What is computed natively, or in large steps, of large meshes."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from edgegrad import _native
+from edgegrad.scene.placement import placed_tangents
 
 
 @pytest.mark.parametrize("swapped", [False, True])
@@ -63,6 +64,50 @@ def test_smooth_corners_share_a_tangent_of_any_number_of_threads() -> None:
     of_vertex = np.empty((len(vertices), 3), np.float32)
     of_vertex[faces] = one[..., :3]
     assert np.array_equal(of_vertex[faces], one[..., :3])
+
+
+@pytest.mark.parametrize("count", [50, 100_000])
+def test_vertices_of_many_tangents_are_as_copies_with_one_each(count: int) -> None:
+    """Triangles around a pole, where each has a UV coordinate of its own, or one of a few with zeros of both signs."""
+    rng = np.random.default_rng(count)
+    angle = 2.0 * np.pi * np.arange(count) / count
+    ring = np.stack([np.cos(angle), np.sin(angle), 0.3 * np.cos(3.0 * angle)], axis=1)
+    vertices = np.concatenate([[[0.0, 0.0, 1.0]], ring]).astype(np.float32)
+    k = np.arange(count)
+    faces = np.stack([np.zeros_like(k), 1 + k, 1 + (k + 1) % count], axis=1).astype(np.int32)
+    uv = np.stack([angle, np.zeros(count)], axis=1)
+    uv = np.stack([uv + (0.5, 1.0), uv, np.roll(uv, -1, axis=0)], axis=1).astype(np.float32)
+    few = rng.random(count) < 0.3
+    uv[few, 0] = rng.choice(np.float32([0.0, -0.0, 0.5]), (np.count_nonzero(few), 2))
+    normals = np.float32([(0.0, 0.0, 1.0), (0.0, -0.0, 1.0), (0.0, 0.6, 0.8)])
+    smoothing = rng.integers(-1, 3, faces.shape).astype(np.int32)
+    found = _native.corner_tangents(vertices, faces, uv, smoothing, normals, False, 2)
+    p = vertices[faces].astype(float)
+    plane = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+    plane /= np.linalg.norm(plane, axis=1, keepdims=True)
+    normal = np.where(smoothing[..., None] < 0, plane[:, None].astype(np.float32), normals[smoothing])
+    key = np.concatenate([faces[..., None], uv, normal, found[..., 3:]], axis=2).reshape(-1, 7) + 0.0
+    _, first, copy = np.unique(key, axis=0, return_index=True, return_inverse=True)
+    assert len(first) > 1.5 * count
+    copies = _native.corner_tangents(vertices[faces.reshape(-1)[first]], copy.reshape(-1, 3).astype(np.int32), uv,
+                                     smoothing, normals, False, 1)  # fmt: skip
+    assert np.array_equal(found, copies)
+
+
+@pytest.mark.parametrize("stretch", [1.0, 3.0])
+@pytest.mark.parametrize("mirror", [1.0, -1.0])
+def test_placed_tangents_are_turned_as_normals_and_keep_their_lengths(stretch: float, mirror: float) -> None:
+    rng = np.random.default_rng(3)
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    linear = 2.5 * turn * np.sign(np.linalg.det(turn)) @ np.diag([mirror, stretch, 1.0])
+    place = np.column_stack([linear, rng.normal(size=3)])
+    values = np.concatenate([rng.normal(size=(5, 3, 3)), rng.choice([-1.0, 1.0], (5, 3, 1))], axis=2).astype(np.float32)
+    found = placed_tangents(np.stack([np.eye(3, 4), place]), values)
+    assert np.array_equal(found[:5], values) and np.array_equal(placed_tangents(np.eye(3, 4)[None], values), values)
+    turned = values[..., :3] @ np.linalg.inv(linear)
+    turned *= np.linalg.norm(values[..., :3], axis=2, keepdims=True) / np.linalg.norm(turned, axis=2, keepdims=True)
+    assert np.allclose(found[5:, :, :3], turned, rtol=0.0, atol=1e-6)
+    assert np.array_equal(found[5:, :, 3], mirror * values[..., 3])
 
 
 @pytest.mark.parametrize("most", [3, 1000, 1 << 63])

@@ -13,6 +13,7 @@ from edgegrad import _native
 # ignores custom normals; a smaller one keeps normals that differ by rounding only, and these do not follow moving
 # vertices.
 SAME_NORMAL = 2e-3
+CHUNK = 1 << 14  # rows that are looked at together: what is computed on the way stays in the cache
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -52,14 +53,17 @@ def read_normals(mesh: Any, positions: F32, vertex: I32, faces: I32, corners: I3
         of_corner = corner_normals(mesh)
         group, first = _grouped(vertex, of_corner)
         smoothing, normals = group.take(corners), of_corner[first]
-        smoothing[flat.take(polygon)] = -1
-        # Cycles then shades all triangles of a flat face by the normal of the face, which may be bent.
-        bent = np.zeros(len(mesh.polygons), bool)
-        bent[polygon[flat[polygon] & _is_bent(positions.take(faces, axis=0), of_corner[corners[:, 0]])]] = True
-        smoothing[bent[polygon]] = (len(normals) - 1 + np.cumsum(bent))[polygon[bent[polygon]], None]
-        one = np.full(len(mesh.polygons), -1, np.int32)
-        one[polygon] = corners[:, 0]
-        normals = np.concatenate([normals, of_corner[one[bent]]])
+        if flat.any():
+            of_flat = np.flatnonzero(flat.take(polygon))
+            smoothing[of_flat] = -1
+            # Cycles then shades all triangles of a flat face by the normal of the face, which may be bent.
+            corner, face = corners[of_flat, 0], polygon[of_flat]
+            bent = np.zeros(len(flat), bool)
+            bent[face[_is_bent(positions.take(faces[of_flat], axis=0), of_corner[corner])]] = True
+            smoothing[of_flat[bent[face]]] = (len(normals) - 1 + np.cumsum(bent))[face[bent[face]], None]
+            one = np.full(len(flat), -1, np.int32)
+            one[face] = corner
+            normals = np.concatenate([normals, of_corner[one[bent]]])
     return (smoothing, usable(normals), exact) if (smoothing >= 0).any() else None
 
 
@@ -106,15 +110,18 @@ def _grouped(vertex: I32, normals: F32) -> tuple[I32, NDArray[np.int64]]:
 
 def bits(*columns: NDArray[Any]) -> NDArray[np.uint64]:
     """A 64-bit hash (FNV-1a on words) of each row, which identifies equal rows."""
-    prime, out = np.uint64(0x100000001B3), np.uint64(0xCBF29CE484222325)
-    result = np.full(len(columns[0]), out)
-    for column in columns:
-        rows = np.ascontiguousarray(column).reshape(len(column), -1)
-        if rows.dtype == np.float32:
-            rows = (rows + np.float32(0.0)).view(np.uint32)  # -0 is 0
-        for k in range(rows.shape[1]):
-            result = (result ^ rows[:, k].astype(np.uint64)) * prime
-            result ^= result >> np.uint64(29)
+    prime = np.uint64(0x100000001B3)
+    result = np.full(len(columns[0]), np.uint64(0xCBF29CE484222325))
+    for at in range(0, len(result), CHUNK):
+        key = result[at:at + CHUNK]
+        for column in columns:
+            rows = np.ascontiguousarray(column[at:at + CHUNK]).reshape(len(key), -1)
+            if rows.dtype == np.float32:
+                rows = (rows + np.float32(0.0)).view(np.uint32)  # -0 is 0
+            for k in range(rows.shape[1]):
+                key ^= rows[:, k].astype(np.uint64)
+                key *= prime
+                key ^= key >> np.uint64(29)
     return result
 
 

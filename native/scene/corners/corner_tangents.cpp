@@ -1,7 +1,9 @@
 #include "scene/corners/corner_tangents.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <memory>
 #include <vector>
 
 #include "util/double_vector.h"
@@ -11,6 +13,7 @@ namespace edgegrad {
 namespace {
 
 constexpr int64_t kFacesAtOnce = 1 << 14;
+constexpr uint32_t kListed = 8;  // corners of a vertex for each of its lists
 
 void store(float* p, Vector a) {
     p[0] = static_cast<float>(a.x), p[1] = static_cast<float>(a.y), p[2] = static_cast<float>(a.z);
@@ -24,13 +27,78 @@ Vector across(Vector a, Vector normal) { return a - normal * dot(a, normal); }
 // The normals of corners: those of smooth ones are given, those of flat ones are the triangles'.
 struct CornerNormals {
     const MappedFaces& mesh;
-    std::vector<float> of_faces;
+    std::unique_ptr<float[]> of_faces;  // of triangles with a flat corner
 
-    explicit CornerNormals(const MappedFaces& faces) : mesh(faces), of_faces(3 * faces.face_count) {}
+    explicit CornerNormals(const MappedFaces& faces)
+        : mesh(faces), of_faces(std::make_unique_for_overwrite<float[]>(3 * faces.face_count)) {}
     const float* at(size_t corner) const {
         const int32_t group = mesh.smoothing[corner];
         return group < 0 ? &of_faces[corner / 3 * 3] : mesh.normals + 3 * static_cast<size_t>(group);
     }
+};
+
+// The corners that begin a tangent. Those of a vertex are in lists, one for every kListed corners of the
+// vertex. What corners of a tangent share chooses the list, so that the search stays short at a vertex of
+// many tangents, such as a pole whose triangles have a UV coordinate each.
+class FirstCorners {
+ public:
+    FirstCorners(const CornerNormals& normals, const float* tangents)
+        : normals_(normals),
+          mesh_(normals.mesh),
+          tangents_(tangents),
+          first_list_(mesh_.vertex_count + 1),
+          link_(std::make_unique_for_overwrite<int32_t[]>(3 * mesh_.face_count)) {
+        for (size_t corner = 0; corner < 3 * mesh_.face_count; ++corner)
+            ++first_list_[static_cast<size_t>(mesh_.faces[corner]) + 1];
+        for (size_t v = 0; v < mesh_.vertex_count; ++v)
+            first_list_[v + 1] = first_list_[v] + 1 + first_list_[v + 1] / kListed;
+        newest_.assign(first_list_.back(), -1);
+    }
+
+    // Returns the first corner of a corner's tangent. To be called for all corners in order.
+    size_t add(size_t corner) {
+        int32_t& newest = newest_[list_of(corner)];
+        int32_t found = newest;
+        while (found >= 0 && !equal(static_cast<size_t>(found), corner))
+            found = kEnd - link_[static_cast<size_t>(found)];
+        link_[corner] = found >= 0 ? found : kEnd - newest;
+        if (found < 0) found = newest = static_cast<int32_t>(corner);
+        return static_cast<size_t>(found);
+    }
+    size_t operator[](size_t corner) const {
+        return link_[corner] < 0 ? corner : static_cast<size_t>(link_[corner]);
+    }
+
+ private:
+    static constexpr int32_t kEnd = -2;
+
+    bool equal(size_t a, size_t b) const {
+        return tangents_[4 * a + 3] == tangents_[4 * b + 3] &&
+               std::equal(mesh_.uv + 2 * a, mesh_.uv + 2 * a + 2, mesh_.uv + 2 * b) &&
+               std::equal(normals_.at(a), normals_.at(a) + 3, normals_.at(b));
+    }
+    size_t list_of(size_t corner) const {
+        const size_t vertex = static_cast<size_t>(mesh_.faces[corner]);
+        const uint32_t first = first_list_[vertex], count = first_list_[vertex + 1] - first;
+        if (count == 1) return first;
+        uint64_t key = tangents_[4 * corner + 3] < 0.0f;
+        const auto mix = [&](float value) {  // the two zeros are equal
+            key = (key ^ std::bit_cast<uint32_t>(value + 0.0f)) * 0x9E3779B97F4A7C15u;
+            key ^= key >> 32;
+        };
+        std::for_each(mesh_.uv + 2 * corner, mesh_.uv + 2 * corner + 2, mix);
+        std::for_each(normals_.at(corner), normals_.at(corner) + 3, mix);
+        return first + ((key & 0xFFFFFFFFu) * count >> 32);
+    }
+
+    const CornerNormals& normals_;
+    const MappedFaces& mesh_;
+    const float* tangents_;
+    std::vector<uint32_t> first_list_;  // of each vertex
+    std::vector<int32_t> newest_;       // last corner of each list; -1: none
+    // The first corner of a corner's tangent. Of first corners, kEnd minus the one before it in its list (or
+    // minus -1), which is negative.
+    std::unique_ptr<int32_t[]> link_;
 };
 
 // Writes the normal of a triangle, and what its corners add to their tangents.
@@ -44,7 +112,9 @@ void add_parts(const MappedFaces& mesh, size_t face, CornerNormals& normals, flo
     if (mesh.around) u1 -= std::nearbyint(u1), u2 -= std::nearbyint(u2);
     const double sign = u1 * v2 - v1 * u2 >= 0.0 ? 1.0 : -1.0;
     const Vector e1 = p[1] - p[0], e2 = p[2] - p[0], along = (e1 * v2 - e2 * v1) * sign;
-    store(&normals.of_faces[3 * face], unit(cross(e1, e2)));
+    const int32_t* groups = mesh.smoothing + 3 * face;
+    if (std::min({groups[0], groups[1], groups[2]}) < 0)
+        store(&normals.of_faces[3 * face], unit(cross(e1, e2)));
     for (size_t k = 0; k < 3; ++k) {
         const Vector normal = vector_at(normals.at(3 * face + k));
         const Vector ahead = across(p[(k + 1) % 3] - p[k], normal);
@@ -68,30 +138,14 @@ void corner_tangents(const MappedFaces& mesh, int threads, float* tangents) {
             add_parts(mesh, static_cast<size_t>(f), normals, tangents + 12 * f);
     });
 
-    // The first corner of each tangent has the sum. The first corners of a vertex are a list: the last one
-    // that was found, and the one before each.
-    std::vector<int32_t> last(mesh.vertex_count, -1), before(3 * mesh.face_count), first(before.size());
-    const auto equal = [&](size_t a, size_t b) {
-        return tangents[4 * a + 3] == tangents[4 * b + 3] &&
-               std::equal(mesh.uv + 2 * a, mesh.uv + 2 * a + 2, mesh.uv + 2 * b) &&
-               std::equal(normals.at(a), normals.at(a) + 3, normals.at(b));
-    };
-    for (size_t corner = 0; corner < first.size(); ++corner) {
-        int32_t& newest = last[static_cast<size_t>(mesh.faces[corner])];
-        int32_t found = newest;
-        while (found >= 0 && !equal(static_cast<size_t>(found), corner))
-            found = before[static_cast<size_t>(found)];
-        if (found < 0) {
-            before[corner] = newest;
-            found = newest = static_cast<int32_t>(corner);
-        } else {
-            for (size_t k = 0; k < 3; ++k)
-                tangents[4 * static_cast<size_t>(found) + k] += tangents[4 * corner + k];
-        }
-        first[corner] = found;
+    FirstCorners first(normals, tangents);
+    for (size_t corner = 0; corner < 3 * mesh.face_count; ++corner) {
+        const size_t sum = first.add(corner);
+        if (sum == corner) continue;
+        for (size_t k = 0; k < 3; ++k) tangents[4 * sum + k] += tangents[4 * corner + k];
     }
-    for (size_t corner = 0; corner < first.size(); ++corner) {
-        const size_t shared = static_cast<size_t>(first[corner]);  // not after `corner`
+    for (size_t corner = 0; corner < 3 * mesh.face_count; ++corner) {
+        const size_t shared = first[corner];  // not after `corner`
         const Vector tangent = vector_at(tangents + 4 * shared);
         store(tangents + 4 * corner, shared == corner ? unit(tangent) : tangent);
     }

@@ -1,0 +1,205 @@
+"""What the panel shows of the file: it follows edits, removed rows, undo and pictures, and is derived once."""
+
+# ruff: noqa: E402  (the imports below need bpy)
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
+
+import edgegrad_addon
+from edgegrad import images
+from edgegrad_addon import preflight, rows
+from edgegrad_addon.panel import derived, icons
+from tests.support.scenes import blender_scenes as bs
+
+
+@pytest.fixture(name="scene", autouse=True)
+def _scene() -> Iterator[Any]:
+    bs.empty(16)
+    bs.camera(name="Front")
+    bs.add("Cube", bs.cube("Cube", bs.material("Clay")))
+    bs.light("POINT", "Lamp")
+    bpy.context.view_layer.update()
+    edgegrad_addon.register()
+    yield bpy.context.scene
+    edgegrad_addon.unregister()
+
+
+@pytest.fixture
+def picture(tmp_path: Path) -> str:
+    images.write_image(tmp_path / "a picture.exr", np.ones((10, 20, 3), np.float32))
+    return str(tmp_path / "a picture.exr")
+
+
+def shown(target: Any) -> derived.Picture:
+    return derived.picture(target, bpy.context.scene, len(bpy.context.scene.edgegrad.targets))
+
+
+def test_what_the_panel_shows_follows_edits(scene: Any, picture: str) -> None:
+    """Also removed rows and files, which are no edits of Blender's."""
+    scene.render.resolution_x, scene.render.resolution_y = 20, 10
+    row, lamp = rows.add_kind(scene, "POWER", bpy.data.objects["Lamp"]), bpy.data.objects["Lamp"]
+    target = scene.edgegrad.targets.add()
+    target.camera, target.image = scene.camera, picture
+    bpy.context.view_layer.update()
+    assert derived.parameter(row).words == "Lamp: Power" and derived.start(bpy.context).obstacle is None
+    lamp.data.energy = 7.5
+    bpy.context.view_layer.update()
+    assert derived.parameter(row).value == "7.5"
+    lamp.name = "Key"
+    bpy.context.view_layer.update()
+    assert derived.parameter(row).words == "Key: Power"
+    row.enabled, row.sensitivity = False, 0.25
+    found = derived.start(bpy.context).obstacle
+    assert found is not None and found.sentence == "Every parameter is switched off"
+    derived.see_rows(scene.edgegrad, 1)
+    assert derived.parameter(row) == derived.Line(icons.number("LIGHT"), "Key: Power", "7.5", False, 0.25)
+    row.enabled = True
+    target.camera = None
+    found = derived.start(bpy.context).obstacle
+    assert found is not None and "has no camera" in found.sentence and not shown(target).complete
+    target.camera = scene.camera
+    scene.render.resolution_x = 99
+    bpy.context.view_layer.update()
+    found = derived.start(bpy.context).obstacle
+    assert found is not None and found.operator == "edgegrad.match_render"
+    assert shown(target).difference == "Of another aspect: renders are 99 × 10"
+    assert shown(target).size == "20 × 10"
+    assert shown(target).camera == scene.camera.name
+    scene.edgegrad.targets.clear()
+    found = derived.start(bpy.context).obstacle
+    assert found is not None and found.sentence == "There is no target"
+
+
+def test_the_time_of_a_fit_follows_its_numbers(scene: Any, picture: str, monkeypatch: Any) -> None:
+    settings = scene.edgegrad
+
+    def label() -> str:
+        return derived.start(bpy.context).label
+
+    scene.edgegrad.targets.add().image = picture
+    bpy.context.view_layer.update()
+    monkeypatch.setattr(derived.STATUS, "cost", 0.0)
+    assert label() == "Fit"
+    monkeypatch.setattr(derived.STATUS, "cost", 0.01)
+    assert label() == "Fit   (about 32 s)"
+    settings.iterations = 100
+    assert label() == "Fit   (about 16 s)"
+    settings.samples = 4
+    assert label() == "Fit   (about 4 s)"
+    settings.targets.add()
+    assert label() == "Fit   (about 8 s)"
+    settings.views_per_iteration = 1
+    assert label() == "Fit   (about 4 s)"
+
+
+def test_the_end_of_a_fit_is_not_shown_in_another_file(tmp_path: Path) -> None:
+    file = str(tmp_path / "one.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=file)
+    derived.STATUS.ended("loss 1 → 0.5 in 2 s")
+    derived.STATUS.cost = 0.01
+    bpy.ops.wm.save_as_mainfile(filepath=file)
+    assert derived.STATUS.said == "Loss 1 → 0.5 in 2 s"
+    bpy.ops.wm.open_mainfile(filepath=file)
+    assert derived.STATUS.said == "" and derived.start(bpy.context).label == "Fit"
+
+
+def test_removed_rows_leave_their_place_to_others(scene: Any) -> None:
+    """Blender moves the rows behind a removed one to its place in memory."""
+    for material in (bpy.data.materials.new("Glow"), bpy.data.materials["Clay"]):
+        rows.add_kind(scene, "EMISSION", material)
+    bpy.context.view_layer.update()
+    parameters = scene.edgegrad.parameters
+    derived.see_rows(scene.edgegrad, len(parameters))
+    assert [derived.parameter(row).words for row in parameters] == ["Glow: Emission", "Clay: Emission"]
+    parameters.remove(0)
+    derived.see_rows(scene.edgegrad, len(parameters))
+    assert [derived.parameter(row).words for row in parameters] == ["Clay: Emission"]
+
+
+def test_removed_targets_leave_their_place_to_others(scene: Any, tmp_path: Path) -> None:
+    """Also in another scene, and after a rename."""
+    targets = scene.edgegrad.targets
+    scene.render.resolution_x, scene.render.resolution_y = 20, 10
+    for name in ("one", "two", "three"):
+        images.write_image(tmp_path / f"{name}.exr", np.ones((10, 20, 3), np.float32))
+        targets.add().image = str(tmp_path / f"{name}.exr")
+    bpy.context.view_layer.update()
+    assert [shown(target).words for target in targets] == ["one.exr", "two.exr", "three.exr"]
+    targets.remove(1)
+    assert [shown(target).words for target in targets] == ["one.exr", "three.exr"]
+    assert derived.start(bpy.context).obstacle.sentence.startswith("Target 1 has no camera")  # type: ignore[union-attr]
+    targets[0].camera = scene.camera
+    assert shown(targets[0]).camera == "Front"
+    scene.camera.name = "Face"
+    bpy.context.view_layer.update()
+    assert shown(targets[0]).camera == "Face"
+    other = bpy.data.scenes.new("Other")
+    for _ in targets:
+        other.edgegrad.targets.add()
+    for one, sentence in ((scene, "Target 2 has no camera"), (other, "The scene has no camera"), (scene, "Target 2")):
+        found = derived.start(SimpleNamespace(scene=one)).obstacle
+        assert found is not None and found.sentence.startswith(sentence)
+
+
+def test_the_panel_shows_what_undo_restores(scene: Any) -> None:
+    rows.add_kind(scene, "POWER", bpy.data.objects["Lamp"])
+    bpy.data.objects["Lamp"].data.energy = 5.0
+    bpy.ops.ed.undo_push(message="before")
+    bpy.data.objects["Lamp"].data.energy = 7.0
+    bpy.data.objects["Lamp"].name = "Key"
+    bpy.ops.ed.undo_push(message="after")
+
+    def line() -> tuple[str, str]:
+        found = derived.parameter(bpy.context.scene.edgegrad.parameters[0])
+        return found.words, found.value
+
+    bpy.context.view_layer.update()
+    for step, wanted in ((None, ("Key: Power", "7")), ("undo", ("Lamp: Power", "5")), ("redo", ("Key: Power", "7"))):
+        if step is not None:
+            getattr(bpy.ops.ed, step)()
+        assert line() == wanted
+
+
+def test_the_panel_notices_changes_of_pictures(scene: Any, picture: str) -> None:
+    """A file that vanishes, and one that comes back with another size."""
+    target = scene.edgegrad.targets.add()
+    target.camera, target.image = scene.camera, picture
+    bpy.context.view_layer.update()
+
+    def words() -> str:
+        derived.see_pictures()
+        return shown(target).words
+
+    assert words() == "a picture.exr" and words() == "a picture.exr"
+    Path(picture).unlink()
+    assert words() == "a picture.exr is missing"
+    images.write_image(picture, np.zeros((7, 9, 3), np.float32))
+    assert words() == "a picture.exr" and shown(target).size == "9 × 7"
+
+
+def test_what_the_panel_shows_is_derived_once(scene: Any, monkeypatch: Any) -> None:
+    asked: list[None] = []
+    plain = preflight.obstacle
+    monkeypatch.setattr(preflight, "obstacle", lambda context: (asked.append(None), plain(context))[1])
+    derived.start(bpy.context)
+    derived.see_pictures()
+    asked.clear()
+    derived.start(bpy.context)
+    for _ in range(5):
+        derived.see_pictures()
+        derived.start(bpy.context)
+    assert len(asked) == 1
+    # What was not drawn between two looks is derived anew.
+    derived.see_pictures()
+    derived.see_pictures()
+    derived.start(bpy.context)
+    assert len(asked) == 2

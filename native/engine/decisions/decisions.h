@@ -176,9 +176,9 @@ std::vector<int32_t> partly_met_meshes(const SceneTables& tables, int32_t rays);
 std::vector<int32_t> camera_sampled_materials(const SceneView& scene, const SceneTables& tables,
                                               float reflected, float transmitted);
 
-// The emissive meshes whose shadows are sampled from the camera, too (boundary/terms/camera_sampled_shadow.h).
-// There are none if scattered rays differ in the meshes that they meet, or if emissive surfaces are
-// transparent: then both kinds of samples would not find the same light.
+// The emissive meshes whose shadows are sampled from the camera, too
+// (boundary/terms/camera_sampled_shadow.h). There are none if scattered rays differ in the meshes that they
+// meet, or if emissive surfaces are transparent: then both kinds of samples would not find the same light.
 std::vector<int32_t> camera_sampled_emitters(const SceneView& scene, const SceneTables& tables);
 
 // Whether the requested parameters turn or shift the camera's rays. The focus of a pinhole and the rotation

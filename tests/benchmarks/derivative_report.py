@@ -90,7 +90,9 @@ def markdown(report: Report, peer_wrong: Sequence[str], right: float) -> str:
 
 
 def _number(value: float | None, digits: int = 2) -> str:
-    return "" if value is None else f"{value:.{digits}g}" if value < 100 else f"{value:.0f}"
+    if value is None:
+        return ""
+    return f"{value:.{digits}g}" if value < 100 else f"{value:.0f}" if value < 1e9 else "above 10⁹"
 
 
 def _table(report: Report, spp: int, peer_wrong: Sequence[str], right: float) -> list[str]:

@@ -76,16 +76,6 @@ class LargeSteps:
         mean = self._sum_of_neighbours(x) / np.where(lonely, 1.0, self.degree)[:, None]
         return np.asarray(np.where(lonely[:, None], x, mean)[self.label])
 
-    def bend(self, vectors: F64) -> F64:
-        """Return lambda L of (n, 3) vectors at the vertices, shared among the copies of each vertex."""
-        x = self._gather(vectors) / self.copies
-        bend = self.smoothness * (self.degree[:, None] * x - self._sum_of_neighbours(x))
-        return np.asarray((bend / self.copies)[self.label])
-
-    def smoothed(self, vectors: F64) -> F64:
-        """Return the (n, 3) means of vectors over the neighbourhoods of the vertices: (I + lambda L)^-1 of them."""
-        return self.vertices(self._gather(vectors) / self.copies)
-
     def _sum_of_neighbours(self, x: F64) -> F64:
         return np.stack([
             np.bincount(self.row, x[self.column, axis], minlength=self.count) for axis in range(3)

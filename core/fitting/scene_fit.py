@@ -100,8 +100,7 @@ def fit(
         coarse to fine). Reported and compared values always come from the loss itself.
     smoothness
         lambda of the preconditioner of vertices, see `LargeSteps`; None: it falls from a value for the number of
-        vertices to a small one, so that detail follows large moves, and the displacement from the start resists
-        bending until the end; 0: no preconditioning.
+        vertices to a small one, so that detail follows large moves; 0: no preconditioning.
     slide
         Factor in [0, 1] for the tangential motion of vertices (1: unchanged). Tangential motion does not change the
         shape, except at open borders and material borders, but it makes the spacing of vertices uneven.

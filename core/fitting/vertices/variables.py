@@ -13,7 +13,6 @@ from ..large_steps import LargeSteps
 from ..optimisers import AdamUniform
 from ..rigid_variables import BETA2
 from .fold_guard import FoldGuard
-from .regional_steps import AdamRegional
 from .rules import Constraint, VertexRules
 
 F64 = NDArray[np.float64]
@@ -28,11 +27,6 @@ SLIDE = 0.5
 # levels. Large moves first drag whole regions along; fine detail comes last. An earlier release crumples hollows before
 # large moves have reached them.
 LAST_SMOOTHNESS, RELEASED, LEVELS = 2.0, 1.0, 12
-# Without a given smoothness, the displacement d from the start resists bending: a bend with lambda L d of the mesh's
-# extent, at the first lambda, is opposed with this many times the largest step of the gradient. The resistance falls to
-# 0 along a parabola. A larger value leaves fewer creases and bulges that large moves have dragged along, but hollows
-# come late.
-STIFFNESS = 3.0
 # Where faces have become longer than at the start by more than this factor, vertices go up to this part of the way to
 # the middle of their neighbours in each step, along the surface. A smaller factor keeps sides equal, but UV maps move.
 DISTORTED, EVENED = 1.3, 0.5
@@ -47,11 +41,6 @@ class Vertices(Resumable):
     T = n n^T + slide (1 - n n^T) and the rules C (`Constraint`), a step is C T (I + lambda L)^-2 T C^T times the
     gradient. This matrix is symmetric and positive, so the step is a descent direction. `FoldGuard` shortens it where
     faces would fold.
-
-    Large moves drag regions along that the pictures hardly determine, and detail then crumples there, above all in
-    hollows. Without a given smoothness, two things bring such regions back: `AdamRegional` makes longer steps where
-    gradients are small, and the gradient of an elastic energy d^T L d is added, with the displacement d from the start
-    (`STIFFNESS`). The start has no such energy, so its own detail and what no picture shows are kept.
 
     Attributes
     ----------
@@ -84,23 +73,23 @@ class Vertices(Resumable):
         self._iterations, self._count = iterations, 0
         self._slide = slide if slide is not None else SLIDE if topology.is_closed(faces, self._steps.label) else 1.0
         self._guard = FoldGuard(self.value, faces, self._steps.label)
-        self._origin, self._first_steps, self._extent = self.value, self._steps, extent
-        self._optimiser = (AdamRegional(1.0, beta2=BETA2, average=self._average) if self._release
-                           else AdamUniform(1.0, beta2=BETA2))
+        self._optimiser = AdamUniform(1.0, beta2=BETA2)
         self._length: float | None = None
 
     def begin(self, start: F64) -> None:
         """Start at one of `starts`."""
-        self.value = self._origin = start
+        self.value = start
         self._guard = FoldGuard(start, self._faces, self._steps.label)
 
     def take_step(self, gradient: F64, factor: float) -> Any:
+        if self._constraint is not None:
+            gradient = self._constraint.pull(gradient)
         self._refine()
-        filtered = self._filtered(gradient)
-        if self._release:
-            bend = self._first_steps.bend(self.value - self._origin)
-            filtered = filtered + self._stiffness(filtered) * self._filtered(bend)
         self._count += 1
+        steps = self._steps
+        filtered = self._restrained(steps.vertices(steps.gradient(self._restrained(gradient))))
+        if self._constraint is not None:
+            filtered = self._constraint.push(filtered)
         change = self._optimiser.update(np.zeros_like(filtered), filtered, factor)
         if not change.any():
             return self.value
@@ -115,25 +104,6 @@ class Vertices(Resumable):
         # All copies of a welded vertex get the same change, so a seam cannot tear.
         self.value = self.value + kept[:, None] * change
         return self.value
-
-    def _filtered(self, gradient: F64) -> F64:
-        """Precondition a gradient within the rules."""
-        if self._constraint is not None:
-            gradient = self._constraint.pull(gradient)
-        out = self._restrained(self._steps.vertices(self._steps.gradient(self._restrained(gradient))))
-        return out if self._constraint is None else self._constraint.push(out)
-
-    def _average(self, values: F64) -> F64:
-        """Means of (n,) values over neighbourhoods of the vertices, equal at both sides of a symmetric shape."""
-        mean = self._first_steps.smoothed(np.repeat(values[:, None], 3, axis=1))[:, 0]
-        if self._constraint is None or self._constraint.partner is None:
-            return mean
-        return np.asarray(0.5 * (mean + mean[self._constraint.partner]))
-
-    def _stiffness(self, filtered: F64) -> float:
-        """Factor of the elastic energy's gradient, from the preconditioned gradient of the loss."""
-        left = 1.0 - self._count / self._iterations
-        return STIFFNESS * left**2 * float(np.linalg.norm(filtered, axis=1).max()) / self._extent
 
     def _evened(self, change: F64) -> F64:
         """Moves along the surface that bring distorted faces back towards equal sides."""

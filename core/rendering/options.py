@@ -46,7 +46,8 @@ class RenderOptions:
         another instruction set computes is equal in the mean only. The mean is the same without.
     camera_sampled_alpha
         Alpha (roughness squared) of the widest lobes through which the camera sees edges between surfaces by samples
-        that start at the camera; wider ones are seen by samples that start at edges. The mean is the same for any.
+        that start at the camera, of transmitting lobes half of it; wider ones are seen by samples that start at edges.
+        The mean is the same for any.
     most_placed_edges
         How many edges of instances a search for edges lists. If there are more, it lists a random part of them, whose
         samples have more weight. The mean is the same for any.

@@ -18,8 +18,8 @@ constexpr float kCameraSampledAlpha = 0.5f;
 constexpr float kCameraSampledThrough = 2.0f;
 // The limit of gloss over a diffuse base as a multiple of it: the base's samples start at edges anyway.
 constexpr float kWeakCameraSampled = 0.125f;
-// Of shadows of lights of the table, reflecting lobes are sampled from the camera up to this part of it:
-// wider ones have less noise by samples that start at edges.
+// Of shadows of lights of the table and of emissive meshes behind the first surface, reflecting lobes are
+// sampled from the camera up to this part of it: wider ones have less noise by samples that start at edges.
 constexpr float kReflectedShadows = 0.08f;
 
 // Searches list so many edges of instances, which take some hundred megabytes.

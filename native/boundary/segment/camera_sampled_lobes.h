@@ -24,7 +24,7 @@ EG_INLINE Int sharp_kinds(const Shader& shader, float widest) {
 // Which of them are camera-sampled (boundary/terms/camera_sampled.h).
 struct CameraSampledLobes {
     float widest = 0.0f;       // by alpha; 0: none
-    Mask of_table = splat(0);  // lanes with shadows of lights of the table
+    Mask of_table = splat(0);  // lanes with shadows of lights, the environment excluded
 };
 
 EG_INLINE Int camera_sampled_kinds(const Shader& shader, const CameraSampledLobes& lobes) {

@@ -268,7 +268,7 @@ EG_INLINE void leave_followed(const SceneView& scene, Mask seen, Vec3 followed, 
 }
 
 // Continues such a path to x, from its first vertex by the camera-sampled lobes alone. `of_table`: lanes with
-// shadows of lights of the table.
+// shadows of lights of the table and of emissive meshes.
 EG_INLINE void walk_by_sharp_lobes(const SceneView& scene, const BoundaryTask& task, const ImageTask& walks,
                                    Mask of_table, PicturePath& begun, BoundarySegment& s) {
     PathPacket& path = begun.path;

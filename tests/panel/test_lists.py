@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -14,7 +13,6 @@ import pytest
 
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
-import edgegrad_addon
 from edgegrad import images
 from edgegrad_addon import preflight, rows, setups
 from edgegrad_addon.animated.stored import add_row, stored_wanted
@@ -27,23 +25,7 @@ from edgegrad_addon.targets import rows as target_rows
 from tests.support.animated import scenes as zoo
 from tests.support.scenes import blender_scenes as bs
 
-
-@pytest.fixture(name="scene", autouse=True)
-def _scene() -> Iterator[Any]:
-    bs.empty(16)
-    bs.camera(name="Front")
-    bs.add("Cube", bs.cube("Cube", bs.material("Clay")))
-    bs.light("POINT", "Lamp")
-    bpy.context.view_layer.update()
-    edgegrad_addon.register()
-    yield bpy.context.scene
-    edgegrad_addon.unregister()
-
-
-@pytest.fixture
-def picture(tmp_path: Path) -> str:
-    images.write_image(tmp_path / "a picture.exr", np.ones((10, 20, 3), np.float32))
-    return str(tmp_path / "a picture.exr")
+pytestmark = pytest.mark.usefixtures("scene")
 
 
 def select(*names: str) -> None:

@@ -254,10 +254,11 @@ std::shared_ptr<const EdgeTree> TermBuilder::edge_tree(const FoundEdges& found) 
 void TermBuilder::add_camera_sampled_shadows() {
     constexpr Part kPart = Part::kCameraSampledShadows;
     if (!decided_.computes(kPart)) return;
-    auto faces = decided_.computes(Part::kLightShadows) ? camera_sampled_emitters(scene_, edges_.tables)
-                                                        : std::vector<int32_t>{};
-    auto lobes =
-        camera_sampled_materials(scene_.has_environment || !faces.empty() ? 1.0f : kReflectedShadows);
+    auto lobes = camera_sampled_materials();
+    std::vector<int32_t> faces;
+    if (!lobes.empty() && decided_.computes(Part::kLightShadows))
+        faces = camera_sampled_emitters(scene_, edges_.tables);
+    if (!scene_.has_environment && faces.empty()) lobes = camera_sampled_materials(kReflectedShadows);
     const bool behind = !lobes.empty(), table = scene_.lights.sized_count + scene_.lights.sized_distant > 0;
     const bool lit = !faces.empty() || (table && options_.max_depth > 2);
     if (!scene_.has_environment && !(behind && lit)) return decided_.none(kPart, Reason::kNone);
@@ -267,7 +268,7 @@ void TermBuilder::add_camera_sampled_shadows() {
     const bool few = edges_.windows == 1 && found.counts().kept <= kMostTreeEdges;
     if (!behind && !few) return decided_.none(kPart, Reason::kNone);
     decided_[kPart].materials = std::move(lobes);
-    shares_faces_ = behind && !faces.empty();
+    shares_faces_ = !faces.empty();
     if (shares_faces_) decided_[kPart].meshes = std::move(faces);
     if (scene_.has_environment || shares_faces_) shadow_tree_ = edge_tree(found);
     add_from_camera(kCameraSampledShadow, [&] { return edge_tree(found); }, behind, shares_faces_);

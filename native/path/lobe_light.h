@@ -87,27 +87,6 @@ EG_INLINE LightSample sample_along_lobes(const SceneView& scene, Mask active, co
     return s;
 }
 
-// The sample of `b` in the mask's lanes, and of `a` in others.
-EG_INLINE LightSample merged(Mask m, const LightSample& b, const LightSample& a) {
-    return {select(m, b.active, a.active),
-            select(m, b.w, a.w),
-            select(m, b.r, a.r),
-            select(m, b.radiance, a.radiance),
-            select(m, b.share, a.share),
-            select(m, b.geometry, a.geometry),
-            select(m, b.pdf, a.pdf),
-            select(m, b.end, a.end),
-            select(m, b.distant, a.distant),
-            select(m, b.casts_shadow, a.casts_shadow),
-            select(m, b.blockers, a.blockers),
-            select(m, b.visible_to, a.visible_to),
-            select(m, b.face, a.face),
-            select(m, b.b1, a.b1),
-            select(m, b.b2, a.b2),
-            select(m, b.row, a.row),
-            select(m, b.kind, a.kind)};
-}
-
 // Sets the density and the geometric factor of samples by either strategy.
 EG_INLINE void weigh_lobe_samples(const SceneView& scene, const SurfacePoint& x, Mask both_sides,
                                   const Vec3* shading, const SharpLobes& lobes, Int bounces, Mask along_lobes,
@@ -161,7 +140,7 @@ EG_OUTLINE LightSample sample_light_and_lobes(const SceneView& scene, const Path
         Float choice, which;
         sobol_pair(index.stream, number, vertex_pair(p.vertex, kVertexEnvironment), choice, which);
         const Float place = min(u / max(lobes.share, kLeastLobeSamples), splat(0.99999994f));
-        s = merged(along,
+        s = select(along,
                    sample_along_lobes(scene, along, x, lobes, bounces_before(p), choice, place, v, which), s);
     }
     weigh_lobe_samples(scene, x, p.both_sides, shading, lobes, bounces_before(p), along, s);

@@ -154,8 +154,7 @@ EG_INLINE int pass_through(const ImageTask& task, Workspace& work, PathPacket p,
                            Shader& shader, const PathIndex& index, int alive, Vertex* vertex) {
     const Mask may = x.active & has(shader, kHasTransparency);
     if (!any(may)) return alive;
-    Float u, unused;
-    sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexSurvival), unused, u);
+    const Float u = sobol_pair(index, vertex_pair(p.vertex, kVertexSurvival)).v;
     Vec3 color;
     const Float share = passing_share(shader, color);
     // Keep both choices possible where only one has a nonzero probability but both have derivatives

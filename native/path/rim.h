@@ -55,8 +55,7 @@ EG_OUTLINE RimChoice choose_rims(const SceneView& scene, const ImageTask& task, 
     const Mask diffuse = has_diffuse_rim(f), may = p.active & ~p.past_rim & (through | diffuse);
     if (!any(may)) return r;
     // Emitter samples do not use these random numbers before the rim.
-    Float choice, place;
-    sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexLight), choice, place);
+    const auto [choice, place] = sobol_pair(index, vertex_pair(p.vertex, kVertexLight));
     const Mask last = p.segment + 1 >= task.max_depth;
     r.chance = select(last, splat(1.0f), splat(kRimChance));
     r.taken = may & (choice < r.chance);
@@ -111,7 +110,7 @@ EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Wor
         Float light = scale * count;
         if (any(diffuse)) {
             const LightSample arc = sample_light_arc(scene, diffuse, x.position, surface.normal, x.face, r.u);
-            s = merged(diffuse, arc, s);
+            s = select(diffuse, arc, s);
             s.active &= (s.row >= 0) & (~diffuse | (shines_on(scene, s.row, x.mesh, bounces_before(p)) &
                                                     ((s.visible_to & ray_mask(kind)) != 0) & reaches(s.w)));
             light = select(diffuse, share * s.geometry, light);

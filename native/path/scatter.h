@@ -278,8 +278,7 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
     const int first_risk = late ? kLateRouletteSegment : kRouletteSegment;
     const Mask risky = p.active & (p.segment >= first_risk) & (brightest < 1.0f);
     if (any(risky)) {
-        Float roulette, unused;
-        sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexSurvival), roulette, unused);
+        const Float roulette = sobol_pair(index, vertex_pair(p.vertex, kVertexSurvival)).u;
         const Float survival = select(risky, max(brightest, kLeastSurvival), splat(1.0f));
         p.active &= roulette < survival;
         p.throughput = p.throughput * (1.0f / survival);

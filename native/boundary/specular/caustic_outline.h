@@ -130,9 +130,9 @@ EG_OUTLINE int sample_caustic_outlines(const SceneView& scene, const BoundaryTas
     int found = 0;
     for (int64_t at = 0; at < task.count; at += W) {
         const SegmentSample p = sample_entry(task, at, cursor);
-        Float u, v, pick, unused;
+        Float u, v;
         const float cells = cell_numbers(task, p, u, v);
-        sobol_pair(p.random.stream, p.random.sample, kPairLight, pick, unused);
+        const Float pick = sobol_pair(p.random, kPairLight).u;
         Triangle t;
         const Closest m = mirror_point(scene, p, u, v, t);
         SeenOutline outline;

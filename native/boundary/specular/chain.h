@@ -140,8 +140,7 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, Mask a
                                 select(to_light, choices.light.blockers, ray_mask(ray.kind)));
         near = splat(0.0f);
         hit.hit &= tracing;
-        SurfacePoint x = surface_point(scene, hit.hit, hit.face, hit.b1, hit.b2, ray.direction, hit.instance);
-        x.mesh = hit.mesh;
+        SurfacePoint x = hit_surface(scene, hit.hit, hit, ray.direction);
         // Compute the key of the vertex and store the vertex
         const Int region = gather(task.region, select(hit.hit, hit.face, splat(0)));
         Int key =
@@ -224,7 +223,7 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, Mask a
                                        looks & by_surfaces, bounces_before(counted.p), stream, random,
                                        chain_random(stream, kMostChain + 1, 0), light);
                 choices.lit = select(found, splat(level), choices.lit);
-                take(choices.light, found, light);
+                choices.light = select(found, light, choices.light);
                 event = select(looks & ~found, splat(kEventEnds), event);
             }
             choices.closure[level] = select(meets, closure, splat(0));

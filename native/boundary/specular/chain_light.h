@@ -45,16 +45,18 @@ EG_INLINE ChainLight no_chain_light() {
             splat(0), splat(0), splat(1.0f)};
 }
 
-// Copies the lanes of a mask.
-EG_INLINE void take(ChainLight& to, Mask m, const ChainLight& from) {
-    to.row = select(m, from.row, to.row), to.kind = select(m, from.kind, to.kind);
-    to.face = select(m, from.face, to.face), to.instance = select(m, from.instance, to.instance);
-    to.scatters = select(m, from.scatters, to.scatters);
-    to.b1 = select(m, from.b1, to.b1), to.b2 = select(m, from.b2, to.b2);
-    to.place = select(m, from.place, to.place);
-    to.blockers = select(m, from.blockers, to.blockers);
-    to.visible_to = select(m, from.visible_to, to.visible_to);
-    to.density = select(m, from.density, to.density);
+EG_INLINE ChainLight select(Mask m, const ChainLight& a, const ChainLight& b) {
+    return {select(m, a.row, b.row),
+            select(m, a.kind, b.kind),
+            select(m, a.face, b.face),
+            select(m, a.instance, b.instance),
+            select(m, a.scatters, b.scatters),
+            select(m, a.b1, b.b1),
+            select(m, a.b2, b.b2),
+            select(m, a.place, b.place),
+            select(m, a.blockers, b.blockers),
+            select(m, a.visible_to, b.visible_to),
+            select(m, a.density, b.density)};
 }
 
 // A light as seen from x.
@@ -214,7 +216,7 @@ EG_OUTLINE Mask choose_surface(const SceneView& scene, const ScatteringPoint& x,
     at.blockers = at.visible_to = all;
     at.density = density * see_chain_light(scene, found, at, x.x.position).measure;
     found &= at.density > 0.0f;
-    take(light, found, at);
+    light = select(found, at, light);
     return found;
 }
 

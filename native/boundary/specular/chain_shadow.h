@@ -23,19 +23,19 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 EG_INLINE ChainLight load_light(const ChainCrossings& c, int at, Mask lit) {
-    ChainLight l = no_chain_light();
-    l.row = select(lit, load(c.light_row + at), l.row), l.kind = select(lit, load(c.light_kind + at), l.kind);
-    l.face = select(lit, load(c.light_face + at), l.face);
-    l.instance = select(lit, load(c.light_instance + at), l.instance);
-    l.scatters = lit & load(c.light_scatters + at);
-    l.b1 = select(lit, load(c.light_b1 + at), l.b1), l.b2 = select(lit, load(c.light_b2 + at), l.b2);
-    const Vec3 place = {load(c.light_place[0] + at), load(c.light_place[1] + at),
-                        load(c.light_place[2] + at)};
-    l.place = select(lit, place, l.place);
-    l.blockers = select(lit, load(c.light_blockers + at), l.blockers);
-    l.visible_to = select(lit, load(c.light_visible_to + at), l.visible_to);
-    l.density = select(lit, load(c.light_density + at), l.density);
-    return l;
+    const ChainLight stored = {
+        load(c.light_row + at),
+        load(c.light_kind + at),
+        load(c.light_face + at),
+        load(c.light_instance + at),
+        load(c.light_scatters + at),
+        load(c.light_b1 + at),
+        load(c.light_b2 + at),
+        {load(c.light_place[0] + at), load(c.light_place[1] + at), load(c.light_place[2] + at)},
+        load(c.light_blockers + at),
+        load(c.light_visible_to + at),
+        load(c.light_density + at)};
+    return select(lit, stored, no_chain_light());
 }
 
 // The segment from x past the edge of `s` to the light, with D x t = s.normal * s.weight.

@@ -203,15 +203,6 @@ EG_INLINE Mask has_wide_lobes(const Bsdf& f, Mask active) {
     return wide;
 }
 
-// Lanes with a followed lobe.
-EG_INLINE Mask has_followed_lobes(const Bsdf& f) {
-    Mask some = splat(0);
-    if (f.any_lobe[kMirrorLobe]) some |= f.mirror.facets.followed;
-    if (f.any_lobe[kCoatLobe]) some |= f.coat.facets.followed;
-    if (f.any_lobe[kInterfaceLobe]) some |= f.glass.facets.followed;
-    return some;
-}
-
 // The sum of the values of lobes, and their number.
 struct LobeSum {
     Float value, count;

@@ -74,8 +74,7 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         const Int event = column(c.event, kEventPasses);
         const auto half_part = [&](int k) { return select(here, load(c.half[k][level] + at), 0.0f); };
         const Vec3 half = {half_part(0), half_part(1), half_part(2)};
-        SurfacePoint x = surface_point(scene, here, hit.face, hit.b1, hit.b2, ray.direction, hit.instance);
-        x.mesh = hit.mesh;
+        SurfacePoint x = hit_surface(scene, here, hit, ray.direction);
         const TexturePoint point = texture_point(scene, x, -ray.direction, ray.kind);
         const ChainSurface s = chain_surface(scene, x, point, column(c.closure, 0));
         const Mask passes = here & (event == kEventPasses), lit = here & (event == kEventLit);

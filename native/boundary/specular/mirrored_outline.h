@@ -98,8 +98,8 @@ EG_OUTLINE Mask light_outline_jump(const SceneView& scene, const BoundaryTask& t
     const Vec3 seen = transmittance(scene, active, ray.origin, d,
                                     select(distant, splat(__builtin_inff()), (m.distance - start) * 0.9999f),
                                     {ray_mask(ray.kind), kGlossyRay, task.limits.transparent});
-    Float met = light_factor(m.light, d, way);
-    if (scene.light_followed) met = met * share_of_rays(ray.lobe, followed_for(scene, active, m.y.row));
+    const Float met =
+        light_factor(m.light, d, way) * share_of_rays(ray.lobe, followed_for(scene, active, m.y.row));
     const Vec3 jump = m.light.radiance * met * seen * p.throughput;
     active &= (m.distance > start) & (largest_component(jump) > 0.0f);
     put3(c.jump, at, active, jump * -load(c.weight + at));

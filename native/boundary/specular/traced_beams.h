@@ -37,9 +37,8 @@ struct ArrivingLight {
 // Lights that no ray can meet have none.
 EG_OUTLINE ArrivingLight choose_arriving(const SceneView& scene, const SegmentSample& p, Vec3 m,
                                          Vec3 normal) {
-    Float u, v, pick, unused;
-    sobol_pair(p.random.stream, p.random.sample, kPairLight, u, v);
-    sobol_pair(p.random.stream, p.random.sample, kPairStrategy, pick, unused);
+    const auto [u, v] = sobol_pair(p.random, kPairLight);
+    const Float pick = sobol_pair(p.random, kPairStrategy).u;
     const bool lights = scene.lights.count > 0, image = scene.environment_image.sampled;
     const float by_image = !image ? 0.0f : lights ? 0.5f : 1.0f;
     const auto mean = [](Vec3 a)

@@ -106,7 +106,7 @@ EG_OUTLINE void meet_face(const SceneView& scene, const BoundaryTask& task, cons
     s.y.face = select(met, face, s.y.face), s.y.instance = select(met, y.hit.instance, s.y.instance);
     s.y.b1 = select(met, y.hit.b1, s.y.b1), s.y.b2 = select(met, y.hit.b2, s.y.b2);
     s.distance = select(met, y.distance, s.distance);
-    const SurfacePoint end = surface_point(scene, met, face, y.hit.b1, y.hit.b2, s.towards, y.hit.instance);
+    const SurfacePoint end = hit_surface(scene, met, y.hit, s.towards);
     const TexturePoint point = texture_point(scene, end, -s.towards, splat(kNoRay), {splat(-1), y.distance});
     light = select(met, emitted_radiance(scene, end, point), light);
     passed = select(met, y.through, passed);

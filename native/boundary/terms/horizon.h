@@ -43,9 +43,8 @@ EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, cons
                            const HorizonSide& side, const PathIndex& random, Mask chained, Vec3 first,
                            HorizonCut& cut) {
     // Sample an arc of a light
-    Float u, unused;
-    sobol_pair(random.stream, random.sample, kPairLight, u, unused);
-    LightSample light = sample_light_arc(scene, p.active, s.x.position, s.x.normal, s.x.face, u);
+    LightSample light = sample_light_arc(scene, p.active, s.x.position, s.x.normal, s.x.face,
+                                         sobol_pair(random, kPairLight).u);
     light.active &= shines_on(scene, light.row, s.x.mesh, bounces_before(p)) & ~receives_below(scene, s);
     cut.active = light.active;
     cut.towards = light.w;
@@ -108,9 +107,8 @@ EG_OUTLINE int cut_beyond(const SceneView& scene, const HorizonTask& task, const
     const Mask further = p.active & (p.segment + 1 < task.image.max_depth);
     if (!environment && !(task.surfaces && any(further))) return queued;
     // Trace a ray in the plane
-    Float u, unused, density;
-    sobol_pair(random.stream, random.sample, kPairEnvironment, u, unused);
-    const Vec3 w = plane_direction(s, u, density);
+    Float density;
+    const Vec3 w = plane_direction(s, sobol_pair(random, kPairEnvironment).u, density);
     const Mask active = p.active & (density > 1e-6f) & (environment ? splat(-1) : further);
     const ImageTask paths = beyond_paths(task.image);
     const LightSource y = meet_source(scene, active, leave_surface(s.x, side.normal), w, ignore_nothing(),
@@ -145,8 +143,7 @@ EG_OUTLINE int cut_beyond(const SceneView& scene, const HorizonTask& task, const
     // Choose the kind of the bounce at x by the BSDF, and test the bounce limits.
     Int kind = splat(static_cast<int>(kDiffuseRay)), bounces = p.bounces & 0xffffff;
     if (limits_matter(task.image.limits, task.image.max_depth)) {
-        Float chance;
-        sobol_pair(random.stream, random.sample, kPairStrategy, unused, chance);
+        const Float chance = sobol_pair(random, kPairStrategy).v;
         const Vec3 soft = scattered_at_horizon(scene, s, met, side, w, splat(1 << kDiffuseRay));
         const Vec3 all = scattered_at_horizon(scene, s, met, side, w, splat(kScatteredRays));
         kind = bounce_kind(s.x, side.normal, all * side.weight, soft * side.weight, chance);

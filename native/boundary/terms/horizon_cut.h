@@ -38,8 +38,7 @@ constexpr float kLaterVertex = 0.4f;
 
 // Chooses the number of the path's vertex x. Sets its probability.
 EG_INLINE Int pick_vertex(const PathIndex& random, int most, Float& probability) {
-    Float choice, unused;
-    sobol_pair(random.stream, random.sample, kPairChain, choice, unused);
+    Float choice = sobol_pair(random, kPairChain).u;
     Int vertex = splat(1);
     probability = splat(1.0f);
     for (int k = 1; k < most; ++k) {
@@ -62,8 +61,7 @@ struct HorizonSide {
 };
 
 EG_INLINE HorizonSide pick_side(const ScatteringPoint& s, const PathIndex& random) {
-    Float choice, unused;
-    sobol_pair(random.stream, random.sample, kPairStrategy, choice, unused);
+    const Float choice = sobol_pair(random, kPairStrategy).u;
     const Mask back = s.both_sides & (choice < 0.5f);
     return {select(s.both_sides, select(back, splat(-2.0f), 2.0f), 1.0f),
             select(back, -s.x.normal, s.x.normal)};

@@ -63,12 +63,11 @@ static void warp_record_kernel(const SceneView& scene, const WarpTask& task, Wor
     int queued = 0;
     for (int at = 0; at < count; at += W) {
         const SegmentSample p = sample_edge_segment(scene, of, at, cursor);
-        Float sx, sy, lens_u = splat(0.5f), lens_v = lens_u, choice, unused;
+        Float sx, sy, lens_u = splat(0.5f), lens_v = lens_u;
         Float weight = place_in_cell(scene, of, p, sx, sy) * of.scale;
         if (camera.aperture_radius > 0.0f)
             sobol_pair(p.random.stream, p.random.sample, kPairLens, lens_u, lens_v);
-        sobol_pair(p.random.stream, p.random.sample, vertex_pair(splat(1 << 20), kVertexChoice), choice,
-                   unused);
+        const Float choice = sobol_pair(p.random, vertex_pair(splat(1 << 20), kVertexChoice)).u;
         PictureWarp warp[W];
         const Mask within = find_warps(scene, p.active, camera_ray(camera, sx, sy, lens_u, lens_v), warp);
         if (any(within))

@@ -18,50 +18,56 @@ namespace edgegrad::EDGEGRAD_ISA {
 // Width of a lobe's directions by its alpha, relative to reflection: refraction at glass spreads rays less.
 constexpr float width_by_alpha(int lobe) { return lobe == kInterfaceLobe ? 0.2f : 1.0f; }
 
+// Calls visit(lobe, facets) for the lobes that may be followed.
+template <typename F, typename Visit>
+EG_INLINE void for_each_facets(F& f, const Visit& visit) {
+    if (f.any_lobe[kMirrorLobe]) visit(kMirrorLobe, f.mirror.facets);
+    if (f.any_lobe[kCoatLobe]) visit(kCoatLobe, f.coat.facets);
+    if (f.any_lobe[kInterfaceLobe]) visit(kInterfaceLobe, f.glass.facets);
+}
+
 // Selects the lobes that are followed. Returns their bits (1 << Lobe). Refraction closures are excluded: they
 // stop transmitting at total reflection, which is a discontinuity at fixed h.
 EG_INLINE Int follow_lobes(Bsdf& f, Mask m, const Followed& limits) {
     Int bits = splat(0);
-    const auto follow = [&](Lobe k, Microfacets& g, Mask may) {
-        if (!f.any_lobe[k]) return;
+    for_each_facets(f, [&](Lobe k, Microfacets& g) EG_INLINE_LAMBDA {
+        const Mask may = k == kMirrorLobe      ? ~f.mirror.separable
+                         : k == kInterfaceLobe ? ~f.glass.refracts_only
+                                               : splat(-1);
         g.followed = m & may & (f.probability[k] > 0.0f) & ~is_smooth(g) & (widest_alpha(g) <= limits.widest);
         g.tail = limits.tail;
         bits = bits | (g.followed & (1 << k));
-    };
-    follow(kMirrorLobe, f.mirror.facets, ~f.mirror.separable);
-    follow(kCoatLobe, f.coat.facets, splat(-1));
-    follow(kInterfaceLobe, f.glass.facets, ~f.glass.refracts_only);
+    });
     return bits;
 }
 
 // Makes the lobes in `bits` followed.
 EG_INLINE void follow_lobes(Bsdf& f, Int bits) {
-    const auto set = [&](Lobe k, Microfacets& g) {
-        if (f.any_lobe[k]) g.followed = (bits & (1 << k)) != 0;
-    };
-    set(kMirrorLobe, f.mirror.facets), set(kCoatLobe, f.coat.facets), set(kInterfaceLobe, f.glass.facets);
+    for_each_facets(f, [&](Lobe k, Microfacets& g) EG_INLINE_LAMBDA { g.followed = (bits & (1 << k)) != 0; });
 }
 
 // Keeps of the followed lobes those within the limits.
 EG_INLINE void follow_up_to(Bsdf& f, const Followed& limits) {
-    const auto keep = [&](Lobe k, Microfacets& g) {
-        if (f.any_lobe[k]) g.followed &= widest_alpha(g) <= limits.widest, g.tail = limits.tail;
-    };
-    keep(kMirrorLobe, f.mirror.facets), keep(kCoatLobe, f.coat.facets), keep(kInterfaceLobe, f.glass.facets);
+    for_each_facets(f, [&](Lobe, Microfacets& g) EG_INLINE_LAMBDA {
+        g.followed &= widest_alpha(g) <= limits.widest, g.tail = limits.tail;
+    });
+}
+
+// Lanes with a followed lobe.
+EG_INLINE Mask has_followed_lobes(const Bsdf& f) {
+    Mask some = splat(0);
+    for_each_facets(f, [&](Lobe, const Microfacets& g) EG_INLINE_LAMBDA { some |= g.followed; });
+    return some;
 }
 
 // The lobe that scattered rays, with the microfacet normal h in its frame if it is a followed one.
 EG_INLINE RayLobe lobe_of_rays(const Bsdf& f, Int lobe, Mask transmitted, Vec3 h) {
     RayLobe out;
-    const auto of = [&](Lobe k, const Microfacets& g, Mask follows) {
-        if (f.any_lobe[k])
-            out.alpha = select((lobe == splat(static_cast<int>(k))) & follows, widest_alpha(g), out.alpha);
-    };
-    of(kMirrorLobe, f.mirror.facets, f.mirror.facets.followed);
-    of(kCoatLobe, f.coat.facets, f.coat.facets.followed);
-    if (f.any_lobe[kInterfaceLobe])
-        of(kInterfaceLobe, f.glass.facets,
-           f.glass.facets.followed & ~(transmitted & refracts_smoothly(f.glass)));
+    for_each_facets(f, [&](Lobe k, const Microfacets& g) EG_INLINE_LAMBDA {
+        Mask follows = (lobe == splat(static_cast<int>(k))) & g.followed;
+        if (k == kInterfaceLobe) follows &= ~(transmitted & refracts_smoothly(f.glass));
+        out.alpha = select(follows, widest_alpha(g), out.alpha);
+    });
     const Mask has_tail = (out.alpha > 0.0f) & ~transmitted;
     out.slope2 = select(has_tail, (h.x * h.x + h.y * h.y) / max(h.z * h.z, 1e-20f), 0.0f);
     return out;

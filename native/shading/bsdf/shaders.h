@@ -8,11 +8,17 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 EG_INLINE Microfacets select_facets(Mask m, const Microfacets& a, const Microfacets& b) {
-    const auto either = [m](Mask one, Mask other) { return (one & m) | (other & ~m); };
-    return {select(m, a.ax, b.ax),           select(m, a.ay, b.ay),       select(m, a.stretched, b.stretched),
-            select(m, a.masking, b.masking), select(m, a.bound, b.bound), either(a.by_score, b.by_score),
-            either(a.followed, b.followed),  select(m, a.tail, b.tail),   a.others || b.others,
-            either(a.beckmann, b.beckmann),  either(a.phong, b.phong)};
+    return {select(m, a.ax, b.ax),
+            select(m, a.ay, b.ay),
+            select(m, a.stretched, b.stretched),
+            select(m, a.masking, b.masking),
+            select(m, a.bound, b.bound),
+            select(m, a.by_score, b.by_score),
+            select(m, a.followed, b.followed),
+            select(m, a.tail, b.tail),
+            a.others || b.others,
+            select(m, a.beckmann, b.beckmann),
+            select(m, a.phong, b.phong)};
 }
 
 // Microfacets of the lanes' distributions.
@@ -24,14 +30,9 @@ EG_INLINE Microfacets shaped_facets(Mask m, Float ax, Float ay, Vec3 view, Int f
     return g;
 }
 EG_INLINE Sheen select_sheen(Mask m, const Sheen& a, const Sheen& b) {
-    return {select(m, a.weight, b.weight),
-            select(m, a.x, b.x),
-            select(m, a.y, b.y),
-            select(m, a.a, b.a),
-            select(m, a.b, b.b),
-            a.any_velvet || b.any_velvet,
-            (a.velvet & m) | (b.velvet & ~m),
-            select(m, a.sigma, b.sigma)};
+    return {select(m, a.weight, b.weight), select(m, a.x, b.x),        select(m, a.y, b.y),
+            select(m, a.a, b.a),           select(m, a.b, b.b),        a.any_velvet || b.any_velvet,
+            select(m, a.velvet, b.velvet), select(m, a.sigma, b.sigma)};
 }
 
 EG_INLINE OrenNayar select_oren_nayar(Mask m, const OrenNayar& a, const OrenNayar& b) {

@@ -27,6 +27,26 @@ struct LightSample {
     Int row, kind;  // in the light table, -1: on a face; LightKind
 };
 
+EG_INLINE LightSample select(Mask m, const LightSample& a, const LightSample& b) {
+    return {select(m, a.active, b.active),
+            select(m, a.w, b.w),
+            select(m, a.r, b.r),
+            select(m, a.radiance, b.radiance),
+            select(m, a.share, b.share),
+            select(m, a.geometry, b.geometry),
+            select(m, a.pdf, b.pdf),
+            select(m, a.end, b.end),
+            select(m, a.distant, b.distant),
+            select(m, a.casts_shadow, b.casts_shadow),
+            select(m, a.blockers, b.blockers),
+            select(m, a.visible_to, b.visible_to),
+            select(m, a.face, b.face),
+            select(m, a.b1, b.b1),
+            select(m, a.b2, b.b2),
+            select(m, a.row, b.row),
+            select(m, a.kind, b.kind)};
+}
+
 // A point of a surface as a receiver. Only light in front of it contributes, unless `both_sides` is set.
 struct SurfaceReceiver : Receiver {
     Int face;

@@ -56,8 +56,7 @@ EG_INLINE void for_each_light_along(const SceneView& scene, Mask active, const R
             const Float p2 = bsdf_pdf * bsdf_pdf;
             weight = weight * select(shared, p2 / max(p2 + other * other, 1e-37f), 1.0f);
         }
-        if (scene.light_followed) weight = weight * share_of_row(scene, row, lobe);
-        visit(row, seen, l.radiance, weight);
+        visit(row, seen, l.radiance, weight * share_of_row(scene, row, lobe));
     };
     for_each_met_light(scene, active, from.position, from_mesh, w, near, far, kind, bounces, add);
 }

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 
 # Distance, as a fraction of the size of the mesh, below which vertices are welded.
 WELD_TOLERANCE = 1e-7
+# Copies of a vertex are together up to this fraction of their coordinates: a few times the rounding of positions.
+TOGETHER = 1e-6
 
 
 @dataclass
@@ -33,15 +35,25 @@ class Edges:
         Face indices; the faces of edge k are ``faces[face_first[k]:face_first[k + 1]]``.
     opposite
         Vertex index of the corner opposite the edge, for each entry of `faces`.
+    copies
+        (k, 2) vertices that were welded: each copy, and the first vertex at its place.
     """
 
     vertices: NDArray[np.uint32]
     face_first: NDArray[np.uint32]
     faces: NDArray[np.uint32]
     opposite: NDArray[np.uint32]
+    copies: NDArray[np.uint32]
 
     def __len__(self) -> int:
         return len(self.vertices)
+
+
+
+def together(vertices: NDArray[np.floating[Any]], pairs: NDArray[np.integer[Any]]) -> NDArray[np.bool_]:
+    """Return whether the two vertices of each of the (k, 2) pairs are in one place."""
+    one, other = vertices[pairs[:, 0]], vertices[pairs[:, 1]]
+    return np.asarray((np.abs(one - other) <= TOGETHER * np.abs(one).max(axis=1, initial=0.0)[:, None]).all(axis=1))
 
 
 def weld(
@@ -199,16 +211,17 @@ def edges(faces: NDArray[np.signedinteger[Any]], label: NDArray[np.int64]) -> Ed
     Returns
     -------
     The edges, in the order of the first face of each. Neighbours in this order are often neighbours in space, which
-    keeps rays from them coherent. Edges between two copies of one welded vertex have no length and are left out.
+    keeps rays from them coherent. Faces with two corners at one place have no area and are left out: on no side of
+    their edges is there anything, as in a cube whose scale along an axis is zero.
     """
     if len(faces) == 0:
-        none = np.zeros(0, np.uint32)
-        return Edges(np.zeros((0, 2), np.uint32), np.zeros(1, np.uint32), none, none)
+        none, pairs = np.zeros(0, np.uint32), np.zeros((0, 2), np.uint32)
+        return Edges(pairs, np.zeros(1, np.uint32), none, none, pairs)
     # Corner k of a face represents the edge from corner k to the next corner: a, b, and the opposite corner.
     a, b, opposite = (np.roll(faces, -k, axis=1).ravel() for k in range(3))
     face = np.repeat(np.arange(len(faces), dtype=np.uint32), 3)
     one, other = label[a], label[b]
-    real = one != other
+    real = np.repeat((one != other).reshape(-1, 3).all(axis=1), 3)
     if not real.all():
         a, b, opposite, face, one, other = (x[real] for x in (a, b, opposite, face, one, other))
     low, high = np.minimum(one, other), np.maximum(one, other)
@@ -226,11 +239,14 @@ def edges(faces: NDArray[np.signedinteger[Any]], label: NDArray[np.int64]) -> Ed
     place = np.repeat(face_first[rank] - starts, count) + np.arange(len(key))
     listed = np.empty_like(order)
     listed[place] = order
+    at = first_of_labels(label)[label]
+    copies = np.flatnonzero(at != np.arange(len(label)))
     return Edges(
         np.stack([a[is_first], b[is_first]], axis=1).astype(np.uint32),
         face_first.astype(np.uint32),
         face[listed],
         opposite[listed].astype(np.uint32),
+        np.stack([copies, at[copies]], axis=1).astype(np.uint32),
     )
 
 
@@ -256,4 +272,5 @@ def join(parts: list[Edges], vertex_first: Sequence[int], face_first: Sequence[i
                        + [np.array([offset[-1]], np.uint32)]),
         np.concatenate([p.faces + np.uint32(f) for p, f in zip(parts, face_first, strict=False)]),
         np.concatenate([p.opposite + np.uint32(v) for p, v in zip(parts, vertex_first, strict=False)]),
+        np.concatenate([p.copies + np.uint32(v) for p, v in zip(parts, vertex_first, strict=False)]),
     )

@@ -11,10 +11,11 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .._check import names
 from ..derivatives.table_derivatives import shows_environment, with_requested
-from ..geometry.topology import Edges
+from ..geometry.topology import Edges, together
 from ..reference.simplify import obstacles
 from ..scene import parameters
 from ..scene.camera import Camera
@@ -45,6 +46,8 @@ class PreparedScene:
         self._wrt = tuple(wrt)
         self._tables = with_requested(scene, flat.flatten(scene), self._wrt)
         self._edges: Edges | None = None
+        self._copies: NDArray[np.int64] | None = None  # pairs of vertices that were welded at first
+        self._together = np.zeros(0, np.bool_)  # which of them were when the edges were found
         self._obstacles: list[str] | None = None
         self._moved = False  # the engine has vertex positions that the tables lack
         self._unfinished = False  # an update has failed half-way, so the engine's state is inconsistent
@@ -75,6 +78,9 @@ class PreparedScene:
         if self._edges is None:
             edges = self._tables.edges()
             self._engine.set_edges(edges)
+            if self._copies is None:
+                self._copies = edges.copies.astype(np.int64)
+            self._together = together(self._tables.vertices, self._copies)
             self._edges = edges
         return self._edges
 
@@ -129,8 +135,21 @@ class PreparedScene:
             else:
                 self._engine.update(tables)
             self._tables = tables
+            if not self._welded_as_before(tables.vertices):
+                self._edges = None
             self._moved = self._unfinished = False
         self.watched = self.watched  # record the changed values
+
+    def _welded_as_before(self, vertices: NDArray[np.floating[Any]], first: int = 0) -> bool:
+        """Whether the same copies of vertices are together as when the edges were found.
+
+        `vertices` (n, 3) are those from number `first` on. If copies move apart, or meet again, the faces along some
+        edges are others.
+        """
+        if self._copies is None:
+            return True
+        here = (self._copies >= first).all(axis=1) & (self._copies < first + len(vertices)).all(axis=1)
+        return np.array_equal(together(vertices, self._copies[here] - first), self._together[here])
 
     @contextmanager
     def _change(self) -> Iterator[None]:
@@ -180,6 +199,9 @@ class PreparedScene:
             mesh, k = self.scene.meshes[name], self._tables.mesh_names.index(name)
             count = int(self._tables.mesh_first_vertex[k + 1] - self._tables.mesh_first_vertex[k])
             mesh.check_vertices(name, count)
+            first = int(self._tables.mesh_first_vertex[k])
+            if not self._welded_as_before(mesh.vertices, first):
+                return False
         tables = self._tables
         if values:
             tables = with_requested(self.scene, flat.with_values(self.scene, tables, values), self._wrt)

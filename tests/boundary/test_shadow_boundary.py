@@ -10,6 +10,7 @@ import pytest
 
 import edgegrad
 from edgegrad.rendering.renderer import Renderer
+from tests.support import shapes
 from tests.support.picture_differences import check_agreement, check_transpose, need_every_table
 from tests.support.rich_scene import turn
 from tests.support.scenes.box_under_lights import (
@@ -50,6 +51,20 @@ def test_turning_sky_is_met_by_rays_that_go_on() -> None:
 
 
 # ---------------------------------------------------------------- what hides light, and from what
+def flattened(light: str) -> Make:
+    """A cube whose scale along an axis is zero: faces lie on each other, and others have no area."""
+    vertices, faces = shapes.cube(0.5)
+    flat = (vertices * [1.0, 0.0, 1.0]) @ turn(0.2, 0.5, 0.4).T
+
+    def make(theta: float) -> edgegrad.Scene:
+        scene = scene_under(light)
+        place = scene.meshes["box"].vertices.mean(axis=0) + theta * np.array([1.0, 0.6, -0.4])
+        scene.meshes["box"] = edgegrad.Mesh(flat + place, faces, ("clay",))
+        return scene
+
+    return make
+
+
 def instanced(theta: float) -> edgegrad.Scene:
     """Two copies of a box, one mirrored, over a floor that is an instance too."""
     scene = scene_under("rectangle")
@@ -133,6 +148,9 @@ CARD = ["meshes.card.vertices", *BOX]
 HIDING: dict[str, tuple[Make, list[str]]] = {
     "instances are placed": (instanced, ["meshes.box.instances", "meshes.floor.instances"]),
     "instances are stretched": (stretched, BOX),
+    "a flattened cube under the sky": (flattened("sky"), BOX),
+    "a flattened cube under the sky's image": (flattened("sky image"), BOX),
+    "a flattened cube under a sphere": (flattened("sphere"), BOX),
     "linked lights": (linked, [*BOX, "meshes.other.vertices"]),
     "transparent occluders": (veiled, [*BOX, "meshes.pane.vertices"]),
     "windows under the sky": (windowed("sky"), BOX),

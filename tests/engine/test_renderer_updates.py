@@ -103,6 +103,29 @@ def test_gradients_forget_what_earlier_ones_have_found(path: str) -> None:
     assert any((after[name] != before[name]).any() for name in wrt)
 
 
+@pytest.mark.parametrize("named", [True, False], ids=["named", "found"])
+def test_copies_of_vertices_that_move_apart_and_meet_again_change_the_edges(named: bool) -> None:
+    """Two triangles in one plane, each with vertices of its own: a seam that opens shows the sky."""
+    scene = scene_of_all()
+    vertices = np.array([[-1.0, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, -1], [1, 0, 1], [-1, 0, 1]])
+    scene.meshes = {"halves": Mesh(vertices, np.arange(6).reshape(2, 3), ("clay",))}
+    tangent = {"meshes.halves.vertices": np.tile([0.3, 0.1, 0.5], (6, 1))}
+    renderer = Renderer(scene, threads=1)
+
+    def derivative(of: Renderer) -> Any:
+        return of.render_forward(tangent, spp=64, terms=["primary"])
+
+    whole = derivative(renderer)
+    opened = vertices + np.repeat([[0.0, 0, 0], [-0.4, 0, 0.4]], 3, axis=0)
+    for places in (opened, vertices):
+        scene.meshes["halves"].vertices = places
+        renderer.update(["meshes.halves.vertices"] if named else None)
+        fresh = derivative(Renderer(scene, threads=1))
+        assert np.abs(derivative(renderer) - fresh).mean() < 0.1 * np.abs(fresh).mean()
+    scene.meshes["halves"].vertices = opened
+    assert np.abs(derivative(Renderer(scene)) - whole).mean() > 0.3 * np.abs(whole).mean()
+
+
 @pytest.mark.parametrize("paths", [["materials.clay.emission"], None])
 def test_instances_that_begin_to_glow_change_the_topology(paths: list[str] | None) -> None:
     scene = scene_of_all()

@@ -138,6 +138,8 @@ def test_edges_agree_with_a_plain_dictionary() -> None:
         label = topology.weld(vertices)
         expected: dict[frozenset[int], list[int]] = {}
         for f, face in enumerate(faces):
+            if len(set(label[face])) < 3:  # without area
+                continue
             for k in range(3):
                 ends = frozenset((int(label[face[k]]), int(label[face[(k + 1) % 3]])))
                 if len(ends) == 2:

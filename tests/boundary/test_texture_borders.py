@@ -29,6 +29,7 @@ TEXELS = np.random.default_rng(1).uniform(0.1, 3.0, (5, 7, 3)).astype(np.float32
 STRIPE = e.Math("GREATER_THAN", e.Channel(UV, 0), e.Math("MULTIPLY", e.Channel(UV, 1), 0.7))
 RAMP = e.Ramp(e.Channel(UV, 1), np.repeat([[0.2], [1.5], [0.7]], (60, 100, 96), axis=0) * np.ones(4), False)
 CLOSEST = e.ImageTexture("texels", UV, interpolation="CLOSEST")
+CUT = e.Math("GREATER_THAN", e.Channel(CLOSEST, 0), 1.5)
 SETTINGS = {"eps": 0.02, "max_depth": 1}
 
 
@@ -106,6 +107,7 @@ CASES: dict[str, tuple[Make, list[str]]] = {
     "squares are stretched": (case(stretched, sheet_scene), [VERTICES]),
     "the camera turns": (case(turned, sheet_scene), [POSE]),
     "texels move": (case(moved, lambda: sheet_scene(CLOSEST)), [PLACE]),
+    "bright texels move": (case(moved, lambda: sheet_scene(CUT)), [PLACE]),
     "steps move": (case(moved, lambda: sheet_scene(STEPS)), [PLACE]),
     "a comparison moves": (case(moved, lambda: sheet_scene(STRIPE)), [PLACE]),
     "a constant ramp moves": (case(moved, lambda: sheet_scene(RAMP, grid=3)), [PLACE]),
@@ -178,7 +180,13 @@ def test_the_plan_names_what_is_sampled_and_what_is_not() -> None:
         assert left_out in missing
     dense = e.Checker(UV, scale=1e6)
     assert left_out in said(dense, [PLACE])[1] and sampled not in said(dense, [PLACE])[0]
-    assert "may jump, where they move" in said(CHECKER, ["meshes.sheet.attributes.UVMap"])[1]
+    slides = "may jump, where they move"
+    assert slides in said(CHECKER, ["meshes.sheet.attributes.UVMap"])[1]
+    words, missing = said(CUT, [PLACE])
+    assert sampled in words and left_out not in missing, "whole texels are cut off"
+    cut = e.Math("LESS_THAN", e.Channel(smooth, 0), 1.5)
+    for paint, named in ((smooth, False), (tinted, False), (CUT, False), (cut, True)):
+        assert (slides in said(paint, ["images.texels.pixels"])[1]) == named
 
 
 @pytest.mark.parametrize("what", ["fields.ring.values", "fields.ring.transform", POSE])

@@ -11,6 +11,7 @@
 #include "engine/decisions/clip_borders.h"
 #include "engine/decisions/interior_rules.h"
 #include "engine/decisions/mirrored_edges.h"
+#include "engine/decisions/value_sources.h"
 #include "scene/closure_programs.h"
 #include "scene/lights/light_params.h"
 #include "scene/mesh_instances.h"
@@ -200,13 +201,19 @@ class Search {
         if (any_moves_ && blur * blur > kMostPictures * picture) miss(Part::kWideLens);
     }
 
-    // Textures with jumps that move over static meshes.
+    // Textures with jumps that move over static meshes. Pixels of images move those that depend on their
+    // values.
     void slid_textures() {
         const bool moves = requested_.any("texture_attributes") || requested_.any("texture_lookups") ||
                            requested_.any("texture_constants");
-        if (moves)
-            materials(Part::kSlidTextures,
-                      used_materials(tables_, [&](size_t k) { return jumps_within_faces(tables_, k); }));
+        if (!moves && !requested_.any("texture_pixels")) return;
+        const auto reads = [&](const TextureInstruction& step) {
+            return reads_requested(f_.scene.textures, requested_, step);
+        };
+        materials(Part::kSlidTextures, used_materials(tables_, [&](size_t k) {
+                      const TextureJumps jumps = texture_jumps(tables_, k);
+                      return moves ? jumps.any() : jumps.by_images && any_step(tables_, k, reads);
+                  }));
     }
 
     // Lights whose outlines or intersections depend on the origin of parallel rays.

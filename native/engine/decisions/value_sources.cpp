@@ -7,9 +7,7 @@
 #include "scene/textures/opcodes.h"
 
 namespace edgegrad {
-namespace {
 
-// Whether a program's step itself reads requested numbers, texels, tables or attributes.
 bool reads_requested(const TextureView& textures, const Requested& requested,
                      const TextureInstruction& step) {
     const auto any_of_table = [&requested](const char* table, int64_t first, int64_t size) {
@@ -36,6 +34,8 @@ bool reads_requested(const TextureView& textures, const Requested& requested,
             });
     }
 }
+
+namespace {
 
 // Follows a program from its last step to its first, and adds what the requested columns depend on.
 void follow(const TextureView& textures, const Requested& requested, int32_t program, uint64_t columns,

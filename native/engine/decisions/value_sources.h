@@ -11,6 +11,9 @@ struct ValueSources {
     bool requested = false;  // some value depends on a requested number, texel, table or attribute
 };
 
+// Whether a program's step itself reads requested numbers, texels, tables or attributes.
+bool reads_requested(const TextureView& textures, const Requested& requested, const TextureInstruction& step);
+
 // The sources of some columns (bits) of a closure's row.
 ValueSources value_sources(const SceneView& scene, const Requested& requested, size_t closure,
                            uint64_t columns);

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include "scene/closure_programs.h"
 #include "scene/textures/opcodes.h"
@@ -24,9 +25,10 @@ struct Linear {
 };
 // What a register holds: a linear function, or nothing that is known. `steps`: it is constant within cells
 // whose grid has been found. `hue`: it jumps by whole numbers, which the colour of a hue does not show.
+// `image`: it depends on values of images.
 struct Value {
     std::optional<Linear> linear;
-    bool steps = false, hue = false;
+    bool steps = false, hue = false, image = false;
 
     bool positive() const { return linear && linear->constant() && linear->factor[3] > 0.0; }
     // Whether it is constant within the cells that have been found.
@@ -144,16 +146,19 @@ void add_jumps(const TextureTables& t, std::span<const TextureInstruction> progr
             for (int k = 0; k < inputs; ++k) all &= in(k).level();
             return all;
         };
-        const auto hue = [&](int inputs) {
-            bool any = false;
-            for (int k = 0; k < inputs; ++k) any |= in(k).hue;
-            return any;
+        const auto any = [&](bool Value::* is, int inputs) {
+            bool one = false;
+            for (int k = 0; k < inputs; ++k) one |= in(k).*is;
+            return one;
         };
+        const auto hue = [&](int inputs) { return any(&Value::hue, inputs); };
+        constexpr int kInputs = std::size(decltype(step.in){});
         const auto op = static_cast<TextureOp>(step.op);
+        const bool before = std::exchange(jumps.elsewhere, false), by_image = any(&Value::image, kInputs);
         // A hue that anything but a shift, a fractional part or a colour reads
         if (op != TextureOp::ADD && op != TextureOp::SUBTRACT && op != TextureOp::FLOOR)
-            jumps.elsewhere |= hue(static_cast<int>(std::size(step.in))) &&
-                               !((op == TextureOp::HSV_TO_RGB || op == TextureOp::HSL_TO_RGB) && in(0).hue);
+            jumps.elsewhere |=
+                hue(kInputs) && !((op == TextureOp::HSV_TO_RGB || op == TextureOp::HSL_TO_RGB) && in(0).hue);
         Value found[4];
         switch (op) {
             case TextureOp::ATTRIBUTE:
@@ -194,7 +199,8 @@ void add_jumps(const TextureTables& t, std::span<const TextureInstruction> progr
             case TextureOp::IMAGE: {
                 const TextureImage& image = t.images[static_cast<size_t>(step.data)];
                 if (may_jump(t, step))
-                    add_grid<2>(jumps, {in(0), in(1)}, {1.0 * image.width, 1.0 * image.height});
+                    std::fill_n(found, 4,
+                                add_grid<2>(jumps, {in(0), in(1)}, {1.0 * image.width, 1.0 * image.height}));
                 break;
             }
             case TextureOp::CHECKER:
@@ -243,8 +249,13 @@ void add_jumps(const TextureTables& t, std::span<const TextureInstruction> progr
             default:
                 break;
         }
+        jumps.by_images |= jumps.elsewhere && by_image;
+        jumps.elsewhere |= before;
         if (op == TextureOp::OUTPUT) continue;
-        for (int k = 0; k < 4; ++k) registers[static_cast<size_t>(step.out[k])] = found[k];
+        for (int k = 0; k < 4; ++k) {
+            found[k].image = by_image || op == TextureOp::IMAGE;
+            registers[static_cast<size_t>(step.out[k])] = found[k];
+        }
     }
 }
 
@@ -268,7 +279,7 @@ MaterialJumps material_jumps(const SceneTables& tables) {
         TextureJumps& all = out.of[m];
         for (int32_t k = tables.material_first_closure[m]; k < tables.material_first_closure[m + 1]; ++k) {
             const TextureJumps jumps = texture_jumps(tables, static_cast<size_t>(k));
-            all.elsewhere |= jumps.elsewhere;
+            all.elsewhere |= jumps.elsewhere, all.by_images |= jumps.by_images;
             for (const CellGrid& grid : jumps.grids)
                 if (std::find(all.grids.begin(), all.grids.end(), grid) == all.grids.end())
                     all.grids.push_back(grid);

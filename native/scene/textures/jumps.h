@@ -20,8 +20,9 @@ struct CellGrid {
 };
 
 // What a closure's textures jump at: borders of cells, and `elsewhere`, if they may jump in other places.
+// `by_images`: where they jump depends on values of images, such as an alpha that is cut off at 0.5.
 struct TextureJumps {
-    bool elsewhere = false;
+    bool elsewhere = false, by_images = false;
     std::vector<CellGrid> grids;
 
     bool any() const { return elsewhere || !grids.empty(); }

@@ -19,7 +19,7 @@ from edgegrad.rendering import renderer as module
 from edgegrad.rendering.engine import engine_class
 from edgegrad.rendering.options import checked_options
 from tests.support import shapes
-from tests.support.small_scenes import camera, need
+from tests.support.small_scenes import camera, glowing, need, standing_box
 from tests.torture.checks import LIMITS, directions
 from tests.torture.scenes import Case, case, paths_of
 
@@ -203,3 +203,18 @@ def test_the_engine_tells_its_limits() -> None:
     assert chains.limit > 2 and any(f"chains of more than {chains.limit} surfaces" in line for line in said.missing)
     shorter = plan(made, ["meshes.object.vertices"], max_depth=chains.limit).decisions
     assert shorter and "long chains" not in {decision.part for decision in shorter}
+
+
+def test_what_the_camera_alone_sees_neither_lights_nor_hides_anything() -> None:
+    """A backdrop that glows for the camera takes no samples of shadows."""
+    need("native")
+    scene, alone = standing_box(), Renderer(standing_box())
+    scene.materials["glow"] = glowing(3.0, True)
+    vertices, faces = shapes.sheet(20)
+    scene.meshes["photo"] = Mesh(vertices - [0.0, 0.0, 3.0], faces, ("glow",), visible_to=frozenset({"camera"}))
+    tangent = {"meshes.box.vertices": np.tile([0.3, 0.2, 0.1], (len(scene.meshes["box"].vertices), 1))}
+    behind = Renderer(scene)
+    one, other = (r.render_forward(tangent, spp=64, max_depth=3, terms=["shadow"]) for r in (alone, behind))
+    assert np.abs(one - other).mean() < 0.1 * np.abs(one).mean()
+    kept = [[(d.part, d.outcome, d.edges.kept) for d in r.last_decisions if d.term == "shadow"] for r in (alone, behind)]
+    assert kept[0] == kept[1]

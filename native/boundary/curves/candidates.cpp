@@ -316,7 +316,11 @@ Candidates weighed_candidates(const SceneView& scene, const EdgeList& edges, con
 }  // namespace
 
 Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool environment) {
-    return weighed_candidates(scene, edges, runs_of(edges, [](int32_t, bool) { return true; }),
+    // Meshes that the camera alone sees hide no light
+    const auto is_met = [&](int32_t mesh, bool) {
+        return (edges.tables.mesh_mask[static_cast<size_t>(mesh)] & (kScatteredRays | 1 << kShadowRay)) != 0;
+    };
+    return weighed_candidates(scene, edges, runs_of(edges, is_met),
                               environment ? kEnvironmentWeight : kLightWeight,
                               scene.all_flags & kHasTransparency);
 }

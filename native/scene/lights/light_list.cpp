@@ -169,7 +169,9 @@ void LightList::add_faces(const SceneTables& t) {
     for (size_t f = 0; f < faces; ++f) {
         while (static_cast<size_t>(t.mesh_first_face[static_cast<size_t>(mesh) + 1]) <= f) ++mesh;
         const auto material = static_cast<size_t>(t.face_material[f]);
-        if (!(emission[material] > 0.0f)) continue;
+        // What no scattered ray can hit lights nothing
+        if (!(emission[material] > 0.0f) || !(t.mesh_mask[static_cast<size_t>(mesh)] & kScatteredRays))
+            continue;
         Light light{kTriangleLight, static_cast<int32_t>(f), {}, 0.0, mesh};
         if (!triangle_node(t, f, light.node)) continue;
         light.area = light.node.power;

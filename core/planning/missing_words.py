@@ -65,7 +65,10 @@ def missing(words: SceneWords, share: float | None) -> list[str]:
                        f"of {words.mesh_names(decision)}: it reaches all of the face or none of it")
         elif part == "coincident faces":
             out += words.each_pair(decision.pairs, "what is seen of {} where their faces coincide: rounding decides "
-                                                   "which one, and it jumps as one moves out of the other's plane")
+                                                   "which one, so that borders there may be wrong, and it jumps as one "
+                                                   "moves out of the other's plane")
+            out += words.pierced(part, "whether faces of {meshes} hide the light '{light}', which lies in their plane: "
+                                       "its light jumps as one moves out of the other's plane")
         elif part == "wide lens":
             out.append("most of what edges seen through the lens contribute: its aperture is so much larger than its "
                        "distance of focus that nearly all of their samples miss the picture")

@@ -214,9 +214,8 @@ std::vector<int32_t> noisy_contact_materials(const SceneTables& tables, const Re
     for (size_t e = 0; 2 * e < tables.edge_vertices.size(); ++e) {
         const uint32_t first = tables.edge_face_first[e];
         if (tables.edge_face_first[e + 1] - first != 2) continue;
-        const auto after = std::upper_bound(tables.mesh_first_face.begin(), tables.mesh_first_face.end(),
-                                            static_cast<int32_t>(tables.edge_faces[first]));
-        const auto mesh = static_cast<size_t>(after - tables.mesh_first_face.begin()) - 1;
+        const auto mesh =
+            static_cast<size_t>(mesh_of(tables, static_cast<int32_t>(tables.edge_faces[first])));
         if (mesh >= meshes || concave[mesh] || !(motion.camera || moves[mesh])) continue;
         const float* a = &tables.vertices[3 * static_cast<size_t>(tables.edge_vertices[2 * e])];
         const float* p = &tables.vertices[3 * static_cast<size_t>(tables.edge_opposite[first + 1])];

@@ -55,4 +55,10 @@ inline std::vector<uint8_t> moving_surfaces(const SceneTables& t, const Requeste
     return out;
 }
 
+// The mesh that a face belongs to.
+inline int32_t mesh_of(const SceneTables& tables, int32_t face) {
+    const auto& first = tables.mesh_first_face;
+    return static_cast<int32_t>(std::upper_bound(first.begin(), first.end(), face) - first.begin() - 1);
+}
+
 }  // namespace edgegrad

@@ -53,7 +53,7 @@ enum class Part : int32_t {
     kMirroredLight,          // edges between a surface seen by mirrors and glass and others that light it
     // Parts that are not computed (engine/decisions/missing_parts.h):
     kSelfIntersections,  // of meshes of very many faces
-    kCoincidentFaces,    // faces of two meshes in one plane, of which one moves
+    kCoincidentFaces,    // faces of two meshes, or a light and a face, in one plane
     kWideLens,           // edges seen through a lens far wider than its distance of focus
     kClipBorders,        // borders that the camera's clip distances cut
     kTexelBorders,       // those of the borders of kTextureBorders that are not sampled

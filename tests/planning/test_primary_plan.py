@@ -8,12 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from edgegrad import Camera, Material, Mesh, Renderer, Scene, SunLight, World, plan
+from edgegrad import AreaLight, Camera, Material, Mesh, Renderer, Scene, SunLight, World, plan
 from edgegrad.expression import Attribute, ImageTexture
 from edgegrad.planning.term import Term
 from edgegrad.scene import parameters
 from edgegrad.scene.image import Image
 from tests.support import shapes
+from tests.support.rich_scene import turn
 from tests.support.small_scenes import box, camera, glowing, need, rectangle
 
 VERTICES = "meshes.object.vertices"
@@ -192,8 +193,33 @@ def test_coincident_faces_are_named() -> None:
     named = [said for said in plan(label(0.0), [VERTICES]).missing if "coincide" in said]
     assert len(named) == 1 and "'object' and 'wall'" in named[0]
     for clear in (label(0.01), label(0.0, aside=1.2), label(0.0, flipped=True)):
-        assert not any("coincide" in said for said in plan(clear, [VERTICES]).missing)
+        assert not any("coincide" in said for said in plan(clear, [VERTICES, POSE]).missing)
+    assert any("coincide" in said for said in plan(label(0.0), [POSE]).missing)
     assert not any("coincide" in said for said in plan(label(0.0), ["materials.glow.emission"]).missing)
+
+
+@pytest.mark.parametrize("shape", ["RECTANGLE", "ELLIPSE"])
+def test_lights_in_the_plane_of_a_face_are_named(shape: str) -> None:
+    """A lamp that was snapped to the ceiling: a ceiling that sinks below it darkens the room at once."""
+
+    def room(height: float, turned: float = 0.0, aside: float = 0.0) -> Scene:
+        pose = np.eye(4)
+        pose[:3, :3] = turn(turned, 0.0, 0.4)
+        pose[:3, 3] = [aside, 0.0, 1.0]
+        ceiling = rectangle((0.0, 0.0, 1.0 + height), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), "white")
+        floor = rectangle((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), "white")
+        return Scene(camera((0.0, -2.0, 0.5)), {"object": ceiling, "floor": floor},
+                     {"white": Material(np.full(3, 0.8))},
+                     {"lamp": AreaLight(pose, np.array([0.4, 0.3]), shape=shape, power=10.0)})  # fmt: skip
+
+    below, above = (Renderer(room(height)).render(spp=16).mean() for height in (-1e-3, 1e-3))
+    assert below < 0.1 * above
+    for wrt in ([VERTICES], ["lights.lamp.to_world"]):
+        named = [said for said in plan(room(0.0), wrt).missing if "lies in their plane" in said]
+        assert len(named) == 1 and "'lamp'" in named[0] and "object" in named[0]
+        for clear in (room(0.01), room(0.0, turned=0.1), room(0.0, aside=2.0)):
+            assert not any("lies in their plane" in said for said in plan(clear, wrt).missing)
+    assert not any("lies in their plane" in said for said in plan(room(0.0), ["lights.lamp.power", POSE]).missing)
 
 
 def test_lens_far_wider_than_its_focus_is_named() -> None:

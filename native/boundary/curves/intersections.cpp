@@ -138,9 +138,7 @@ Intersections moving_intersections(const SceneTables& tables, const RequestedMot
     if (motion.camera) return all;
     const auto moves = [&](size_t k) {
         if (motion.instances && all.instances[k] >= 0) return true;
-        const auto& first = tables.mesh_first_face;
-        const auto next = std::upper_bound(first.begin(), first.end(), static_cast<int32_t>(all.faces[k]));
-        return motion.moving[static_cast<size_t>(next - first.begin() - 1)] != 0;
+        return motion.moving[static_cast<size_t>(mesh_of(tables, static_cast<int32_t>(all.faces[k])))] != 0;
     };
     Intersections out;
     for (int64_t k = 0; k < all.size(); ++k) {

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <numbers>
+#include <set>
 #include <variant>
 
 #include "boundary/curves/instance_intersections.h"
@@ -37,6 +38,15 @@ struct FlatLight {
                                          static_cast<float>(p.z)};
                 box.add(corner);
             }
+    }
+
+    // Whether a triangle lies in the light's plane, and on a part of the rectangle about the light.
+    bool lies_on(const Triangle3& t) const {
+        const Vector& side = dot(cross(x, y), t.normal) < 0.0 ? y : x;
+        const Vector& other = &side == &x ? y : x;
+        const Vector corner = center - side - other, far = center + side + other;
+        return coincide(t, Triangle3(corner, corner + side * 2.0, far)) ||
+               coincide(t, Triangle3(corner, far, corner + other * 2.0));
     }
 
     // Visits the line along which a triangle intersects the light. None if an edge of the triangle lies in
@@ -173,6 +183,54 @@ Box box_of(const SizedLight& light) {
     return std::visit([](const auto& one) { return one.box; }, light);
 }
 
+// A light and the faces near it.
+struct NearFaces {
+    SizedLight light;
+    size_t row;
+    std::vector<IntersectedFace> faces;
+};
+
+std::vector<NearFaces> faces_near_lights(const SceneTables& tables, const RequestedPair& requested,
+                                         int threads) {
+    const auto instances = mesh_instances(tables);
+    // List the lights that have a size
+    std::vector<NearFaces> searches;
+    for (size_t row = 0; row < tables.lights.kind.size(); ++row)
+        if (auto light = sized_light(tables, row)) searches.push_back({*light, row, {}});
+    // Find the faces near each light, mesh by mesh
+    for (size_t m = 0; m < instances.size(); ++m) {
+        may_cancel();
+        const auto mesh = static_cast<int32_t>(m);
+        std::vector<NearFaces*> searched;
+        for (NearFaces& s : searches)
+            if (requested(s.row, m)) searched.push_back(&s);
+        if (searched.empty()) continue;
+        const Box own = mesh_box(tables, m);
+        // The lights near each instance, with their bounds in the mesh's space.
+        std::vector<std::pair<NearFaces*, int32_t>> near;
+        std::vector<Box> boxes;
+        for (int32_t instance : instances[m]) {
+            const PlacedMesh placed(tables, mesh, instance, own);
+            for (NearFaces* s : searched) {
+                const Box box = box_of(s->light);
+                if (!placed.box.meets(box)) continue;
+                near.emplace_back(s, instance);
+                boxes.push_back(placed.local(box));
+            }
+        }
+        if (near.empty()) continue;
+        const auto found = faces_in(tables, mesh, boxes, threads);
+        for (size_t k = 0; k < near.size(); ++k)
+            for (int32_t face : found[k])
+                near[k].first->faces.push_back({static_cast<uint32_t>(face), near[k].second});
+    }
+    return searches;
+}
+
+Triangle3 placed_face(const SceneTables& tables, const IntersectedFace& f) {
+    return Triangle3(tables, static_cast<int32_t>(f.face), Placement::of(tables, f.instance));
+}
+
 }  // namespace
 
 std::optional<Box> box_of_light(const SceneTables& tables, size_t row) {
@@ -193,55 +251,28 @@ bool any_through_light(const SceneTables& tables, size_t row, std::span<const Tr
 }
 
 Intersections lines_through_lights(const SceneTables& tables, const RequestedPair& requested, int threads) {
-    const auto instances = mesh_instances(tables);
-    // A light and the faces near it.
-    struct Search {
-        SizedLight light;
-        size_t row;
-        std::vector<IntersectedFace> faces;
-    };
-    // List the lights that have a size
-    std::vector<Search> searches;
-    for (size_t row = 0; row < tables.lights.kind.size(); ++row)
-        if (auto light = sized_light(tables, row)) searches.push_back({*light, row, {}});
-    // Find the faces near each light, mesh by mesh
-    for (size_t m = 0; m < instances.size(); ++m) {
-        may_cancel();
-        const auto mesh = static_cast<int32_t>(m);
-        std::vector<Search*> searched;
-        for (Search& s : searches)
-            if (requested(s.row, m)) searched.push_back(&s);
-        if (searched.empty()) continue;
-        const Box own = mesh_box(tables, m);
-        // The lights near each instance, with their bounds in the mesh's space.
-        std::vector<std::pair<Search*, int32_t>> near;
-        std::vector<Box> boxes;
-        for (int32_t instance : instances[m]) {
-            const PlacedMesh placed(tables, mesh, instance, own);
-            for (Search* s : searched) {
-                const Box box = box_of(s->light);
-                if (!placed.box.meets(box)) continue;
-                near.emplace_back(s, instance);
-                boxes.push_back(placed.local(box));
-            }
-        }
-        if (near.empty()) continue;
-        const auto found = faces_in(tables, mesh, boxes, threads);
-        for (size_t k = 0; k < near.size(); ++k)
-            for (int32_t face : found[k])
-                near[k].first->faces.push_back({static_cast<uint32_t>(face), near[k].second});
-    }
-    // Intersect the faces with their lights
     Intersections out;
-    for (const Search& s : searches)
+    for (const NearFaces& s : faces_near_lights(tables, requested, threads))
         for (const IntersectedFace& f : s.faces) {
             const VisitLine add = [&](const Vector& from, const Vector& to) {
                 out.add({from, to}, f, {LineSurface::light(static_cast<int32_t>(s.row)).bits()});
             };
-            const Triangle3 t(tables, static_cast<int32_t>(f.face), Placement::of(tables, f.instance));
-            std::visit([&](const auto& light) { light.cut_by(t, add); }, s.light);
+            std::visit([&](const auto& light) { light.cut_by(placed_face(tables, f), add); }, s.light);
         }
     return out;
+}
+
+std::vector<std::array<int32_t, 2>> lights_on_faces(const SceneTables& tables, const RequestedPair& requested,
+                                                    int threads) {
+    std::set<std::array<int32_t, 2>> out;
+    for (const NearFaces& s : faces_near_lights(tables, requested, threads)) {
+        const auto* light = std::get_if<FlatLight>(&s.light);
+        if (!light) continue;
+        for (const IntersectedFace& f : s.faces)
+            if (light->lies_on(placed_face(tables, f)))
+                out.insert({static_cast<int32_t>(s.row), mesh_of(tables, static_cast<int32_t>(f.face))});
+    }
+    return {out.begin(), out.end()};
 }
 
 Intersections find_light_intersections(const SceneTables& tables, const RequestedMotion& motion,

@@ -8,6 +8,7 @@
 // velocity of their line is unbounded.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <span>
@@ -33,6 +34,10 @@ Intersections find_seen_lights(const SceneTables& tables, const RequestedMotion&
 // Those of the lights and meshes that requested(row, mesh) names.
 using RequestedPair = std::function<bool(size_t row, size_t mesh)>;
 Intersections lines_through_lights(const SceneTables& tables, const RequestedPair& requested, int threads);
+
+// Pairs of a rectangle's or an ellipse's row and a mesh that has a face in its plane and on it.
+std::vector<std::array<int32_t, 2>> lights_on_faces(const SceneTables& tables, const RequestedPair& requested,
+                                                    int threads);
 
 // The box of a light with a size; that of a disk contains it in all of its orientations. Null: other lights.
 std::optional<Box> box_of_light(const SceneTables& tables, size_t row);

@@ -24,11 +24,6 @@ const char* const kReasonNames[] = {"needed",      "forced",         "not render
 
 namespace {
 
-int32_t mesh_of(const SceneTables& tables, int32_t face) {
-    const auto& first = tables.mesh_first_face;
-    return static_cast<int32_t>(std::upper_bound(first.begin(), first.end(), face) - first.begin() - 1);
-}
-
 // Meshes with shading normals that may differ from their faces' normals.
 std::vector<int32_t> bent_meshes(const SceneView& scene, const SceneTables& tables) {
     std::vector<uint8_t> mapped(tables.material_first_closure.size() - 1, 0);
@@ -288,16 +283,14 @@ bool Decisions::found(Part part, const SceneTables& tables, const Intersections&
 }
 
 void Decisions::found_coincident(const SceneTables& tables, const Intersections& lines,
-                                 const std::vector<uint8_t>& moving) {
+                                 const RequestedMotion& motion) {
     std::set<std::array<int32_t, 2>> pairs;
     for (const auto& faces : lines.coincident) {
         const int32_t a = mesh_of(tables, faces[0]), b = mesh_of(tables, faces[1]);
-        if (moving[static_cast<size_t>(a)] || moving[static_cast<size_t>(b)])
+        if (motion.camera || motion.moving[static_cast<size_t>(a)] || motion.moving[static_cast<size_t>(b)])
             pairs.insert({std::min(a, b), std::max(a, b)});
     }
-    if (pairs.empty()) return;
-    decide(Part::kCoincidentFaces, Reason::kNotEstimated);
-    (*this)[Part::kCoincidentFaces].pairs.assign(pairs.begin(), pairs.end());
+    if (!pairs.empty()) missing(Part::kCoincidentFaces).pairs.assign(pairs.begin(), pairs.end());
 }
 
 bool Decisions::lists_materials(Part part, std::vector<int32_t> materials) {

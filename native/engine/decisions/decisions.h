@@ -97,9 +97,14 @@ class Decisions {
     }
     // Notes the meshes and lights of intersections that a search has found. Returns whether there are any.
     bool found(Part part, const SceneTables& tables, const Intersections& lines);
-    // Names the meshes whose faces coincide, of which one moves: what is seen of them jumps.
+    // Names the meshes whose faces coincide, of which one or the camera moves: rounding decides what is seen.
     void found_coincident(const SceneTables& tables, const Intersections& lines,
-                          const std::vector<uint8_t>& moving);
+                          const RequestedMotion& motion);
+    // The decision on a part without an estimator, which may have been found already.
+    Decision& missing(Part part) {
+        if (!at(part) || at(part)->outcome != Outcome::kMissing) decide(part, Reason::kNotEstimated);
+        return (*this)[part];
+    }
     // Notes the materials of a part, which is zero if there are none. Returns whether it is computed.
     bool lists_materials(Part part, std::vector<int32_t> materials);
     // The decision on a part that is requested.

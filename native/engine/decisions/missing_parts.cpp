@@ -236,9 +236,15 @@ class Search {
         });
     }
 
-    // Light of the table jumps on a surface that passes through its source.
+    // Light of the table jumps on a surface that passes through its source, and where its source lies in a
+    // surface, which hides it or not.
     void light_jumps() {
         if (f_.scene.lights.sized_count == 0) return;
+        auto on_faces = lights_on_faces(
+            tables_,
+            [&](size_t row, size_t mesh) { return moving_[mesh] || light_moves(static_cast<int32_t>(row)); },
+            threads_);
+        if (!on_faces.empty()) decided_.missing(Part::kCoincidentFaces).pierced = std::move(on_faces);
         std::vector<uint8_t> lit(static_cast<size_t>(tables_.visible_meshes), 0);
         for (size_t m = 0; m < lit.size(); ++m)
             for (int32_t f = tables_.mesh_first_face[m]; f < tables_.mesh_first_face[m + 1] && !lit[m]; ++f)

@@ -213,7 +213,7 @@ void TermBuilder::add_primary_edges() {
                                           [&] { return find_intersections(edges_, wider, 1 << kCameraRay); });
     Intersections shown = moving_intersections(edges_.tables, moving, *seen_);
     decided_.found(Part::kSeenIntersections, edges_.tables, shown);
-    decided_.found_coincident(edges_.tables, shown, motion_.moving);
+    decided_.found_coincident(edges_.tables, shown, motion_);
     auto lines = std::make_shared<EdgesAndIntersections>(edges_.tables, std::move(shown));
     const FoundEdges found =
         search(edges_.kept.primary, {{scene_.camera}, moving}, [&](const EdgeList& part) {

@@ -13,6 +13,7 @@
 #include "engine/workspace.h"
 #include "film/pixel_filter.h"
 #include "scene/corners/shading_normals.h"
+#include "scene/textures/value_bounds.h"
 #include "sdf/bricks/coefficient_blocks.h"
 #include "tasks/image_task.h"
 #include "tasks/kernel_table.h"
@@ -58,6 +59,7 @@ Engine::Engine(const embree::Api& api, const KernelTable& kernels, SceneTables t
     }
     tables_.filter = inverted_filter(static_cast<PixelFilter>(tables_.filter_kind), tables_.filter_width);
     tables_.material_used = materials_of_faces(tables_);
+    bound_roughness(tables_);
     update_shading_normals(tables_, threads_);
 }
 
@@ -139,6 +141,7 @@ void Engine::update_values(ValueTables values) {
 void Engine::take_values(ValueTables values) {
     values.filter = inverted_filter(static_cast<PixelFilter>(values.filter_kind), values.filter_width);
     static_cast<ValueTables&>(tables_) = std::move(values);
+    bound_roughness(tables_);
     lights_ = dark_lights_ = nullptr;
     kept_.clear_values();
 }

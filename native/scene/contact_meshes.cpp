@@ -7,7 +7,6 @@
 #include "scene/mesh_instances.h"
 #include "scene/sharp_lobes.h"
 #include "scene/textures/jumps.h"
-#include "scene/textures/value_bounds.h"
 
 namespace edgegrad {
 namespace {
@@ -46,10 +45,7 @@ int32_t flags_of(const SceneTables& tables, size_t material, const TextureJumps&
         if (tables.closure_flags[closure] & kHasEmission) flags |= kContactEmits;
         if (scatters_through(tables, closure)) flags |= kContactThrough;
         if (has_sharp_lobe(tables, closure, kWide) || may_be_sharp(tables, closure)) flags &= ~kContactWide;
-        const auto least = [&](int32_t column) { return least_value(tables, closure, column); };
-        if (may_be_specular(tables, closure, 0.0f, least) ||
-            (tables.closure_flags[closure] & kHasTransparency))
-            return 0;
+        if (may_be_specular(tables, closure) || (tables.closure_flags[closure] & kHasTransparency)) return 0;
     }
     return flags;
 }

@@ -48,10 +48,8 @@ inline bool may_have_rim(const SceneTables& tables, size_t closure) {
 }
 
 // Returns whether a closure may be a perfect mirror or perfectly smooth glass, or may have a followed lobe
-// with an alpha up to `followed` (shading/bsdf/followed_lobes.h). least(column) is a lower bound of a
-// roughness.
-template <typename Least>
-bool may_be_specular(const SceneTables& tables, size_t closure, float followed, const Least& least) {
+// with an alpha up to `followed` (shading/bsdf/followed_lobes.h).
+inline bool may_be_specular(const SceneTables& tables, size_t closure, float followed = 0.0f) {
     if (!(tables.closure_flags[closure] & (kHasGlossy | kHasRefraction))) return false;
     const float* row = tables.closure_params.data() + closure * kMaterialParams;
     // Its fourth power, alpha squared, is above the limit of smooth lobes (kSmoothAlpha2), also after
@@ -60,21 +58,13 @@ bool may_be_specular(const SceneTables& tables, size_t closure, float followed, 
     // Phong lobes become mirrors earlier (kLeastPhongAlpha).
     constexpr float kSmoothPhong = 1.01e-2f;
     const float limit = tables.closure_flags[closure] & kPhong ? kSmoothPhong : kSmooth;
-    const auto smooth = [&](int place) {
-        const float roughness = least(place);
+    const auto smooth = [&](size_t coat) {
+        const float roughness = tables.least_roughness[2 * closure + coat];
         return roughness < limit || roughness * roughness <= followed;
     };
     const bool coat = tables.closure_kind[closure] == kPrincipled &&
                       (row[kCoatWeight] > 0.0f || is_textured(tables, closure, kCoatWeight));
-    return smooth(kRoughness) || (coat && smooth(kCoatRoughness));
-}
-
-// The same if a textured roughness may be 0 anywhere.
-inline bool may_be_specular(const SceneTables& tables, size_t closure, float followed = 0.0f) {
-    const float* row = tables.closure_params.data() + closure * kMaterialParams;
-    return may_be_specular(tables, closure, followed, [&](int32_t column) {
-        return is_textured(tables, closure, column) ? 0.0f : row[column];
-    });
+    return smooth(0) || (coat && smooth(1));
 }
 
 inline bool may_be_specular(const SceneTables& tables, float followed = 0.0f) {

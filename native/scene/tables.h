@@ -70,6 +70,7 @@ struct ValueTables {
 
 struct SceneTables : GeometryTables, ValueTables {
     TextureTables textures;
+    std::vector<float> least_roughness;  // by closure, and of its coat (scene/textures/value_bounds.h)
     std::shared_ptr<const EnvironmentMap> environment_map;  // null: the environment is constant
 };
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from edgegrad import Material, Mesh, Renderer, Scene, SunLight, plan
+from edgegrad import Image, Material, Mesh, Renderer, Scene, SunLight, expression, plan
 from edgegrad.derivatives.decisions import Decision, Decisions
 from edgegrad.rendering import one_shot
 from edgegrad.rendering import renderer as module
@@ -216,5 +216,30 @@ def test_what_the_camera_alone_sees_neither_lights_nor_hides_anything() -> None:
     behind = Renderer(scene)
     one, other = (r.render_forward(tangent, spp=64, max_depth=3, terms=["shadow"]) for r in (alone, behind))
     assert np.abs(one - other).mean() < 0.1 * np.abs(one).mean()
-    kept = [[(d.part, d.outcome, d.edges.kept) for d in r.last_decisions if d.term == "shadow"] for r in (alone, behind)]
+    kept = [[(d.part, d.outcome, d.edges.kept) for d in r.last_decisions if d.term == "shadow"]
+            for r in (alone, behind)]  # fmt: skip
     assert kept[0] == kept[1]
+
+
+def test_images_that_keep_a_surface_rough_make_no_mirror_of_it() -> None:
+    """A map of roughness without zeros: nothing is searched for in mirrors, until an update brings one."""
+    need("native")
+    scene = standing_box()
+    rough = np.random.default_rng(0).uniform(0.3, 0.8, (8, 8, 3)).astype(np.float32)
+    scene.images["rough"] = Image(rough)
+    mesh = scene.meshes["floor"]
+    mesh.attributes["UVMap"] = (0.2 * mesh.vertices[mesh.faces][..., :2]).astype(np.float32)
+    image = expression.ImageTexture("rough", expression.Attribute("UVMap"))
+    scene.materials["floor"] = Material(np.full(3, 0.8), kind="GLOSSY",
+                                        textures={"roughness": expression.Channel(image, 0)})  # fmt: skip
+    tangent = {"meshes.box.vertices": np.ones_like(scene.meshes["box"].vertices)}
+    renderer = Renderer(scene)
+    for least, outcome in ((0.3, "zero"), (0.0, "computed"), (0.3, "zero")):
+        pixels = rough.copy()
+        pixels[2, 3] = least
+        scene.images["rough"].pixels = pixels
+        renderer.update()
+        renderer.render_forward(tangent, spp=2)
+        mirrored = next(d for d in renderer.last_decisions if d.part == "mirrored edges")
+        assert mirrored.outcome == outcome
+        assert (outcome == "computed") == any("in mirrors" in said for said in plan(scene, list(tangent)).missing)

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -39,6 +41,8 @@ struct TextureTables {
         closure_tangent;
     std::vector<TextureImage> images;
     SharedFloats pixels;
+    // The least and the largest value of each image that is known (scene/textures/value_bounds.h), or empty.
+    std::vector<std::optional<std::array<float, 2>>> image_range;
     std::vector<TextureLookup> tables;
     std::vector<float> lookups;
     std::vector<TextureAttribute> mesh_attributes;

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from edgegrad import AreaLight, Material, Mesh, Mixture, PointLight, Scene, SpotLight, SunLight
+from edgegrad import expression as e
 from edgegrad.scene import parameters
 from edgegrad.scene.light import Light
 from tests.support import shapes as solids
@@ -49,6 +50,7 @@ def comparison(seed: int) -> Comparison:
         vertices, faces = solids.sheet(2, draw.one((0.3, 0.8)))
         place = [draw.uniform(-1.0, 1.0), draw.uniform(-1.0, 1.0), 2.0]
         meshes["lamp"] = Mesh(vertices @ turn(np.pi, 0.0, 0.0).T + place, faces, ("glow",))
+    _texture(Draw((seed, 10)), meshes, materials)
     scene = Scene(camera, meshes, materials, lights, drawn_world(draw, parameter), drawn_images(draw))
     path = _path(draw, scene, parameter)
     curve, step = curve_of(draw, scene, path)
@@ -78,6 +80,24 @@ def _meshes(draw: Draw) -> dict[str, Mesh]:
     return {"body": solid("body", (0.1, 0.0, 0.5), 0.8), "other": solid("other", (-0.9, 0.8, 0.3), 0.5),
             "floor": Mesh(floor - [0.0, 0.0, 0.7], faces, ("floor",)),
             "wall": Mesh(wall + away + [0.0, 0.0, 1.9], faces, ("wall",))}  # fmt: skip
+
+
+def _texture(draw: Draw, meshes: dict[str, Mesh], materials: dict[str, Material | Mixture]) -> None:
+    """In some scenes, give surfaces an image as their colour or roughness, with or without seams."""
+    if not draw.chance(0.3):
+        return
+    for name in MESHES:
+        mesh, material = meshes[name], materials[name]
+        if not draw.chance(0.6) or not isinstance(material, Material):
+            continue
+        places = mesh.vertices @ draw.rng.normal(scale=0.4, size=(3, 2))
+        seams = draw.rng.normal(scale=0.5, size=(len(mesh.faces), 1, 2)) if draw.chance(0.4) else 0.0
+        mesh.attributes["UVMap"] = (places[mesh.faces] + seams).astype(np.float32)
+        image = e.ImageTexture("colors", e.Attribute("UVMap"))
+        if draw.chance(0.7) or not material.roughness:
+            material.textures = {"base_color": image}
+        else:
+            material.textures = {"roughness": e.Math("MULTIPLY", e.Channel(image, 0), material.roughness)}
 
 
 def _lights(draw: Draw, parameter: str) -> dict[str, Light]:

@@ -8,6 +8,7 @@ import bpy
 from . import quality
 from .animated.stored import PROPERTY, stored_wanted
 from .look.derivative import DIRECTIONS
+from .panel import derived
 from .problem import Problem
 from .rows import KINDS, names_of, switched_on, title
 from .session import Request
@@ -41,6 +42,10 @@ def _edited(_: Any, __: Any) -> None:
 def _line(row: Any) -> str:
     _, owner, words = title(row)
     return f"{owner}: {words}"
+
+
+def _about(row: Any) -> str:
+    return derived.parameter(row).about
 
 
 def _is_camera(_: Any, ob: Any) -> bool:
@@ -111,6 +116,7 @@ class ParameterItem(bpy.types.PropertyGroup):
 
     # Blender's lists filter and sort by names.
     name: bpy.props.StringProperty(name="Name", get=_line, options={"SKIP_SAVE"})  # type: ignore[valid-type]
+    about: bpy.props.StringProperty(name="About", get=_about, options={"SKIP_SAVE"})  # type: ignore[valid-type]
     kind: bpy.props.EnumProperty(update=_edited,  # type: ignore[valid-type]
         name="Kind", items=((PROPERTY, "Property", "Any animatable property, by its data path"),
                             *((name, kind.label, "") for name, kind in KINDS.items())))  # fmt: skip

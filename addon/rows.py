@@ -44,6 +44,10 @@ KINDS = {
 ICONS = {"MESH": "MESH_DATA", "LIGHT": "LIGHT", "CAMERA": "CAMERA_DATA", "ARMATURE": "ARMATURE_DATA",
          "CURVE": "CURVE_DATA", "LATTICE": "LATTICE_DATA"}  # fmt: skip
 PARTS = "XYZW"
+# What Blender's buttons name otherwise than its data, and the parts that begin with W.
+ROTATIONS = ("rotation_euler", "rotation_quaternion", "rotation_axis_angle")
+# Of names of nodes, what short names of rows do without: nodes that nearly each material and world has, and suffixes.
+USUAL_NODES, SUFFIXES = ("Principled BSDF", "Background"), (" BSDF", " Texture")
 
 
 def switched_on(scene: Any, kind: str | None = None) -> Iterator[Any]:
@@ -96,18 +100,49 @@ def add_kind(scene: Any, kind: str, owner: Any) -> Any:
 
 def title(row: Any) -> tuple[str, str, str]:
     """Return icon, owner and property of a row in words."""
+    icon, _, owner, inner, label = _named(row)
+    return icon, owner, f"{inner}: {label}" if inner else label
+
+
+def names(row: Any, room: int) -> tuple[str, str, str]:
+    """Return icon and name of a row, and a name in so many characters by which it is told apart from others.
+
+    The property is named whole if it can be. The datablock of a bone or a shape key is left out, and usual nodes are;
+    what is still too long lacks its middle, since names differ at their ends.
+    """
+    icon, holder, owner, inner, label = _named(row)
+    name = f"{owner}: {inner}: {label}" if inner else f"{owner}: {label}"
+    if isinstance(holder, (bpy.types.PoseBone, bpy.types.ShapeKey)):
+        owner = inner
+    elif inner and inner not in USUAL_NODES:
+        for suffix in SUFFIXES:
+            inner = inner.replace(suffix, "")
+        owner = f"{owner} {inner}"
+    label = shortened(label, room * 2 // 3)
+    return icon, name, f"{shortened(owner, room - len(label) - 2)}: {label}"
+
+
+def _named(row: Any) -> tuple[str, Any, str, str, str]:
+    """Return the icon of a row, what in its datablock has the property, and the names of the three as `_parts`."""
     if row.owner is None:
-        return "ERROR", "(removed)", KINDS[row.kind].label if row.kind != PROPERTY else row.path
+        return "ERROR", None, "(removed)", "", KINDS[row.kind].label if row.kind != PROPERTY else row.path
     if row.kind != PROPERTY:
-        return KINDS[row.kind].icon, row.owner.name, KINDS[row.kind].label
+        return KINDS[row.kind].icon, row.owner, row.owner.name, "", KINDS[row.kind].label
     kind = getattr(row.owner, "type", "") if isinstance(row.owner, bpy.types.Object) else ""
     icon = ICONS.get(kind, {"Material": "MATERIAL", "World": "WORLD", "Camera": "CAMERA_DATA"}.get(
         type(row.owner).__name__, "OBJECT_DATA" if kind else "RNA"))  # fmt: skip
-    return icon, row.owner.name, words(row.owner, row.path, row.index)
+    holder, inner, label = _parts(row.owner, row.path, row.index)
+    return icon, holder, row.owner.name, inner, label
 
 
 def words(owner: Any, path: str, index: int = -1) -> str:
     """Return a data path as Blender's buttons name it: 'Bend: Angle', 'Principled BSDF: Roughness'."""
+    _, inner, label = _parts(owner, path, index)
+    return f"{inner}: {label}" if inner else label
+
+
+def _parts(owner: Any, path: str, index: int) -> tuple[Any, str, str]:
+    """Return what in a datablock has a property, and the names of both; no name if that is the datablock itself."""
     start, _, name = path.rpartition(".")
     custom = path.endswith('"]')
     if custom:
@@ -117,18 +152,26 @@ def words(owner: Any, path: str, index: int = -1) -> str:
         holder = owner.path_resolve(start) if start else owner
         found = None if custom else holder.bl_rna.properties.get(name)
     except (ValueError, AttributeError):
-        return f"(missing) {path}"
-    label = name if found is None else found.name
+        return None, "", f"(missing) {path}"
+    inner, label = "", name if found is None else "Rotation" if name in ROTATIONS else found.name
     if isinstance(holder, bpy.types.NodeSocket):
-        label = f"{holder.node.label or holder.node.name}: {holder.name}"
+        inner, label = holder.node.label or holder.node.name, holder.name
     elif holder != owner:
-        label = f"{getattr(holder, 'name', start)}: {label}"
-    part = "" if index < 0 else f" {PARTS[index]}" if index < len(PARTS) else f" [{index}]"
-    return label + part
+        inner = getattr(holder, "name", start)
+    parts = "WXYZ" if name in ROTATIONS[1:] else PARTS
+    return holder, inner, label + ("" if index < 0 else f" {parts[index]}" if index < len(parts) else f" [{index}]")
 
 
-def value_text(row: Any) -> str:
-    """Return the present value of a row's property, or the count of its vertices."""
+def shortened(name: str, room: int) -> str:
+    """Return a name without as much of its middle as there is no room for; the dots are as wide as two characters."""
+    if len(name) <= room:
+        return name
+    kept = max(room - 2, 2)
+    return f"{name[: kept - kept // 2]}…{name[-(kept // 2) :]}"
+
+
+def value_text(row: Any, whole: bool = False) -> str:
+    """Return the present value of a row's property, or how many numbers it has: of a few, the numbers if `whole`."""
     if row.owner is None:
         return ""
     if row.kind == "VERTICES":
@@ -148,7 +191,9 @@ def value_text(row: Any) -> str:
         numbers = numbers[row.index : row.index + 1]
     if not all(isinstance(number, (int, float)) for number in numbers):
         return ""
-    return f"{numbers[0]:.4g}" if len(numbers) == 1 else str(len(numbers))
+    if len(numbers) == 1 or (whole and len(numbers) <= len(PARTS)):
+        return ", ".join(f"{number + 0.0:.4g}" for number in numbers)  # which is not -0
+    return str(len(numbers))
 
 
 def paths_of(row: Any, session: Session) -> list[str]:

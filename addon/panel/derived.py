@@ -24,7 +24,9 @@ from . import icons
 T = TypeVar("T")
 
 SECONDS = 0.5  # between two looks at the pictures
-NARROW = 300  # pixels at scale 1
+# Of the list of parameters, in pixels at scale 1: what is beside the words and their icon; the icon with its margins;
+# the mean width of a character; the width of a line below which values and the numbers of bars are left out.
+BESIDE, ICON, CHARACTER, NARROW = 116, 30, 5.9, 184
 
 _kept: dict[Hashable, Any] = {}
 # Lines of parameters by the pointers of their rows.
@@ -41,6 +43,8 @@ class _Seen:
     ----------
     rows
         Number of edits and of parameters, by the pointer of a scene's settings.
+    width
+        Pixels of a line of the list of parameters, at scale 1.
     pictures
         State of the pictures of all targets.
     drawn
@@ -48,6 +52,7 @@ class _Seen:
     """
 
     rows: dict[int, tuple[int, int]] = {}  # noqa: RUF012
+    width: float = NARROW
     pictures: object = None
     drawn: bool = False
 
@@ -73,12 +78,18 @@ def _leave_file(*_: Any) -> None:
     STATUS.forget_end()
 
 
-def see_rows(settings: Any, count: int) -> None:
-    """Forget what is kept if parameters were added, removed or edited, of which Blender's handlers do not tell."""
+def see_rows(settings: Any, count: int, width: float) -> None:
+    """Forget what is kept if parameters were added, removed or edited, of which Blender's handlers do not tell.
+
+    Words of lines fit into a width (`line_width`).
+    """
     rows, scene = (STATUS.edits, count), pointer(settings)
     if _Seen.rows.get(scene) != rows:
         _Seen.rows[scene] = rows
         forget()
+    if _Seen.width != width:
+        _Seen.width = width
+        lines.clear()
 
 
 def see_pictures() -> float:
@@ -165,19 +176,25 @@ class Line:
     ----------
     icon
         Number of its icon.
-    words, value
-        Of the row and its value.
+    words, beside
+        Of the row, and of its value or effect.
+    share
+        Part of the line that the words have; 1: there is nothing beside them.
     enabled
         Whether the row is switched on.
     effect
         Effect on the loss, relative to the largest; negative: not known.
+    about
+        All that is known of the row, for its tooltip.
     """
 
     icon: int
     words: str
-    value: str
+    beside: str
+    share: float
     enabled: bool
     effect: float
+    about: str
 
 
 def parameter(row: Any) -> Line:
@@ -185,15 +202,20 @@ def parameter(row: Any) -> Line:
     key = pointer(row)
     found = lines.get(key)
     if found is None:
-        icon, _, _ = parameter_rows.title(row)
-        value = parameter_rows.value_text(row)
-        found = lines[key] = Line(icons.number(icon), row.name, value, row.enabled, row.sensitivity)
+        narrow, effect, value = _Seen.width < NARROW, row.sensitivity, parameter_rows.value_text(row, whole=True)
+        share = 0.76 if not narrow else 0.93 if effect >= 0.0 else 1.0
+        icon, name, words = parameter_rows.names(row, int((_Seen.width * share - ICON) / CHARACTER))
+        about = [name, f"Value: {value}"]
+        if effect >= 0.0:
+            about.append(f"Effect on the loss: {effect:.0%} of the largest")
+        beside = "" if narrow else f"{effect:.0%}" if effect >= 0.0 else parameter_rows.value_text(row)
+        found = lines[key] = Line(icons.number(icon), words, beside, share, row.enabled, effect, "\n".join(about))
     return found
 
 
-def narrow_width(context: Any) -> float:
-    """Return the width of a sidebar, in pixels, below which values and the numbers of bars have no room."""
-    return _derived("narrow", lambda: NARROW * context.preferences.system.ui_scale)
+def line_width(context: Any) -> float:
+    """Return the width of a line of the list of parameters, in pixels at scale 1."""
+    return float(context.region.width / _derived("scale", lambda: context.preferences.system.ui_scale) - BESIDE)
 
 
 @dataclass(frozen=True)

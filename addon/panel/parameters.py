@@ -6,40 +6,35 @@ from typing import Any
 
 import bpy
 
-from .. import setups
+from .. import rows, setups
 from ..animated.stored import PROPERTY
 from . import derived, icons
-from .tab import Tab, editable
+from .tab import Tab, editable, stated
 
 ROWS = 4  # of the list, unless it is dragged longer
 
 
-class _Sidebar:
-    """The sidebar that is being drawn: whether it leaves values and the numbers of bars no room."""
-
-    narrow = False
-
-
 class ParameterList(bpy.types.UIList):
-    """List of the parameters; each line shows datablock, property, value, and the effect on the loss as a bar."""
+    """List of the parameters; each line shows datablock, property, and the value or the effect on the loss as a bar."""
 
     bl_idname = "EDGEGRAD_UL_parameters"
 
     def draw_item(self, context: Any, layout: Any, data: Any, item: Any, icon: int, active_data: Any,
                   active_property: str) -> None:  # fmt: skip
-        line, narrow = derived.lines.get(derived.pointer(item)) or derived.parameter(item), _Sidebar.narrow
+        line = derived.lines.get(derived.pointer(item)) or derived.parameter(item)
+        row = layout.row(align=True)
         if not line.enabled:
-            layout.active = False
-        layout.prop(item, "enabled", text="")
-        if narrow and line.effect < 0.0:
-            layout.label(text=line.words, icon_value=line.icon)
+            row.active = False
+        row.prop(item, "enabled", text="")
+        if line.share == 1.0:
+            row.label(text=line.words, icon_value=line.icon)
             return
-        split = layout.split(factor=0.86 if narrow else 0.76, align=True)
+        split = row.split(factor=line.share, align=True)
         split.label(text=line.words, icon_value=line.icon)
         if line.effect >= 0.0:
-            split.progress(factor=line.effect, type="BAR", text="" if narrow else f"{line.effect:.0%}")
+            split.progress(factor=line.effect, type="BAR", text=line.beside)
         else:
-            split.label(text=line.value)
+            split.label(text=line.beside)
 
     if bpy.app.version < (5, 2, 0):  # whose own filter does not read names that are made when they are asked for
 
@@ -79,11 +74,10 @@ class ParametersPanel(Tab, bpy.types.Panel):
                 column.operator("edgegrad.set_up", text=one.label, icon=one.icon).task = name
             layout.operator_menu_enum("edgegrad.parameters_add", "of", text="Add from Selection", icon="ADD")
             return
-        derived.see_rows(settings, count)
-        _Sidebar.narrow = context.region.width < derived.narrow_width(context)
+        derived.see_rows(settings, count, derived.line_width(context))
         row = layout.row()
         row.template_list("EDGEGRAD_UL_parameters", "", settings, "parameters", settings, "active_parameter",
-                          rows=ROWS, maxrows=ROWS)  # fmt: skip
+                          item_dyntip_propname="about", rows=ROWS, maxrows=ROWS)  # fmt: skip
         column = row.column(align=True)
         column.operator_menu_enum("edgegrad.parameters_add", "of", text="", icon="ADD")
         column.operator("edgegrad.parameter_remove", text="", icon_value=icons.REMOVE)
@@ -101,17 +95,24 @@ class ParameterDetailsPanel(Tab, bpy.types.Panel):
     @classmethod
     def poll(cls, context: Any) -> bool:
         settings = context.scene.edgegrad
-        parameters, active = settings.parameters, settings.active_parameter
-        return active < len(parameters) and parameters[active].kind in ("VERTICES", PROPERTY)
+        return settings.active_parameter < len(settings.parameters)
 
     def draw(self, context: Any) -> None:
         layout = editable(self.begin())
         settings = context.scene.edgegrad
         item = settings.parameters[settings.active_parameter]
+        icon, owner, words = rows.title(item)
+        column = layout.column(align=True)
+        column.label(text=owner, icon=icon)
+        column.label(text=words, icon="BLANK1")
+        stated(column, "Value", rows.value_text(item, whole=True))
+        if item.sensitivity >= 0.0:
+            stated(column, "Effect", f"{item.sensitivity:.0%}")
         if item.kind == "VERTICES":
             _vertices(layout, item)
             layout.prop(settings, "smoothness")
             layout.prop(settings, "write_to")
+        if item.kind != PROPERTY:
             return
         column = layout.column()
         column.prop(item, "step", text="Rate" if item.step else "Rate (auto)")

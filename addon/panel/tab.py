@@ -29,6 +29,15 @@ def editable(layout: Any) -> Any:
     return layout
 
 
+def stated(layout: Any, name: str, value: str) -> None:
+    """Draw a value that can't be edited here, with its name where the names of properties are."""
+    split = layout.split(factor=0.4)
+    left = split.row()
+    left.alignment = "RIGHT"
+    left.label(text=name)
+    split.label(text=value)
+
+
 def others(layout: Any, owner: Any, drawn: tuple[str, ...]) -> None:
     """Draw the properties of an owner that are not among those drawn elsewhere."""
     for prop in owner.bl_rna.properties:

@@ -168,7 +168,7 @@ def test_too_many_properties_for_one_by_one_have_errors_too(tmp_path: Path, monk
     errors = []
     for most in (coordinates.MOST, 0):
         monkeypatch.setattr(coordinates, "MOST", most)
-        request = Request([target], Names(), iterations=10, samples=8, animated=(Wanted(f"{zoo.CUBE}.location"),))
+        request = Request([target], Names(), iterations=40, samples=8, animated=(Wanted(f"{zoo.CUBE}.location"),))
         errors.append(Session.prepare(bpy.context, request).run().uncertainty[0].errors)
     assert np.isfinite(errors[1]).all() and (errors[1] > 0.0).all()
     assert np.log(errors[1] / errors[0]).mean() < 0.7, errors

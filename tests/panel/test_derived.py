@@ -31,18 +31,24 @@ def test_what_the_panel_shows_follows_edits(scene: Any, picture: str) -> None:
     target = scene.edgegrad.targets.add()
     target.camera, target.image = scene.camera, picture
     bpy.context.view_layer.update()
+    derived.see_rows(scene.edgegrad, 1, 400.0)
     assert derived.parameter(row).words == "Lamp: Power" and derived.start(bpy.context).obstacle is None
     lamp.data.energy = 7.5
     bpy.context.view_layer.update()
-    assert derived.parameter(row).value == "7.5"
+    assert derived.parameter(row).beside == "7.5"
     lamp.name = "Key"
     bpy.context.view_layer.update()
     assert derived.parameter(row).words == "Key: Power"
     row.enabled, row.sensitivity = False, 0.25
     found = derived.start(bpy.context).obstacle
     assert found is not None and found.sentence == "Every parameter is switched off"
-    derived.see_rows(scene.edgegrad, 1)
-    assert derived.parameter(row) == derived.Line(icons.number("LIGHT"), "Key: Power", "7.5", False, 0.25)
+    derived.see_rows(scene.edgegrad, 1, 400.0)
+    about = "Key: Power\nValue: 7.5\nEffect on the loss: 25% of the largest"
+    line = derived.Line(icons.number("LIGHT"), "Key: Power", "25%", 0.76, False, 0.25, about)
+    assert derived.parameter(row) == line
+    assert row.about == about
+    derived.see_rows(scene.edgegrad, 1, 164.0)  # a sidebar of usual width
+    assert derived.parameter(row).beside == "" and derived.parameter(row).share == 0.93
     row.enabled = True
     target.camera = None
     found = derived.start(bpy.context).obstacle
@@ -99,10 +105,10 @@ def test_removed_rows_leave_their_place_to_others(scene: Any) -> None:
         rows.add_kind(scene, "EMISSION", material)
     bpy.context.view_layer.update()
     parameters = scene.edgegrad.parameters
-    derived.see_rows(scene.edgegrad, len(parameters))
+    derived.see_rows(scene.edgegrad, len(parameters), 400.0)
     assert [derived.parameter(row).words for row in parameters] == ["Glow: Emission", "Clay: Emission"]
     parameters.remove(0)
-    derived.see_rows(scene.edgegrad, len(parameters))
+    derived.see_rows(scene.edgegrad, len(parameters), 400.0)
     assert [derived.parameter(row).words for row in parameters] == ["Clay: Emission"]
 
 
@@ -133,6 +139,7 @@ def test_removed_targets_leave_their_place_to_others(scene: Any, tmp_path: Path)
 
 def test_the_panel_shows_what_undo_restores(scene: Any) -> None:
     rows.add_kind(scene, "POWER", bpy.data.objects["Lamp"])
+    derived.see_rows(scene.edgegrad, 1, 400.0)
     bpy.data.objects["Lamp"].data.energy = 5.0
     bpy.ops.ed.undo_push(message="before")
     bpy.data.objects["Lamp"].data.energy = 7.0
@@ -141,7 +148,7 @@ def test_the_panel_shows_what_undo_restores(scene: Any) -> None:
 
     def line() -> tuple[str, str]:
         found = derived.parameter(bpy.context.scene.edgegrad.parameters[0])
-        return found.words, found.value
+        return found.words, found.beside
 
     bpy.context.view_layer.update()
     for step, wanted in ((None, ("Key: Power", "7")), ("undo", ("Lamp: Power", "5")), ("redo", ("Key: Power", "7"))):

@@ -168,11 +168,40 @@ def test_paths_are_named_as_buttons_are() -> None:
     ob["Lift"] = 0.5
     clay = bpy.data.materials["Clay"]
     socket = bs.shader(clay).inputs["Roughness"]
-    assert rows.words(ob, "rotation_euler") == "Rotation" or "Rotation" in rows.words(ob, "rotation_euler")
+    assert rows.words(ob, "rotation_euler") == "Rotation" and rows.words(ob, "rotation_euler", 2) == "Rotation Z"
+    assert rows.words(ob, "rotation_quaternion", 0) == "Rotation W"
     assert rows.words(ob, bend.path_from_id("angle")) == "Bend it: Angle"
     assert rows.words(ob, '["Lift"]') == "Lift" and rows.words(ob, "location", 0).endswith("X")
     path = f"node_tree.{socket.path_from_id('default_value')}"
     assert rows.words(clay, path).endswith(": Roughness") and rows.words(ob, "gone.away").startswith("(missing)")
+
+
+def test_rows_are_told_apart_in_little_room(scene: Any) -> None:
+    ob, glass = bpy.data.objects["Cube"], bpy.data.materials.new("Glass")
+    rig = zoo.armature(ob, 3, 0.7)
+    for bone, side in zip(rig.pose.bones, "LRM", strict=True):
+        bone.name = f"Upper arm of the giant.{side}"
+        for axis in range(3):
+            add_row(scene, rig, bone.path_from_id("rotation_euler"), axis)
+
+    def add_socket(material: Any, node: Any, socket: str) -> None:
+        add_row(scene, material, f"node_tree.{node.inputs[socket].path_from_id('default_value')}")
+
+    for material in (*(bpy.data.materials.new("A rather long name") for _ in range(2)), glass):
+        material.use_nodes = True
+        for socket in ("Roughness", "Base Color", "Subsurface Weight", "Subsurface Scale"):
+            add_socket(material, bs.shader(material), socket)
+    for kind in ("ShaderNodeBsdfDiffuse", "ShaderNodeBsdfGlossy", "ShaderNodeBsdfGlossy"):
+        add_socket(glass, glass.node_tree.nodes.new(kind), "Roughness")
+    for name in ("Left", "Right"):
+        add_row(scene, ob, ob.modifiers.new(name, "SIMPLE_DEFORM").path_from_id("angle"))
+    rows.add_kind(scene, "VERTICES", ob)
+    for room in (20, 24, 60):
+        found = [rows.names(row, room)[2] for row in scene.edgegrad.parameters]
+        assert len(set(found)) == len(found) == 9 + 12 + 3 + 3 and max(map(len, found)) <= room, found
+    first = scene.edgegrad.parameters[0]
+    assert rows.names(first, 60)[2] == "Upper arm of the giant.L: Rotation X"
+    assert rows.names(first, 20)[2] == "Upp…t.L: Rotation X"
 
 
 def test_set_ups_choose_what_may_change(scene: Any) -> None:
@@ -235,7 +264,8 @@ def test_images_of_what_is_selected_become_parameters(scene: Any) -> None:
     bpy.ops.edgegrad.parameters_add(of="IMAGE")
     parameters = scene.edgegrad.parameters
     assert [row.name for row in parameters] == ["Skin: Pixels", "Inner: Pixels"]
-    assert derived.parameter(parameters[0]).value == "4 × 2"
+    derived.see_rows(scene.edgegrad, 2, 400.0)
+    assert derived.parameter(parameters[0]).beside == "4 × 2"
     assert request(bpy.context).names.image == ("Skin", "Inner")
     add_of_button(scene, found[2], "name", -1)
     add_of_button(scene, bpy.data.materials["Clay"], 'node_tree.nodes["Image Texture"].image', -1)

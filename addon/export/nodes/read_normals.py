@@ -14,8 +14,8 @@ from .expressions import Reader, Unreadable, UnreadableNormal, folded, number, r
 from .links import Feed, Groups, by_identifier, feed, label
 
 # Distance of the points at which heights are evaluated, in pixels: Cycles' for displacement, and for all bumps where
-# the node has no setting.
-FILTER_WIDTH = 0.1 if bpy.app.version >= (5, 0, 0) else 1.0
+# the node has no setting, as before Blender 4.4.
+FILTER_WIDTH = 0.1 if bpy.app.version >= (4, 4, 0) else 1.0
 
 
 def _step(reader: Reader, width: Operand) -> Operand:

@@ -18,6 +18,9 @@ def test_thin_films(kind: str) -> None:
     coated = bs.material("M", node=f"ShaderNodeBsdf{kind}")
     bs.add("Cube", bs.cube("Cube", coated))
     shader, tree = bs.shader(coated), coated.node_tree
+    if "Thin Film IOR" not in shader.inputs:
+        assert bpy.app.version < (5, 0, 0) and kind != "Principled"
+        pytest.skip("glass and metal have thin films from Blender 5.0 on")
     shader.inputs["Thin Film IOR"].default_value = 1.6
     m = bs.export().scene.materials["M"]
     assert m.thin_film_thickness == 0.0 and m.textures == {}

@@ -92,7 +92,7 @@ def _texture(draw: Draw, meshes: dict[str, Mesh], materials: dict[str, Material 
             continue
         places = mesh.vertices @ draw.rng.normal(scale=0.4, size=(3, 2))
         seams = draw.rng.normal(scale=0.5, size=(len(mesh.faces), 1, 2)) if draw.chance(0.4) else 0.0
-        mesh.attributes["UVMap"] = (places[mesh.faces] + seams).astype(np.float32)
+        mesh.attributes = {"UVMap": (places[mesh.faces] + seams).astype(np.float32)}
         image = e.ImageTexture("colors", e.Attribute("UVMap"))
         if draw.chance(0.7) or not material.roughness:
             material.textures = {"base_color": image}

@@ -79,7 +79,8 @@ def _computed(words: SceneWords) -> Iterator[str]:
     narrow = words.computed("sharp reflections")
     if narrow is not None:
         yield (f"noisy: light that narrow lobes of {words.material_names(narrow)} throw on other surfaces, since "
-               "samples of its derivative are larger than this light by one over the lobes' width")
+               "samples of its derivative are larger than this light by one over the lobes' width; with perfect "
+               "mirrors (roughness 0) or rougher lobes in their place, a fit has less noise")
     if words.computed("favoured lobes") is not None:
         yield ("only roughness is requested: the lobes that it shapes get most of the samples, and more where the "
                "derivative is large")

@@ -62,7 +62,8 @@ def test_interior_names_every_parameter() -> None:
         "noisy: where faces of wood, sum, clay, glow meet at concave corners or touch others, light between them has "
         "no finite variance, since these materials are transparent, mirror perfectly or have textures that jump",
         "noisy: light that narrow lobes of wood, sum, clay, glow throw on other surfaces, since samples of its "
-        "derivative are larger than this light by one over the lobes' width",
+        "derivative are larger than this light by one over the lobes' width; with perfect mirrors (roughness 0) or "
+        "rougher lobes in their place, a fit has less noise",
     )
 
 

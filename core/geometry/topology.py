@@ -49,7 +49,6 @@ class Edges:
         return len(self.vertices)
 
 
-
 def together(vertices: NDArray[np.floating[Any]], pairs: NDArray[np.integer[Any]]) -> NDArray[np.bool_]:
     """Return whether the two vertices of each of the (k, 2) pairs are in one place."""
     one, other = vertices[pairs[:, 0]], vertices[pairs[:, 1]]

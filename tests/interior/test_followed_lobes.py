@@ -15,6 +15,7 @@ import pytest
 import edgegrad
 from tests.support import shapes
 from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose, need_every_table
+from tests.support.rich_scene import turn
 from tests.support.scenes import glossy_ball, mirrored_shadows, mirrors_and_glass
 from tests.support.slow_cases import slow_but
 from tests.support.small_scenes import Make, along, box, camera, matte, need, rectangle
@@ -121,6 +122,25 @@ def test_rays_of_followed_lobes_find_sized_lights() -> None:
 
     assert noise(0.2, "interior") < 0.1 * noise(0.23, "interior")
     assert noise(0.2, "all") < 0.5 * noise(0.23, "all")
+
+
+def flat_under_sun(theta: float) -> edgegrad.Scene:
+    """A flat sheet of metal that turns, and a card, as parallel rays see them; the sun is where the sheet mirrors."""
+    made = edgegrad.Scene(
+        replace(camera((0.0, 2.0, 2.0), (0, 0, 0), size=16), kind="ORTHOGRAPHIC", ortho_width=1.6),
+        {"sheet": rectangle((0, 0, 0), (0, 0, 0.6), (0.6, 0, 0), "metal"),
+         "card": rectangle((0.2, 0.3, -0.3), (0.2, 0, 0), (0, 0.2, 0), "matte")},
+        {"metal": edgegrad.Material(metallic=1.0, roughness=0.14), "matte": matte(0.6, 0.6, 0.6)},
+        {"sun": edgegrad.SunLight(np.array([0.02, -1.0, 0.97]), 2.0, angle=0.08)},
+    )  # fmt: skip
+    made.meshes["sheet"].vertices = made.meshes["sheet"].vertices @ turn(0.2 * theta, 0.0, 0.1 * theta).T
+    return made
+
+
+def test_flat_faces_that_parallel_rays_see_under_a_sun_agree_with_differences() -> None:
+    """All of a flat face mirrors the sun or none of it: for a held microfacet normal nothing moves in the picture."""
+    need("native")
+    check_agreement(along(flat_under_sun, ["meshes.sheet.vertices"]), spp=128, max_depth=2, eps=0.05)
 
 
 def beside_highlight(moving: str, seen: str) -> Make:

@@ -140,6 +140,11 @@ FollowedAlpha followed_alpha(const EdgeList& edges, const RequestedMotion& motio
     out.by_row = angular_radii(tables, lights);
     for (const float radius : out.by_row)
         out.lobe_samples = std::clamp(kSampledBySize * radius, out.lobe_samples, kSharpAlpha);
+    // Flat faces reflect parallel rays in one direction. Whether it meets a sun is the same all over the
+    // face, so that for a held microfacet normal the sun's outline is no curve in the picture.
+    if (tables.camera.kind == kOrthographic)
+        for (size_t row = 0; row < out.by_row.size(); ++row)
+            if (tables.lights.kind[row] == kConeLight) out.by_row[row] = 0.0f;
     const float widest = widest_followed(tables, lights);
     if (!motion.any() || !may_be_specular(tables, widest) || may_jump_within_surfaces(tables) ||
         lights_jump(tables, lights) || *edges.kept.cross.get(true, [&] { return lights_cross(edges); }))

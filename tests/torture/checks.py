@@ -184,7 +184,8 @@ def _rounding(case: Case, tangent: dict[str, F64], adjoint: NDArray[np.float32],
     rng = np.random.default_rng(case.options["seed"])
     for _ in range(TRIALS):
         for path in paths:
-            value, change = _value(case, path), rng.uniform(0.0, 2.0**-22, _value(case, path).shape)
+            value = _value(case, path)
+            change = rng.uniform(0.0, 2.0**-22, value.shape)
             zeros = (value == 0.0) & (".textures." in path)  # factors of zero, whose products other terms round
             parameters.put(scene, path, value * (1.0 - change) + zeros * change)
         try:

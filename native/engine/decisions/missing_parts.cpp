@@ -155,9 +155,9 @@ class Search {
     }
 
     Decision& miss(Part part, int64_t limit = 0) {
-        decided_.decide(part, Reason::kNotEstimated);
-        decided_[part].limit = limit;
-        return decided_[part];
+        Decision& found = decided_.missing(part);
+        found.limit = limit;
+        return found;
     }
     void meshes(Part part, std::vector<int32_t> found, int64_t limit = 0) {
         if (!found.empty()) miss(part, limit).meshes = std::move(found);
@@ -244,7 +244,7 @@ class Search {
             tables_,
             [&](size_t row, size_t mesh) { return moving_[mesh] || light_moves(static_cast<int32_t>(row)); },
             threads_);
-        if (!on_faces.empty()) decided_.missing(Part::kCoincidentFaces).pierced = std::move(on_faces);
+        if (!on_faces.empty()) miss(Part::kCoincidentFaces).pierced = std::move(on_faces);
         std::vector<uint8_t> lit(static_cast<size_t>(tables_.visible_meshes), 0);
         for (size_t m = 0; m < lit.size(); ++m)
             for (int32_t f = tables_.mesh_first_face[m]; f < tables_.mesh_first_face[m + 1] && !lit[m]; ++f)

@@ -33,11 +33,18 @@ Bounds range_of(const float* first, size_t count) {
 }
 
 // All channels together. Missing channels are 1, and 0 is beyond the border of clipped images.
-Bounds bounds_of(const TextureTables& t, size_t image) {
-    if (image >= t.image_range.size() || !t.image_range[image]) return {};
-    const auto [least, most] = *t.image_range[image];
-    const bool clipped = t.images[image].extension == kImageClip;
-    return {clipped ? std::min(least, 0.0f) : least, std::max(most, 1.0f)};
+Bounds bounds_of(TextureTables& t, size_t number) {
+    const TextureImage& image = t.images[number];
+    if (image.unassociate || image.interpolation == kImageCubic || t.pixels.size() == 0) return {};
+    auto& known = t.image_range[number];
+    if (!known) {
+        const Bounds all = range_of(t.pixels.data() + image.offset, static_cast<size_t>(image.width) *
+                                                                        static_cast<size_t>(image.height) *
+                                                                        static_cast<size_t>(image.channels));
+        known = {all.least, all.most};
+    }
+    const auto [least, most] = *known;
+    return {image.extension == kImageClip ? std::min(least, 0.0f) : least, std::max(most, 1.0f)};
 }
 
 Bounds bounds_of(const TextureTables& t, const TextureLookup& table) {
@@ -48,7 +55,7 @@ Bounds bounds_of(const TextureTables& t, const TextureLookup& table) {
 
 // The bounds of all outputs of a step.
 template <typename In>
-Bounds bounds_of(const TextureTables& t, const TextureInstruction& step, const In& in) {
+Bounds bounds_of(TextureTables& t, const TextureInstruction& step, const In& in) {
     switch (static_cast<TextureOp>(step.op)) {
         case TextureOp::IMAGE:
             return bounds_of(t, static_cast<size_t>(step.data));
@@ -77,10 +84,10 @@ Bounds bounds_of(const TextureTables& t, const TextureInstruction& step, const I
 }
 
 // A lower bound of a column of a closure's row.
-float least_value(const SceneTables& tables, size_t closure, int32_t column) {
+float least_value(SceneTables& tables, size_t closure, int32_t column) {
     if (!is_textured(tables, closure, column))
         return tables.closure_params[closure * kMaterialParams + static_cast<size_t>(column)];
-    const TextureTables& t = tables.textures;
+    TextureTables& t = tables.textures;
     const int32_t program = t.closure_program[closure];
     if (program < 0) return -kInfinity;
     const TextureInstruction* first = t.code.data() + t.program_first[static_cast<size_t>(program)];
@@ -130,32 +137,10 @@ bool may_shine(const SceneTables& tables, size_t closure) {
     return (tables.closure_flags[closure] & (kHasGlossy | kHasRefraction)) != 0;
 }
 
-// Finds the ranges of the images that the roughness of some lobe reads.
-void find_image_ranges(SceneTables& tables) {
-    TextureTables& t = tables.textures;
-    t.image_range.assign(t.images.size(), std::nullopt);
-    for (size_t closure = 0; closure < tables.closure_flags.size(); ++closure) {
-        if (!may_shine(tables, closure) ||
-            !(is_textured(tables, closure, kRoughness) || is_textured(tables, closure, kCoatRoughness)))
-            continue;
-        any_step(tables, closure, [&](const TextureInstruction& step) {
-            if (step.op != static_cast<int32_t>(TextureOp::IMAGE)) return false;
-            const TextureImage& image = t.images[static_cast<size_t>(step.data)];
-            auto& range = t.image_range[static_cast<size_t>(step.data)];
-            const auto count = static_cast<ptrdiff_t>(image.width) * image.height * image.channels;
-            if (range || count == 0 || image.unassociate || image.interpolation == kImageCubic) return false;
-            const float* first = t.pixels.data() + image.offset;
-            const auto ends = std::minmax_element(first, first + count);
-            range = {*ends.first, *ends.second};
-            return false;
-        });
-    }
-}
-
 }  // namespace
 
 void bound_roughness(SceneTables& tables) {
-    if (tables.textures.image_range.size() != tables.textures.images.size()) find_image_ranges(tables);
+    tables.textures.image_range.resize(tables.textures.images.size());
     std::vector<float>& out = tables.least_roughness;
     out.assign(2 * tables.closure_flags.size(), 0.0f);
     for (size_t closure = 0; closure < tables.closure_flags.size(); ++closure) {

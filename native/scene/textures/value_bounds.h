@@ -7,7 +7,7 @@ namespace edgegrad {
 
 // Sets lower bounds of the roughness of each closure and of its coat, in turn, over all shading points: the
 // row's own value where no texture computes it, and minus infinity where nothing is known. Images are read
-// once, until other textures take their place (TextureTables::image_range).
+// once, if some roughness reads them, until other textures take their place (TextureTables::image_range).
 void bound_roughness(SceneTables& tables);
 
 }  // namespace edgegrad

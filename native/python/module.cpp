@@ -93,8 +93,7 @@ RenderOptions read_options(nb::handle given) {
     if (o.samples < 1) throw std::invalid_argument("spp must be at least 1");
     const nb::object force = given.attr("force");
     for (size_t k = 0; k < edgegrad::kPartCount; ++k)
-        if (nb::cast<bool>(force.attr("__contains__")(edgegrad::kPartTable[k].name)))
-            o.force |= uint64_t{1} << k;
+        if (nb::cast<bool>(force.attr("__contains__")(edgegrad::kPartTable[k].name))) o.force.set(k);
     return o;
 }
 

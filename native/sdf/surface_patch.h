@@ -1,7 +1,7 @@
 // Points of a distance field's surface by its area, and rays that touch the surface there.
 //
-// A patch is a triangle near the surface (FieldCarrier, sdf/outline.h) with the field's gradients at its
-// corners. Each of its points is moved onto the surface along the interpolated gradient. Neighbours share
+// A patch is a triangle near the surface (FieldCarrier, sdf/carrier/carrier.h) with the field's gradients at
+// its corners. Each of its points is moved onto the surface along the interpolated gradient. Neighbours share
 // corners and gradients, so that the patches of a carrier cover the surface without gaps.
 #pragma once
 

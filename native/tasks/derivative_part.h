@@ -1,6 +1,7 @@
 // The terms of a derivative and their parts: one table of their names.
 #pragma once
 
+#include <bitset>
 #include <cstddef>
 #include <cstdint>
 
@@ -69,6 +70,7 @@ enum class Part : int32_t {
     kClearAbsorption,    // absorption in meshes whose surface is transparent
     kRimLines,           // rims on rough glass, for lights without size
     kFieldBorders,       // lines where distance fields end at their boxes
+    kThinFields,         // parts of distance fields that are thinner than a cell
     kNarrowFieldLobes,   // what distance fields hide of narrow lobes
     kFieldLines,         // lights that pass through distance fields
     kMirroredLines,      // lights that surfaces pass through, in mirrors and behind glass
@@ -85,7 +87,7 @@ struct PartRow {
     DerivativeTerm term;
 };
 constexpr size_t kPartCount = static_cast<size_t>(Part::kParts);
-static_assert(kPartCount <= 64);  // sets of parts are bits
+using PartSet = std::bitset<kPartCount>;
 constexpr PartRow kPartTable[kPartCount] = {
     {Part::kInterior, "shading", kInteriorTerm},
     {Part::kRims, "rims", kInteriorTerm},
@@ -144,6 +146,7 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kClearAbsorption, "clear absorption", kInteriorTerm},
     {Part::kRimLines, "rim lines", kInteriorTerm},
     {Part::kFieldBorders, "field borders", kPrimaryTerm},
+    {Part::kThinFields, "thin fields", kPrimaryTerm},
     {Part::kNarrowFieldLobes, "narrow field lobes", kShadowTerm},
     {Part::kFieldLines, "field lines", kPrimaryTerm},
     {Part::kMirroredLines, "mirrored lines", kPrimaryTerm},

@@ -46,9 +46,8 @@ struct RenderOptions {
     float camera_sampled_alpha = kCameraSampledAlpha;
     // Edges of instances up to which a search lists all of them (EdgeList::windows)
     int64_t most_placed_edges = kMostPlacedEdges;
-    // For tests: bits of the parts (tasks/derivative_part.h) that are computed even if they are decided to be
-    // zero.
-    uint64_t force = 0;
+    // For tests: parts that are computed even if they are decided to be zero.
+    PartSet force;
 
     // The same options with a fraction of the samples, at least one, and independent random numbers.
     RenderOptions part(double share, uint32_t seed_tag = 0) const {

@@ -1,6 +1,8 @@
 // Loops over all cores, with progress and cancellation.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <stdexcept>
@@ -41,6 +43,16 @@ int thread_count(int requested);
 // after all threads have stopped. Items that have not begun are then skipped.
 void parallel_for(int threads, int64_t items, const Progress& progress,
                   const std::function<void(int thread, int64_t item)>& body);
+
+// Runs body(block, first, last) for blocks of `size` consecutive items, of which the last one may be smaller.
+template <typename Body>
+void parallel_blocks(int threads, std::size_t items, std::size_t size, const Body& body) {
+    const auto blocks = static_cast<int64_t>((items + size - 1) / size);
+    parallel_for(threads, blocks, nullptr, [&](int, int64_t block) {
+        const std::size_t first = static_cast<std::size_t>(block) * size;
+        body(static_cast<std::size_t>(block), first, std::min(items, first + size));
+    });
+}
 
 // While it lives, `ask` is called to ask the caller whether this thread's work may continue: in loops without
 // `progress`, and in serial work that calls `may_cancel`. It throws to cancel.

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from edgegrad import AreaLight, Material, Scene, World, plan
+from edgegrad import AreaLight, Material, PointLight, Scene, World, plan
 from edgegrad.expression import Attribute, Checker, Coordinates
 from tests.support.fields.splines import Floats, exact_sphere
 from tests.support.picture_differences import check_agreement, need_every_table
@@ -59,3 +59,34 @@ def test_narrow_lobes_that_are_not_followed_are_named() -> None:
                for sentence in plan(scene, [PATH], max_depth=2).missing)
     scene.materials["floor"].roughness = 0.5
     assert not any("narrow lobes" in sentence for sentence in plan(scene, [PATH], max_depth=2).missing)
+
+
+def beside_a_highlight(radius: float, theta: float, moving: str) -> Scene:
+    """A part of a polished sheet beside the highlight of a lamp: rays of the lobe rarely meet the lamp there.
+
+    A small ball stands between this part and the lamp.
+    """
+    steps = {which: theta * np.array([0.5, 0.3, -0.2]) * (which == moving) for which in ("lamp", "ball")}
+    lamp = PointLight(np.array([0.9, 0.9, 0.6]) + steps["lamp"], power=20.0, radius=radius, sphere=True)
+    place = np.eye(4)
+    place[:3, 3] = np.array([0.45, 0.45, 0.3]) + steps["ball"]
+    return Scene(camera((-0.9, 1.2, 0.4), (0.0, 0.0, 0.0), 12, 0.12),
+                 {"sheet": rectangle((0, 0, 0), (0, 0, 0.6), (0.6, 0, 0), "metal")},
+                 {"metal": Material(np.array([0.9, 0.7, 0.5]), metallic=1.0, roughness=0.1),
+                  "clay": Material(np.zeros(3))},
+                 {"lamp": lamp}, World(np.zeros(3)),
+                 fields={"ball": replace(exact_sphere(0.04, 12), transform=place)})
+
+
+@pytest.mark.parametrize("radius", [0.02, 0.1])
+@pytest.mark.parametrize("moving", ["lamp", "ball"])
+def test_tails_of_highlights(radius: float, moving: str) -> None:
+    """Emitter samples find the light of lamps, and what fields hide of it, in the tails of followed lobes."""
+    tangent = np.zeros((4, 4))
+    tangent[:3, 3] = 0.5, 0.3, -0.2
+    rates = {"lamp": {"lights.lamp.position": tangent[:3, 3]}, "ball": {PATH: tangent}}
+
+    def at(theta: float) -> tuple[Scene, Mapping[str, Floats]]:
+        return beside_a_highlight(radius, theta, moving), rates[moving]
+
+    check_agreement(at, max_depth=2, eps=0.01, seeds=8, spp=256, reference_spp=2048, thetas=4)

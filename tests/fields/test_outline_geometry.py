@@ -2,46 +2,19 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from edgegrad import Field, _native
-from tests.support.fields.splines import Floats, evaluate, exact_sphere, sampled, torus
+from tests.support.fields.outline_probes import length, outline, surface, unmatched, volume
+from tests.support.fields.splines import evaluate, exact_sphere, sampled, torus
 from tests.support.picture_differences import need_every_table
-
-# Gauss-Legendre places and weights within each segment.
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)
-U = (0.5 * (NODES + 1.0)).astype(np.float32)
 
 
 @pytest.fixture(autouse=True)
 def _native_engine() -> None:
     need_every_table()
-
-
-def outline(field: Field, viewer: Floats, u: Floats = U, threads: int = 2) -> dict[str, Floats]:
-    found = _native.field_outline_points(
-        field.values, np.ascontiguousarray(field.grid_to_world()), np.asarray(viewer, float),
-        np.asarray(u, np.float32), threads)
-    return {name: value.astype(float) for name, value in found.items()}
-
-
-def length(found: dict[str, Floats]) -> float:
-    """The length of the outline, by the points that samples take."""
-    speed = found["sign"] * np.linalg.norm(found["tangent"], axis=-1)
-    return float(np.sum(speed * 0.5 * WEIGHTS))
-
-
-def unmatched(ends: Floats) -> int:
-    """How many ends of segments are not the start of another one, or the other way round."""
-    count: Counter[tuple[float, ...]] = Counter()
-    for start, end in ends:
-        count[tuple(start)] += 1
-        count[tuple(end)] -= 1
-    return sum(abs(n) for n in count.values())
 
 
 @pytest.mark.parametrize("distance", [0.9, 1.5, 20.0])
@@ -120,15 +93,6 @@ def test_threads() -> None:
         assert all(np.array_equal(one[name], other[name]) for name in one)
 
 
-def surface(field: Field) -> dict[str, Floats]:
-    """Points of a field's surface, with the weights of their areas."""
-    u, v = np.meshgrid(U, U, indexing="ij")
-    found = _native.field_surface_points(field.values, np.ascontiguousarray(field.grid_to_world()),
-                                         np.stack([u.ravel(), v.ravel()], axis=-1).astype(np.float32), 2)
-    weights = 0.25 * np.outer(WEIGHTS, WEIGHTS).ravel()
-    return {"position": found["position"], "normal": found["normal"], "area": found["area"] * weights}
-
-
 @pytest.mark.parametrize("mirror", [1.0, -1.0])
 @pytest.mark.parametrize("size", [9, 24])
 def test_patches_cover_a_sphere(size: int, mirror: float) -> None:
@@ -150,5 +114,5 @@ def test_patches_cover_a_stretched_torus() -> None:
         assert np.all(found["area"] != 0.0)
         by_normal = found["area"][..., None] * found["normal"]
         assert np.allclose(by_normal.sum(axis=(0, 1)), 0.0, atol=1e-3)
-        volumes.append(float(np.sum(by_normal * found["position"]) / 3.0))
+        volumes.append(volume(found))
     assert volumes[1] == pytest.approx(volumes[0] * np.linalg.det(transform), rel=1e-4)

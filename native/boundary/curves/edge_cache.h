@@ -88,7 +88,7 @@ struct EdgeCache {
     Kept<bool, std::vector<float>> mesh_sizes, transparent_boxes;  // the same
     Kept<bool, bool> cross;  // whether any surface intersects another surface or a light
     Kept<bool, MeshBoxes> boxes;
-    Kept<bool, std::vector<FieldCarrier>> carriers;  // by field (sdf/outline.h)
+    Kept<bool, std::vector<FieldCarrier>> carriers;  // by field (sdf/carrier/carrier.h)
     Kept<bool, std::vector<uint8_t>> open_fields;    // the same (boundary/fields/field_insides.h)
     // Outlines and patches of some fields (boundary/fields/field_curves.cpp, field_key): as the camera sees
     // them, with the seed of the points of a lens; and as lights do, or (null) lines in all directions.

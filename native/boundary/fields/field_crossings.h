@@ -9,7 +9,7 @@
 
 #include "boundary/curves/intersections.h"
 #include "boundary/meshes/face_cut.h"
-#include "sdf/outline.h"
+#include "sdf/carrier/carrier.h"
 
 namespace edgegrad {
 

@@ -6,6 +6,7 @@
 
 #include "boundary/curves/edge_cache.h"
 #include "boundary/fields/field_viewer.h"
+#include "sdf/outline.h"
 #include "tasks/seed_tags.h"
 #include "util/double_vector.h"
 #include "util/parallel.h"

@@ -10,7 +10,7 @@
 
 #include "boundary/curves/candidates.h"
 #include "boundary/curves/intersections.h"
-#include "sdf/outline.h"
+#include "sdf/carrier/carrier.h"
 
 namespace edgegrad {
 

@@ -1,7 +1,7 @@
 #include "boundary/fields/field_insides.h"
 
 #include "scene/material_params.h"
-#include "sdf/outline.h"
+#include "sdf/carrier/carrier.h"
 
 namespace edgegrad {
 namespace {

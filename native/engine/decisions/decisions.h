@@ -67,7 +67,7 @@ struct Decision {
 class Decisions {
  public:
     // `alone`: nothing is computed after the decisions, so no samples are prepared.
-    explicit Decisions(uint64_t force = 0, bool alone = false) : force_(force), alone_(alone) {}
+    explicit Decisions(PartSet force = {}, bool alone = false) : force_(force), alone_(alone) {}
     bool alone() const { return alone_; }
 
     // Decides on a part: it is computed for the reason kNeeded, missing for some reasons, and zero for all
@@ -76,7 +76,7 @@ class Decisions {
         Decision& d = entry(part).emplace();
         const bool needed = reason == Reason::kNeeded;
         const bool missing = reason == Reason::kRaysDiffer || reason == Reason::kNotEstimated;
-        const bool forced = !needed && !missing && (force_ >> static_cast<int>(part) & 1) != 0;
+        const bool forced = !needed && !missing && force_[static_cast<size_t>(part)];
         d.reason = forced ? Reason::kForced : reason;
         d.outcome = needed || forced ? Outcome::kComputed : missing ? Outcome::kMissing : Outcome::kZero;
         return needed || forced;
@@ -114,7 +114,7 @@ class Decisions {
  private:
     std::optional<Decision>& entry(Part part) { return parts_[static_cast<size_t>(part)]; }
 
-    uint64_t force_;
+    PartSet force_;
     bool alone_;
     std::array<std::optional<Decision>, kPartCount> parts_;  // none: not requested
 };

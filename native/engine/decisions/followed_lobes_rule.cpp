@@ -152,7 +152,7 @@ FollowedAlpha followed_alpha(const EdgeList& edges, const RequestedMotion& motio
     else
         out.all = widest;
     out.tail.assign(out.by_row.size(), 0.0f);
-    for (size_t row = 0; row < out.by_row.size() && tables.fields.empty(); ++row)
+    for (size_t row = 0; row < out.by_row.size(); ++row)
         if (const float slope = kTailBySize * out.by_row[row]; slope > 0.0f)
             out.tail[row] = 1.0f / (slope * slope);
     // Fields have no other estimator for the light that they hide from followed lobes

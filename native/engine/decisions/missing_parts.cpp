@@ -5,6 +5,7 @@
 #include "boundary/curves/edge_cache.h"
 #include "boundary/curves/light_intersections.h"
 #include "boundary/curves/texture_borders.h"
+#include "boundary/fields/field_curves.h"
 #include "boundary/fields/field_lights.h"
 #include "boundary/meshes/face_tree.h"
 #include "boundary/meshes/star_shaped.h"
@@ -17,7 +18,7 @@
 #include "scene/mesh_instances.h"
 #include "scene/sharp_lobes.h"
 #include "scene/textures/jumps.h"
-#include "sdf/outline.h"
+#include "sdf/carrier/carrier.h"
 #include "tasks/scan_task.h"
 
 namespace edgegrad {
@@ -103,14 +104,17 @@ class Search {
 
     // What fields lack.
     void fields() {
-        std::vector<int32_t> ended;
+        if (tables_.fields.empty() || !any_moves_) return;
+        const auto carriers = field_carriers(tables_, kept_, threads_);
+        std::vector<int32_t> ended, thin;
         for (int32_t mesh = tables_.first_field(); mesh < tables_.visible_meshes; ++mesh) {
-            const auto m = static_cast<size_t>(mesh);
-            if (may_end_at_its_box(tables_.fields[m - static_cast<size_t>(tables_.first_field())].view()))
-                ended.push_back(mesh);
+            const auto k = static_cast<size_t>(mesh - tables_.first_field());
+            if (may_end_at_its_box(tables_.fields[k].view())) ended.push_back(mesh);
+            if (!(*carriers)[k].complete) thin.push_back(mesh);
         }
         if (motion_.camera || motion_.any_mesh_moves() || motion_.any_field_moves())
             meshes(Part::kFieldBorders, std::move(ended));
+        meshes(Part::kThinFields, std::move(thin));
         lights_in_fields();
         narrow_lobes();
     }
@@ -287,7 +291,7 @@ class Search {
     void narrow_lobes() {
         // Alpha; in wider lobes more of them do. Light passes two lobes of a body of rough glass.
         constexpr float kFound = 0.05f, kFoundThrough = 0.5f;
-        if (tables_.fields.empty() || !any_moves_ || f_.options.max_depth < 2) return;
+        if (f_.options.max_depth < 2) return;
         materials(Part::kNarrowFieldLobes, used_materials(tables_, [&](size_t k) {
                       const bool through = tables_.closure_flags[k] & kHasRefraction;
                       return has_sharp_lobe(tables_, k, through ? kFoundThrough : kFound) &&

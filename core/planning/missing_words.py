@@ -17,6 +17,8 @@ _ABOUT_MESHES = {
     "lit from below": "the edges of shadows on {}, where a light lies below the plane of a face that its smooth "
                       "normals let it reach (terminator_offset): they are not sampled",
     "field borders": "the borders where the distance fields {} end at their boxes: they are no edges",
+    "parallel mirrors": "suns that appear or vanish at once on whole faces of {}, flat mirrors or glass that the "
+                        "orthographic camera sees: at single values of the parameters the picture jumps",
     "thin fields": "the outlines and shadows of parts of the distance fields {} that are thinner than a cell, and "
                    "shadows on them: their grids are too large for a search; make the cells smaller",
     "edges between surfaces": "indirect boundary: edges between two surfaces that light each other are left out, since "

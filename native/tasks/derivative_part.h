@@ -62,6 +62,7 @@ enum class Part : int32_t {
     kSlidTextures,       // borders at which textures jump, where they move over static surfaces
     kBlurredOutlines,    // outlines of disks and suns, seen by parallel rays through a lens
     kParallelDisks,      // disks that surfaces pass through, seen by parallel rays
+    kParallelMirrors,    // flat mirrors in which parallel rays show all of a sun or none
     kPartlySeenShadows,  // shadows of meshes that only some kinds of rays can hit
     kLightJumps,         // jumps of light on a surface that passes through its source
     kFaceFlips,          // faces of smooth meshes that lights without size begin or cease to reach
@@ -138,6 +139,7 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kSlidTextures, "slid textures", kPrimaryTerm},
     {Part::kBlurredOutlines, "blurred outlines", kPrimaryTerm},
     {Part::kParallelDisks, "parallel disks", kPrimaryTerm},
+    {Part::kParallelMirrors, "parallel mirrors", kPrimaryTerm},
     {Part::kPartlySeenShadows, "partly seen shadows", kShadowTerm},
     {Part::kLightJumps, "light jumps", kShadowTerm},
     {Part::kFaceFlips, "face flips", kShadowTerm},

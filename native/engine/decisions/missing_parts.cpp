@@ -233,11 +233,40 @@ class Search {
             });
             lights(Part::kBlurredOutlines, std::move(blurred));
         }
+        if (f_.options.max_depth > 1) suns_in_flat_mirrors();
         if (std::find(rows.kind.begin(), rows.kind.end(), kDiskLight) == rows.kind.end()) return;
         pierced(Part::kParallelDisks, [&](size_t row, size_t mesh) {
             return rows.kind[row] == kDiskLight && (motion_.camera || motion_.lights || moving_[mesh]) &&
                    (rows.visible_to[row] & tables_.mesh_mask[mesh] & (1 << kCameraRay)) != 0;
         });
+    }
+
+    // A flat face turns parallel rays into one direction, in which a sun is or is not. It appears on all of
+    // the face at once, at a single value of the parameters.
+    void suns_in_flat_mirrors() {
+        bool any_sun = false, moves = motion_.camera;
+        for (const int32_t row : sized_lights(kBentRays)) {
+            if (tables_.lights.kind[static_cast<size_t>(row)] != kConeLight) continue;
+            any_sun = true;
+            moves = moves || light_moves(row);
+        }
+        if (!any_sun) return;
+        const std::vector<uint8_t> smooth = bending_materials(tables_);
+        std::vector<int32_t> flat;
+        for (int32_t mesh = 0; mesh < tables_.first_field(); ++mesh) {
+            const auto m = static_cast<size_t>(mesh);
+            const auto is_flat = [&](size_t face) {
+                const auto material = static_cast<size_t>(tables_.face_material[face]);
+                return smooth[material] &&
+                       (tables_.corner_normal.empty() || tables_.corner_normal[3 * face] < 0);
+            };
+            if (!moves && !moving_[m]) continue;
+            bool found = false;
+            for (int32_t f = tables_.mesh_first_face[m]; f < tables_.mesh_first_face[m + 1] && !found; ++f)
+                found = is_flat(static_cast<size_t>(f));
+            if (found) flat.push_back(mesh);
+        }
+        meshes(Part::kParallelMirrors, std::move(flat));
     }
 
     // Light of the table jumps on a surface that passes through its source, and where its source lies in a

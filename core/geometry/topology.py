@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .collinear import collinear_faces, lines, pieces
+
 # Distance, as a fraction of the size of the mesh, below which vertices are welded.
 WELD_TOLERANCE = 1e-7
 # Copies of a vertex are together up to this fraction of their coordinates: a few times the rounding of positions.
@@ -37,6 +39,8 @@ class Edges:
         Vertex index of the corner opposite the edge, for each entry of `faces`.
     copies
         (k, 2) vertices that were welded: each copy, and the first vertex at its place.
+    collinear
+        (k,) faces that were left out since their corners lie on one line.
     """
 
     vertices: NDArray[np.uint32]
@@ -44,6 +48,7 @@ class Edges:
     faces: NDArray[np.uint32]
     opposite: NDArray[np.uint32]
     copies: NDArray[np.uint32]
+    collinear: NDArray[np.uint32]
 
     def __len__(self) -> int:
         return len(self.vertices)
@@ -197,7 +202,9 @@ def _merge(
         label = merged
 
 
-def edges(faces: NDArray[np.signedinteger[Any]], label: NDArray[np.int64]) -> Edges:
+def edges(
+    faces: NDArray[np.signedinteger[Any]], label: NDArray[np.int64], vertices: NDArray[np.floating[Any]] | None = None
+) -> Edges:
     """Find the edges of a mesh and the faces along each, from the labels of the welded vertices.
 
     Parameters
@@ -206,6 +213,9 @@ def edges(faces: NDArray[np.signedinteger[Any]], label: NDArray[np.int64]) -> Ed
         (m, 3) vertex indices.
     label
         Labels of `weld`.
+    vertices
+        (n, 3) positions, by which faces with all corners on one line are left out (`geometry/collinear.py`). None:
+        they count as others do.
 
     Returns
     -------
@@ -215,7 +225,7 @@ def edges(faces: NDArray[np.signedinteger[Any]], label: NDArray[np.int64]) -> Ed
     """
     if len(faces) == 0:
         none, pairs = np.zeros(0, np.uint32), np.zeros((0, 2), np.uint32)
-        return Edges(pairs, np.zeros(1, np.uint32), none, none, pairs)
+        return Edges(pairs, np.zeros(1, np.uint32), none, none, pairs, none)
     # Corner k of a face represents the edge from corner k to the next corner: a, b, and the opposite corner.
     a, b, opposite = (np.roll(faces, -k, axis=1).ravel() for k in range(3))
     face = np.repeat(np.arange(len(faces), dtype=np.uint32), 3)
@@ -223,8 +233,14 @@ def edges(faces: NDArray[np.signedinteger[Any]], label: NDArray[np.int64]) -> Ed
     real = np.repeat((one != other).reshape(-1, 3).all(axis=1), 3)
     if not real.all():
         a, b, opposite, face, one, other = (x[real] for x in (a, b, opposite, face, one, other))
-    low, high = np.minimum(one, other), np.maximum(one, other)
-    key = low * (int(label.max()) + 1) + high
+    collinear = np.zeros(0, np.uint32)
+    if vertices is not None:
+        flat = collinear_faces(vertices, faces[face[::3]])
+        if flat.any():
+            collinear = face[::3][flat]
+            a, b, opposite, face = _without(np.repeat(flat, 3), label, vertices, (a, b, opposite, face))
+            one, other = label[a], label[b]
+    key = _keys(one, other, label)
     order, ordered = _sorted(key)
     starts = np.flatnonzero(np.concatenate([[True], np.diff(ordered) != 0]) if len(key) else np.zeros(0, bool))
     count = np.diff(starts, append=len(key))
@@ -246,7 +262,40 @@ def edges(faces: NDArray[np.signedinteger[Any]], label: NDArray[np.int64]) -> Ed
         face[listed],
         opposite[listed].astype(np.uint32),
         np.stack([copies, at[copies]], axis=1).astype(np.uint32),
+        collinear,
     )
+
+
+def _keys(one: NDArray[np.int64], other: NDArray[np.int64], label: NDArray[np.int64]) -> NDArray[np.int64]:
+    """A number of the edge between two labels, whatever its direction."""
+    return np.minimum(one, other) * (int(label.max()) + 1) + np.maximum(one, other)
+
+
+def _without(
+    flat: NDArray[np.bool_], label: NDArray[np.int64], vertices: NDArray[np.floating[Any]],
+    sides: tuple[NDArray[Any], ...],
+) -> tuple[NDArray[Any], ...]:
+    """Leave out the sides of collinear faces (`flat`, by side), and cut those of their neighbours at their corners.
+
+    `sides` are two ends, the opposite corner and the face of each side, by vertex.
+    """
+    a, b, opposite, face = sides
+    key = _keys(label[a], label[b], label)
+    line = lines(key[flat])
+    known, which = np.unique(key[flat], return_index=True)
+    at = np.minimum(np.searchsorted(known, key), len(known) - 1)
+    beside = ~flat & (known[at] == key)
+    vertex = first_of_labels(label)
+    cut, ends = pieces(
+        vertices[vertex].astype(np.float64), label[a[flat]].astype(np.int64), np.repeat(line, 3),
+        np.stack([label[a[beside]], label[b[beside]]], axis=1), np.repeat(line, 3)[which[at[beside]]],
+    )  # fmt: skip
+    side = np.flatnonzero(beside)[cut]
+    whole = np.flatnonzero(~flat & ~beside)
+    order = np.argsort(np.concatenate([whole, side]), kind="stable")
+    new = vertex[ends].astype(a.dtype)
+    return (np.concatenate([a[whole], new[:, 0]])[order], np.concatenate([b[whole], new[:, 1]])[order],
+            np.concatenate([opposite[whole], opposite[side]])[order], np.concatenate([face[whole], face[side]])[order])
 
 
 def _sorted(key: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -272,4 +321,5 @@ def join(parts: list[Edges], vertex_first: Sequence[int], face_first: Sequence[i
         np.concatenate([p.faces + np.uint32(f) for p, f in zip(parts, face_first, strict=False)]),
         np.concatenate([p.opposite + np.uint32(v) for p, v in zip(parts, vertex_first, strict=False)]),
         np.concatenate([p.copies + np.uint32(v) for p, v in zip(parts, vertex_first, strict=False)]),
+        np.concatenate([p.collinear + np.uint32(f) for p, f in zip(parts, face_first, strict=False)]),
     )

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from .._check import names
 from ..derivatives.table_derivatives import shows_environment, with_requested
+from ..geometry.collinear import collinear_faces
 from ..geometry.topology import Edges, together
 from ..reference.simplify import obstacles
 from ..scene import parameters
@@ -48,6 +49,7 @@ class PreparedScene:
         self._edges: Edges | None = None
         self._copies: NDArray[np.int64] | None = None  # pairs of vertices that were welded at first
         self._together = np.zeros(0, np.bool_)  # which of them were when the edges were found
+        self._collinear = np.zeros((0, 3), np.int64)  # corners of the faces on lines that edges leave out
         self._obstacles: list[str] | None = None
         self._moved = False  # the engine has vertex positions that the tables lack
         self._unfinished = False  # an update has failed half-way, so the engine's state is inconsistent
@@ -81,6 +83,7 @@ class PreparedScene:
             if self._copies is None:
                 self._copies = edges.copies.astype(np.int64)
             self._together = together(self._tables.vertices, self._copies)
+            self._collinear = self._tables.faces[edges.collinear].astype(np.int64)
             self._edges = edges
         return self._edges
 
@@ -135,21 +138,24 @@ class PreparedScene:
             else:
                 self._engine.update(tables)
             self._tables = tables
-            if not self._welded_as_before(tables.vertices):
+            if not self._edges_hold(tables.vertices):
                 self._edges = None
             self._moved = self._unfinished = False
         self.watched = self.watched  # record the changed values
 
-    def _welded_as_before(self, vertices: NDArray[np.floating[Any]], first: int = 0) -> bool:
-        """Whether the same copies of vertices are together as when the edges were found.
+    def _edges_hold(self, vertices: NDArray[np.floating[Any]], first: int = 0) -> bool:
+        """Whether the same copies of vertices are together, and faces on lines, as when the edges were found.
 
-        `vertices` (n, 3) are those from number `first` on. If copies move apart, or meet again, the faces along some
-        edges are others.
+        `vertices` (n, 3) are those from number `first` on. If copies move apart or meet again, or if a face comes to
+        have an area, the faces along some edges are others.
         """
         if self._copies is None:
             return True
-        here = (self._copies >= first).all(axis=1) & (self._copies < first + len(vertices)).all(axis=1)
-        return np.array_equal(together(vertices, self._copies[here] - first), self._together[here])
+
+        copies, corners = ((rows >= first).all(axis=1) & (rows < first + len(vertices)).all(axis=1)
+                           for rows in (self._copies, self._collinear))
+        return (np.array_equal(together(vertices, self._copies[copies] - first), self._together[copies])
+                and bool(collinear_faces(vertices, self._collinear[corners] - first, self._tables.origin).all()))
 
     @contextmanager
     def _change(self) -> Iterator[None]:
@@ -200,7 +206,7 @@ class PreparedScene:
             count = int(self._tables.mesh_first_vertex[k + 1] - self._tables.mesh_first_vertex[k])
             mesh.check_vertices(name, count)
             first = int(self._tables.mesh_first_vertex[k])
-            if not self._welded_as_before(mesh.vertices, first):
+            if not self._edges_hold(mesh.vertices, first):
                 return False
         tables = self._tables
         if values:

@@ -58,7 +58,8 @@ class Engine {
     // Takes the edges of the visible meshes (core/geometry/topology.py). Derivatives need them, pictures do
     // not.
     void set_edges(std::vector<uint32_t> vertices, std::vector<uint32_t> face_first,
-                   std::vector<uint32_t> faces, std::vector<uint32_t> opposite);
+                   std::vector<uint32_t> faces, std::vector<uint32_t> opposite,
+                   const std::vector<uint32_t>& collinear);
     // Concurrent calls must use the same camera: an equal camera is not written.
     void set_camera(const CameraView& camera) {
         if (std::memcmp(&tables_.camera, &camera, sizeof camera) != 0) tables_.camera = camera;

@@ -133,8 +133,10 @@ class Scene {
         std::vector<uint32_t> face_first = column<uint32_t>(edges, "face_first");
         std::vector<uint32_t> faces = column<uint32_t>(edges, "faces");
         std::vector<uint32_t> opposite = column<uint32_t>(edges, "opposite");
+        const std::vector<uint32_t> collinear = column<uint32_t>(edges, "collinear");
         const WithoutInterpreter without;
-        engine_->set_edges(std::move(vertices), std::move(face_first), std::move(faces), std::move(opposite));
+        engine_->set_edges(std::move(vertices), std::move(face_first), std::move(faces), std::move(opposite),
+                           collinear);
     }
 
     void update(nb::handle tables) {

@@ -42,7 +42,8 @@ struct GeometryTables {
     std::vector<int32_t> instance_mesh;
     std::vector<float> instance_to_world;
     std::vector<uint32_t> edge_vertices, edge_face_first, edge_faces, edge_opposite;
-    std::vector<uint8_t> material_used;  // whether visible faces have the material
+    std::vector<uint8_t> face_collinear;  // of each face: its corners lie on one line; empty: none do
+    std::vector<uint8_t> material_used;   // whether visible faces have the material
 
     // The first of the meshes that stand for fields, and their first face.
     int32_t first_field() const { return visible_meshes - static_cast<int32_t>(fields.size()); }

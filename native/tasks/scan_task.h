@@ -21,11 +21,11 @@ constexpr int32_t scan_line_segments(float tile) {
 // Scan lines over the picture, divided into numbered segments: for each tile those of the horizontal lines,
 // then those of equally many vertical lines.
 struct ScanTask {
-    const int32_t *region, *face_edge;  // boundary/meshes/surface_regions.h
-    const int64_t* tile_first;          // cumulative number of segments by tile
-    const int32_t* tile_lines;          // of each direction
-    int32_t columns, rows;              // of tiles
-    float tile;                         // side of a tile, pixels
+    const int32_t *region, *face_edge, *next_on_side;  // boundary/meshes/surface_regions.h
+    const int64_t* tile_first;                         // cumulative number of segments by tile
+    const int32_t* tile_lines;                         // of each direction
+    int32_t columns, rows;                             // of tiles
+    float tile;                                        // side of a tile, pixels
     bool guides;            // crossings only guide another pass: lines also find lights that they pass nearby
     int64_t first, count;   // segments, both even
     float low[2], high[2];  // the scanned region, pixels

@@ -61,6 +61,9 @@ std::optional<std::vector<Side>> sides_of(const SceneTables& t, const SurfaceReg
             const auto face = static_cast<size_t>(f);
             const int32_t edge = regions.face_edge[3 * face + c];
             if (edge < 0) return std::nullopt;
+            // Shading may continue across a part of the side only
+            if (!regions.next_on_side.empty() && regions.next_on_side[static_cast<size_t>(edge)] != edge)
+                return std::nullopt;
             if (shading_continues(t, static_cast<size_t>(edge))) continue;
             const int32_t first = t.faces[3 * face + (c + 1) % 3], last = t.faces[3 * face + (c + 2) % 3];
             const Side border = make_side(t, first, last, normal);

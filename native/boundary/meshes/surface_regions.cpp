@@ -11,6 +11,17 @@ namespace {
 // Faces whose normals differ by less than this sine lie in one plane.
 constexpr double kCoplanar = 1e-6;
 
+// Joins the rings of two edges.
+void join_rings(std::vector<int32_t>& next, size_t edges, int32_t one, int32_t other) {
+    if (next.empty()) {
+        next.resize(edges);
+        std::iota(next.begin(), next.end(), 0);
+    }
+    for (int32_t at = next[static_cast<size_t>(one)]; at != one; at = next[static_cast<size_t>(at)])
+        if (at == other) return;
+    std::swap(next[static_cast<size_t>(one)], next[static_cast<size_t>(other)]);
+}
+
 }  // namespace
 
 bool shading_continues(const SceneTables& t, size_t edge) {
@@ -46,8 +57,11 @@ SurfaceRegions surface_regions(const SceneTables& t) {
         for (uint32_t k = first; k < t.edge_face_first[e + 1]; ++k) {
             const size_t face = t.edge_faces[k];
             for (size_t c = 0; c < 3; ++c)
-                if (t.faces[3 * face + c] == static_cast<int32_t>(t.edge_opposite[k]))
-                    out.face_edge[3 * face + c] = static_cast<int32_t>(e);
+                if (t.faces[3 * face + c] == static_cast<int32_t>(t.edge_opposite[k])) {
+                    int32_t& known = out.face_edge[3 * face + c];
+                    if (known >= 0) join_rings(out.next_on_side, edges, known, static_cast<int32_t>(e));
+                    known = static_cast<int32_t>(e);
+                }
         }
         if (shading_continues(t, e)) {
             out.continues[e] = 1;

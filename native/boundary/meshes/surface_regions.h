@@ -11,7 +11,10 @@ namespace edgegrad {
 
 struct SurfaceRegions {
     std::vector<int32_t> region;     // of each face
-    std::vector<int32_t> face_edge;  // (F, 3): the edge opposite to each corner, or -1
+    std::vector<int32_t> face_edge;  // (F, 3): an edge opposite to each corner, or -1
+    // Of each edge: the next edge in the ring of all that lie on one side of a face. Faces may have several
+    // edges on a side (core/geometry/collinear.py). Empty: no face has.
+    std::vector<int32_t> next_on_side;
     std::vector<uint8_t> continues;  // of each edge: shading_continues
 };
 

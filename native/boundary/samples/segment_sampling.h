@@ -71,16 +71,16 @@ EG_INLINE void gather_edges(const SceneView& scene, Int edge, Int instance, Vec3
 }
 
 // Barycentrics of the points at u of edges, in one face of each. `t` is the face in the mesh's space, and
-// `opposite` its corner off the edge. The edge's first vertex is found among the other corners by distance,
-// because welded vertices keep several numbers.
+// `opposite` its corner off the edge. The place along the face's side is found by distance, because welded
+// vertices keep several numbers, and an edge may be a part of the side (core/geometry/collinear.py).
 EG_INLINE void edge_place(const SceneView& scene, Int edge, Float u, const Triangle& t, Int opposite,
                           Float& b1, Float& b2) {
-    const Vec3 a = gather_edge_end(scene, edge, 0);
+    const Vec3 a = gather_edge_end(scene, edge, 0), b = gather_edge_end(scene, edge, 1);
     const Mask zero = opposite == 0, one = opposite == 1;
-    const Vec3 next = select(zero, t.p1, select(one, t.p2, t.p0)) - a;
-    const Vec3 last = select(zero, t.p2, select(one, t.p0, t.p1)) - a;
-    const Mask first = dot(next, next) <= dot(last, last);
-    const Float at_next = select(first, 1.0f - u, u), at_last = select(first, u, 1.0f - u);
+    const Vec3 next = select(zero, t.p1, select(one, t.p2, t.p0));
+    const Vec3 side = select(zero, t.p2, select(one, t.p0, t.p1)) - next;
+    const Float along = dot(a + (b - a) * u - next, side) / max(dot(side, side), 1e-37f);
+    const Float at_last = min(max(along, 0.0f), splat(1.0f)), at_next = 1.0f - at_last;
     b1 = select(zero, at_next, select(one, splat(0.0f), at_last));
     b2 = select(zero, at_last, select(one, at_next, splat(0.0f)));
 }

@@ -28,39 +28,48 @@ struct TouchedCurve {
     bool found() const { return edge >= 0 || field >= 0 || crossed[0].face >= 0 || light >= 0; }
 };
 
+EG_INLINE void try_edge(const SceneView& scene, int32_t edge, int32_t instance, const float (&from)[3],
+                        const float (&direction)[3], TouchedCurve& best) {
+    float a[3], b[3];
+    edge_end(scene, edge, instance, 0, a);
+    edge_end(scene, edge, instance, 1, b);
+    // Project the edge onto the plane perpendicular to the ray, and find its point nearest to the ray.
+    float w[3], t[3], wd = 0.0f, td = 0.0f;
+    for (int k = 0; k < 3; ++k) {
+        w[k] = a[k] - from[k], t[k] = b[k] - a[k];
+        wd += w[k] * direction[k], td += t[k] * direction[k];
+    }
+    float wt = 0.0f, tt = 0.0f;
+    for (int k = 0; k < 3; ++k) {
+        const float w1 = w[k] - wd * direction[k], t1 = t[k] - td * direction[k];
+        wt += w1 * t1, tt += t1 * t1;
+    }
+    if (!(tt > 0.0f)) return;
+    const float u = -wt / tt < 0.0f ? 0.0f : -wt / tt > 1.0f ? 1.0f : -wt / tt;
+    float miss = 0.0f;
+    const float along = wd + u * td;
+    for (int k = 0; k < 3; ++k) {
+        const float d = w[k] + u * t[k] - along * direction[k];
+        miss += d * d;
+    }
+    if (!(along > 0.0f)) return;
+    const float off = __builtin_sqrtf(miss) / along;
+    if (!(off < best.off)) return;
+    best = {};
+    best.edge = edge, best.instance = instance, best.u = u, best.off = off;
+}
+
 // Tries the edges of a face.
 EG_INLINE void try_edges(const SceneView& scene, const ScanTask& task, int32_t face, int32_t instance,
                          const float (&from)[3], const float (&direction)[3], TouchedCurve& best) {
     for (int c = 0; c < 3; ++c) {
-        const int32_t edge = task.face_edge[3 * static_cast<int64_t>(face) + c];
-        if (edge < 0) continue;
-        float a[3], b[3];
-        edge_end(scene, edge, instance, 0, a);
-        edge_end(scene, edge, instance, 1, b);
-        // Project the edge onto the plane perpendicular to the ray, and find its point nearest to the ray.
-        float w[3], t[3], wd = 0.0f, td = 0.0f;
-        for (int k = 0; k < 3; ++k) {
-            w[k] = a[k] - from[k], t[k] = b[k] - a[k];
-            wd += w[k] * direction[k], td += t[k] * direction[k];
+        const int32_t first = task.face_edge[3 * static_cast<int64_t>(face) + c];
+        int32_t edge = first;
+        while (edge >= 0) {
+            try_edge(scene, edge, instance, from, direction, best);
+            edge = task.next_on_side ? task.next_on_side[edge] : first;
+            if (edge == first) break;
         }
-        float wt = 0.0f, tt = 0.0f;
-        for (int k = 0; k < 3; ++k) {
-            const float w1 = w[k] - wd * direction[k], t1 = t[k] - td * direction[k];
-            wt += w1 * t1, tt += t1 * t1;
-        }
-        if (!(tt > 0.0f)) continue;
-        const float u = -wt / tt < 0.0f ? 0.0f : -wt / tt > 1.0f ? 1.0f : -wt / tt;
-        float miss = 0.0f;
-        const float along = wd + u * td;
-        for (int k = 0; k < 3; ++k) {
-            const float d = w[k] + u * t[k] - along * direction[k];
-            miss += d * d;
-        }
-        if (!(along > 0.0f)) continue;
-        const float off = __builtin_sqrtf(miss) / along;
-        if (!(off < best.off)) continue;
-        best = {};
-        best.edge = edge, best.instance = instance, best.u = u, best.off = off;
     }
 }
 

@@ -90,6 +90,7 @@ void SpecularTerm::run_samples(TermRun& run, int pass, int64_t first, int64_t co
     // Find intersections of scan lines with the images of edges
     ScanTask scan = plan_.task(pass, first, count);
     scan.region = regions_->region.data(), scan.face_edge = regions_->face_edge.data();
+    scan.next_on_side = regions_->next_on_side.empty() ? nullptr : regions_->next_on_side.data();
     scan.edges = parts_.edges, scan.lights = parts_.lights, scan.surfaces = parts_.surfaces;
     scan.outlines = parts_.outlines;
     scan.limits = options_.limits, scan.max_depth = options_.max_depth;

@@ -12,8 +12,9 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Lanes whose rays ignore the face, because it belongs to their edge.
+// Lanes whose rays ignore the face, because it belongs to their edge, or lies on an edge.
 EG_INLINE Mask passes_face(const SceneView& scene, const Ignored& ignored, int32_t face) {
+    if (scene.face_collinear && scene.face_collinear[face]) return ignored.edge >= 0;
     Mask passes = splat(0);
     for (int i = 0; i < W; ++i) {
         if (ignored.edge[i] < 0) continue;

@@ -27,7 +27,8 @@ struct EdgeContext {
 };
 
 // Faces are ignored by a filter within the traversal. Re-tracing behind an ignored hit would skip coplanar
-// surfaces (derivations F3e). Ray ids are lane numbers.
+// surfaces (derivations F3e). Ray ids are lane numbers. Collinear faces lie on edges, so that rounding would
+// decide whether rays through the edges hit them.
 static void ignore_edge_faces(const embree::FilterArguments* args) {
     const auto* context = reinterpret_cast<const EdgeContext*>(args->context);
     const SceneView& scene = *context->scene;
@@ -51,6 +52,7 @@ static void ignore_edge_faces(const embree::FilterArguments* args) {
             if (scene.edge_faces[k] == face &&
                 face_instance(scene, edge, context->instance[lane], k - first) == copy)
                 args->valid[i] = 0;
+        if (scene.face_collinear && scene.face_collinear[face]) args->valid[i] = 0;
     }
 }
 

@@ -1,0 +1,135 @@
+"""Triangles whose corners lie on one line, which close T-junctions: the faces on both sides meet directly."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import edgegrad
+from edgegrad import AreaLight, Material, Mesh, PointLight, Renderer, Scene, World
+from edgegrad.geometry import topology
+from tests.support import block_statistics, shapes
+from tests.support.picture_differences import need_every_table
+from tests.support.rich_scene import turn
+from tests.support.small_scenes import camera, matte, rectangle
+
+F64, Faces = NDArray[np.float64], NDArray[np.int32]
+
+
+def pieces_of(vertices: F64, faces: Faces) -> dict[tuple[float, ...], list[int]]:
+    """The faces of each edge, by the edge's middle and its length."""
+    found = topology.edges(faces, topology.weld(vertices), vertices)
+    ends = vertices[found.vertices]
+    middle, size = ends.mean(axis=1), np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    return {(*np.round(m, 6), round(s, 6)): sorted(found.faces[a:b].tolist())
+            for m, s, a, b in zip(middle, size, found.face_first[:-1], found.face_first[1:], strict=True)}
+
+
+def closed_with_slivers(vertices: F64, faces: Faces) -> tuple[F64, Faces]:
+    """The same surface: one side of each face is divided, and a triangle without area joins it to its neighbour."""
+    points, out, halved = list(vertices), [], set()
+    for one, other, third in faces:
+        k = next((k for k in range(3)
+                  if frozenset(np.roll((one, other, third), -k)[:2].tolist()) not in halved), None)
+        if k is None:
+            out.append((one, other, third))
+            continue
+        a, b, c = np.roll((one, other, third), -k).tolist()
+        halved.add(frozenset((a, b)))
+        middle = len(points)
+        points.append(0.37 * vertices[a] + 0.63 * vertices[b])
+        out += [(a, middle, c), (middle, b, c), (a, b, middle)]
+    return np.array(points), np.array(out, np.int32)
+
+
+def test_faces_beside_a_junction_meet_along_its_parts() -> None:
+    """0 - 4 - 1 is a side of face 0, and its parts are sides of faces 1 and 2; face 3 closes the junction."""
+    vertices = np.array([[0.0, 0, 0], [4, 0, 0], [2, -1, 0], [2, 1, 0], [1, 0, 0]])
+    faces = np.array([[0, 1, 2], [0, 3, 4], [4, 3, 1], [1, 0, 4]], np.int32)
+    found = pieces_of(vertices, faces)
+    assert found[(0.5, 0.0, 0.0, 1.0)] == [0, 1] and found[(2.5, 0.0, 0.0, 3.0)] == [0, 2]
+    assert len(found) == 7 and not any(3 in beside for beside in found.values())
+
+
+def test_junctions_on_both_sides_divide_the_line_at_all_of_its_points() -> None:
+    """The points at 1 and 2.5 are corners of faces on different sides; three triangles without area lie between."""
+    vertices = np.array([[0.0, 0, 0], [4, 0, 0], [2, -1, 0], [2, 1, 0], [1, 0, 0], [2.5, 0, 0]])
+    faces = np.array([[0, 5, 2], [5, 1, 2], [3, 4, 0], [1, 4, 3], [0, 4, 5], [5, 4, 1]], np.int32)
+    found = pieces_of(vertices, faces)
+    assert [found[(*middle, 0.0, 0.0, size)] for middle, size in (((0.5,), 1.0), ((1.75,), 1.5), ((3.25,), 1.5))] == [
+        [0, 2], [0, 3], [1, 3]]
+    assert not any({4, 5} & set(beside) for beside in found.values())
+
+
+@pytest.mark.parametrize("shape", ["cube", "ball"])
+def test_a_closed_surface_stays_closed(shape: str) -> None:
+    vertices, faces = shapes.cube() if shape == "cube" else shapes.ball(2)
+    vertices = vertices @ turn(0.3, 0.2, 0.5).T
+    points, joined = closed_with_slivers(vertices, faces)
+    added = len(points) - len(vertices)
+    found = topology.edges(joined, topology.weld(points), points)
+    assert len(found.collinear) == added > 9
+    assert (np.diff(found.face_first.astype(int)) == 2).all()
+    assert len(found) == 3 * len(faces) // 2 + 2 * added  # each point divides an edge and a face
+
+
+def test_thin_triangles_with_an_area_count() -> None:
+    vertices = np.array([[0.0, 0, 0], [1, 0, 0], [0.5, 1e-5, 0]])
+    assert len(topology.edges(np.array([[0, 1, 2]], np.int32), topology.weld(vertices), vertices)) == 3
+
+
+def scene(light: str, slivers: bool) -> Scene:
+    """A cube above a floor, or in front of a mirror."""
+    vertices, faces = shapes.cube(1.0)
+    vertices = vertices @ turn(0.3, 0.2, 0.5).T + [0.0, 0.9, 0.0]
+    if slivers:
+        vertices, faces = closed_with_slivers(vertices, faces)
+    gloss = Material(np.ones(3), kind="GLOSSY", roughness=0.0) if light == "mirror" else matte(0.7, 0.7, 0.7)
+    lights: dict[str, Any] = {}
+    if light == "sphere":
+        lights = {"lamp": PointLight(np.array([1.0, 3.0, 1.0]), 100.0, radius=0.3, sphere=True)}
+    elif light == "point":
+        lights = {"lamp": PointLight(np.array([1.0, 3.0, 1.0]), 100.0)}
+    elif light == "mirror":
+        down = np.array([[1.0, 0, 0, 0], [0, 0, 1, 4.0], [0, -1, 0, 0], [0, 0, 0, 1]])
+        lights = {"lamp": AreaLight(down, np.ones(2), power=100.0)}
+    floor = rectangle((0, 0, 0), (0, 0, 3), (3, 0, 0), "floor")
+    return Scene(camera((1.5, 2.5, 3), (0, 0.5, 0), 24, 0.9),
+                 {"cube": Mesh(vertices, faces, ("clay",)), "floor": floor},
+                 {"clay": matte(0.6, 0.5, 0.4), "floor": gloss}, lights,
+                 World(np.full(3, 1.0 if light == "sky" else 0.1)))
+
+
+@pytest.mark.parametrize("light", ["sphere", "point", "sky", "mirror"])
+def test_derivatives_are_those_of_the_same_body_without_them(light: str) -> None:
+    need_every_table()
+
+    def sums(slivers: bool, first: int) -> F64:
+        made = scene(light, slivers)
+        renderer = Renderer(made)
+        rates = np.broadcast_to([0.5, 0.2, -0.3], made.meshes["cube"].vertices.shape).copy()
+        return np.array([block_statistics.block_sums(renderer.render_forward(
+            {"meshes.cube.vertices": rates}, spp=64, max_depth=3, seed=seed), 6).sum(axis=-1).ravel()
+            for seed in range(first, first + 16)])  # fmt: skip
+
+    block_statistics.check(block_statistics.means_p_value(sums(False, 0), sums(True, 100)))
+
+
+def test_a_face_that_comes_to_have_an_area_gets_its_edges() -> None:
+    made = scene("sky", True)
+    renderer = edgegrad.Renderer(made)
+    path = "meshes.cube.vertices"
+    adjoint = np.ones((24, 24, 3))
+    renderer.render_backward(adjoint, [path], spp=1)
+    mesh = made.meshes["cube"]
+    moved = mesh.vertices.copy()
+    moved[8] += [0.0, 0.1, 0.1]  # the first point on a divided side
+    made.meshes["cube"] = replace(mesh, vertices=moved)
+    renderer.update([path])
+    again = renderer.render_backward(adjoint, [path], spp=4)[path]
+    fresh = edgegrad.Renderer(made).render_backward(adjoint, [path], spp=4)[path]
+    np.testing.assert_array_equal(again, fresh)

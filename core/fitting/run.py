@@ -79,7 +79,7 @@ class Run:
         self.touched = {path: np.zeros(np.shape(value), bool) for path, value in self.start.items()}
         if keyed is not None:
             keyed.scale(seen, loss)
-            _ = renderer.edges  # of the same scene in a fit that goes on from a checkpoint
+            renderer.find_edges()  # of the same scene in a fit that goes on from a checkpoint
 
     def iterate(self, callback: Callback | None) -> str | None:
         """Run all iterations that are left.

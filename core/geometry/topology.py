@@ -8,7 +8,7 @@ Therefore coincident vertices are welded before edges are matched.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -41,6 +41,9 @@ class Edges:
         (k, 2) vertices that were welded: each copy, and the first vertex at its place.
     collinear
         (k,) faces that were left out since their corners lie on one line.
+    sharing
+        (E,) number of edges of different meshes in the same place, of whose faces each has all
+        (`geometry/joint_edges.py`); empty: each edge has its own faces.
     """
 
     vertices: NDArray[np.uint32]
@@ -49,6 +52,7 @@ class Edges:
     opposite: NDArray[np.uint32]
     copies: NDArray[np.uint32]
     collinear: NDArray[np.uint32]
+    sharing: NDArray[np.uint8] = field(default_factory=lambda: np.zeros(0, np.uint8))
 
     def __len__(self) -> int:
         return len(self.vertices)

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from .._check import names
 from ..derivatives.table_derivatives import shows_environment, with_requested
-from ..geometry.collinear import collinear_faces
-from ..geometry.topology import Edges, together
+from ..geometry.topology import Edges
 from ..reference.simplify import obstacles
 from ..scene import parameters
 from ..scene.camera import Camera
@@ -25,6 +24,7 @@ from ..scene.placement import is_moved
 from ..scene.scene import Scene
 from ..tables import tables as flat
 from .engine import EngineLike
+from .scene_edges import SceneEdges
 from .taken_over import TakenOver
 
 # Parameters that neither change textures nor are changed by them.
@@ -46,10 +46,9 @@ class PreparedScene:
         self.scene = scene
         self._wrt = tuple(wrt)
         self._tables = with_requested(scene, flat.flatten(scene), self._wrt)
-        self._edges: Edges | None = None
+        self._edges: SceneEdges | None = None
+        self._engine_edges: Edges | None = None  # those that the engine has
         self._copies: NDArray[np.int64] | None = None  # pairs of vertices that were welded at first
-        self._together = np.zeros(0, np.bool_)  # which of them were when the edges were found
-        self._collinear = np.zeros((0, 3), np.int64)  # corners of the faces on lines that edges leave out
         self._obstacles: list[str] | None = None
         self._moved = False  # the engine has vertex positions that the tables lack
         self._unfinished = False  # an update has failed half-way, so the engine's state is inconsistent
@@ -74,18 +73,17 @@ class PreparedScene:
             self._obstacles = list(obstacles(self.scene)) if self._engine.narrow else []
         return self._obstacles
 
-    @property
-    def edges(self) -> Edges:
-        """The edges of the scene; found at the first use."""
+    def find_edges(self, wrt: Collection[str] = ()) -> None:
+        """Find the edges at the first use, and give the engine those for derivatives with respect to `wrt`."""
         if self._edges is None:
-            edges = self._tables.edges()
+            self._edges = SceneEdges(self._tables, self._copies)
+            self._copies = self._edges.copies
+            self._engine_edges = None
+        moving = _moving(wrt)
+        edges = self._edges.for_moving([k for k, name in enumerate(self._tables.mesh_names) if name in moving])
+        if edges is not self._engine_edges:
             self._engine.set_edges(edges)
-            if self._copies is None:
-                self._copies = edges.copies.astype(np.int64)
-            self._together = together(self._tables.vertices, self._copies)
-            self._collinear = self._tables.faces[edges.collinear].astype(np.int64)
-            self._edges = edges
-        return self._edges
+            self._engine_edges = edges
 
     def adopt(self, scene: Scene) -> bool:
         """Switch to another scene if its geometry has the same bits; otherwise change nothing and return False."""
@@ -132,30 +130,16 @@ class PreparedScene:
             self._obstacles = None
             if built_anew:
                 engine = self._engine_class(tables, self._threads)
-                if self._edges is not None:
-                    engine.set_edges(self._edges)
+                if self._engine_edges is not None:
+                    engine.set_edges(self._engine_edges)
                 self._engine = engine
             else:
                 self._engine.update(tables)
             self._tables = tables
-            if not self._edges_hold(tables.vertices):
+            if self._edges is not None and not self._edges.hold(tables.vertices):
                 self._edges = None
             self._moved = self._unfinished = False
         self.watched = self.watched  # record the changed values
-
-    def _edges_hold(self, vertices: NDArray[np.floating[Any]], first: int = 0) -> bool:
-        """Whether the same copies of vertices are together, and faces on lines, as when the edges were found.
-
-        `vertices` (n, 3) are those from number `first` on. If copies move apart or meet again, or if a face comes to
-        have an area, the faces along some edges are others.
-        """
-        if self._copies is None:
-            return True
-
-        copies, corners = ((rows >= first).all(axis=1) & (rows < first + len(vertices)).all(axis=1)
-                           for rows in (self._copies, self._collinear))
-        return (np.array_equal(together(vertices, self._copies[copies] - first), self._together[copies])
-                and bool(collinear_faces(vertices, self._collinear[corners] - first, self._tables.origin).all()))
 
     @contextmanager
     def _change(self) -> Iterator[None]:
@@ -206,7 +190,7 @@ class PreparedScene:
             count = int(self._tables.mesh_first_vertex[k + 1] - self._tables.mesh_first_vertex[k])
             mesh.check_vertices(name, count)
             first = int(self._tables.mesh_first_vertex[k])
-            if not self._edges_hold(mesh.vertices, first):
+            if self._edges is not None and not self._edges.hold(mesh.vertices, first):
                 return False
         tables = self._tables
         if values:
@@ -235,6 +219,13 @@ def _vertices_of(path: str) -> str | None:
     """Return the name of the mesh if the path means its vertices, else None."""
     collection, name, field = parameters.split(path)
     return name if collection == "meshes" and field == "vertices" else None
+
+
+def _moving(wrt: Collection[str]) -> set[str]:
+    """The names of the meshes whose vertices or placements are parameters."""
+    parts = [parameters.split(path) for path in wrt]
+    return {name for collection, name, field in parts
+            if collection == "meshes" and field in ("vertices", "transform", "instances")}
 
 
 def _changes_textures(path: str) -> bool:

@@ -122,7 +122,7 @@ class Renderer(PreparedScene):
         progress = checked_progress("render", progress)
         self._settle(camera)
         if self._may_be_convex():
-            _ = self.edges
+            self.find_edges()
         picture = self._engine.render(self._seen(self._tables, camera), options, progress=progress)
         warn_of_picture(picture, "render")
         return picture
@@ -138,7 +138,7 @@ class Renderer(PreparedScene):
         progress = checked_progress("progressive", progress)
         self._settle(camera)
         if self._may_be_convex():
-            _ = self.edges
+            self.find_edges()
         tables = self._seen(self._tables, camera)
         picture = self._engine.add_samples(tables, replace(options, spp=spp), first, sums, progress=progress)
         warn_of_picture(picture, "progressive")
@@ -275,7 +275,7 @@ class Renderer(PreparedScene):
         wrt = names("decide", "wrt", wrt, "parameter paths")
         self._settle(None)
         tables, requested = self._requested(wrt, None)
-        _ = self.edges
+        self.find_edges(wrt)
         options = replace(checked_options(1, max_depth, 0, bounces), terms=checked_terms(terms),
                           field_edges=checked_field_edges(field_edges))
         parameters = [requested_tables(self.scene, tables, [path]) for path in wrt]
@@ -321,7 +321,7 @@ class Renderer(PreparedScene):
         if self.obstacles:
             raise ValueError("this scene has no exact derivatives in this version; edgegrad.differentiable(scene) "
                              f"returns a similar scene that has, where {'; '.join(self.obstacles)}")
-        _ = self.edges
+        self.find_edges(wrt)
         deepest = MAX_DERIVATIVE_DEPTH if narrow else MAX_DEPTH
         options = checked_options(spp, max_depth, seed, bounces, deepest)
         return replace(options, seed=options.seed ^ DERIVATIVE_STREAM, terms=computed, field_edges=edges)

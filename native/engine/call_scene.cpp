@@ -160,6 +160,7 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const Scene
     view_.edge_face_first = rows_of(tables.edge_face_first);
     view_.edge_faces = rows_of(tables.edge_faces);
     view_.edge_opposite = rows_of(tables.edge_opposite);
+    view_.edge_sharing = tables.edge_sharing.empty() ? nullptr : tables.edge_sharing.data();
     view_.face_collinear = tables.face_collinear.empty() ? nullptr : tables.face_collinear.data();
     view_.intersection_ends = zero_row<float>();
     view_.edge_count = static_cast<int32_t>(tables.edge_vertices.size() / 2);

@@ -74,7 +74,7 @@ const Bvh& Engine::bvh() const {
 
 void Engine::set_edges(std::vector<uint32_t> vertices, std::vector<uint32_t> face_first,
                        std::vector<uint32_t> faces, std::vector<uint32_t> opposite,
-                       const std::vector<uint32_t>& collinear) {
+                       const std::vector<uint32_t>& collinear, std::vector<uint8_t> sharing) {
     require_settled();
     bodies_ = nullptr;
     forget_shapes();
@@ -83,6 +83,7 @@ void Engine::set_edges(std::vector<uint32_t> vertices, std::vector<uint32_t> fac
     tables_.edge_face_first = std::move(face_first);
     tables_.edge_faces = std::move(faces);
     tables_.edge_opposite = std::move(opposite);
+    tables_.edge_sharing = std::move(sharing);
     tables_.face_collinear.assign(collinear.empty() ? 0 : tables_.faces.size() / 3, 0);
     for (const uint32_t face : collinear) tables_.face_collinear[face] = 1;
     closed_ = closed_meshes(tables_);

@@ -134,9 +134,10 @@ class Scene {
         std::vector<uint32_t> faces = column<uint32_t>(edges, "faces");
         std::vector<uint32_t> opposite = column<uint32_t>(edges, "opposite");
         const std::vector<uint32_t> collinear = column<uint32_t>(edges, "collinear");
+        std::vector<uint8_t> sharing = column<uint8_t>(edges, "sharing");
         const WithoutInterpreter without;
         engine_->set_edges(std::move(vertices), std::move(face_first), std::move(faces), std::move(opposite),
-                           collinear);
+                           collinear, std::move(sharing));
     }
 
     void update(nb::handle tables) {

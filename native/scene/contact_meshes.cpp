@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "scene/face_vectors.h"
+#include "scene/mesh_edges.h"
 #include "scene/mesh_instances.h"
 #include "scene/sharp_lobes.h"
 #include "scene/textures/jumps.h"
@@ -209,7 +210,7 @@ std::vector<int32_t> noisy_contact_materials(const SceneTables& tables, const Re
     std::vector<uint8_t> concave(meshes, 0);
     for (size_t e = 0; 2 * e < tables.edge_vertices.size(); ++e) {
         const uint32_t first = tables.edge_face_first[e];
-        if (tables.edge_face_first[e + 1] - first != 2) continue;
+        if (count_own_faces(tables, e) != 2) continue;
         const auto mesh =
             static_cast<size_t>(mesh_of(tables, static_cast<int32_t>(tables.edge_faces[first])));
         if (mesh >= meshes || concave[mesh] || !(motion.camera || moves[mesh])) continue;

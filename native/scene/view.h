@@ -186,6 +186,7 @@ struct SceneView {
     const uint32_t* edge_face_first;  // (E + 1)
     const uint32_t* edge_faces;
     const uint32_t* edge_opposite;
+    const uint8_t* edge_sharing;    // number of edges in the same place, which share a sample; null: one each
     const uint8_t* face_collinear;  // faces on lines, which rays through edges pass; null: there are none
     int32_t edge_count;
     // (N, 2, 3) ends of the intersection curves of two faces (boundary/curves/intersections.h). Their edge

@@ -96,6 +96,21 @@ constexpr bool scatters_at_lines(int32_t kind) {
 }
 constexpr bool crosses_fields(int32_t kind) { return kind == kCrossedLight || kind == kCrossedSurface; }
 
+// Whether its segments are those of edges of meshes.
+constexpr bool samples_edges(int32_t kind) {
+    switch (kind) {
+        case kPrimaryBoundary:
+        case kShadowBoundary:
+        case kEnvironmentShadow:
+        case kIndirectBoundary:
+        case kContactBorder:
+        case kCausticEdge:
+            return true;
+        default:
+            return false;
+    }
+}
+
 constexpr bool kinds_are_in_order() {
     for (int32_t kind = 0; kind < kBoundaryKinds; ++kind)
         if (kBoundaryTable[kind].kind != kind) return false;

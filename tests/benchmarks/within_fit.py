@@ -53,7 +53,7 @@ class Fits:
         scene, tangent = peer_scenes.at_theta(self.data, 0.0)
         start = {path: edgegrad.parameters.get(scene, path) for path in tangent}
         renderer = edgegrad.Renderer(scene, threads=self.threads, engine="native", learn=self.learn)
-        _ = renderer.edges
+        renderer.find_edges()
         seconds, gradients = [], []
         for k in range(iterations):
             theta = WAY * self.eps * (1.0 - (k + 1) / ITERATIONS)

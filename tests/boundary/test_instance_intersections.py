@@ -13,10 +13,10 @@ import edgegrad
 from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose, need_every_table
 from tests.support.rich_scene import pose, turn
 from tests.support.scenes.intersecting_surfaces import folded
+from tests.support.scenes.seen_lights import sheet_through as through_seen
 from tests.support.scenes.sheets_through_lights import light_moves, sheet_through, sheet_through_board
 from tests.support.scenes.sheets_through_round_lights import sheet_through as through_round
 from tests.support.scenes.sheets_through_round_lights import veiled
-from tests.support.scenes.sheets_through_seen_lights import sheet_through as through_seen
 from tests.support.small_scenes import Floats, Make, along, box, camera, matte, rectangle
 
 VIEW = camera((0.3, 0.4, 3.0), (0, 0, 0), 32, 0.8)

@@ -9,17 +9,16 @@ from numpy.typing import ArrayLike
 import edgegrad
 from tests.support.motions import camera_moves, lamp_changes
 from tests.support.picture_differences import check_agreement, check_transpose, need_every_table
+from tests.support.scenes.seen_lights import LIGHTS, PIERCED, VIEWS, sheet_through
 from tests.support.scenes.seen_lights import PAIRS as ALL_PAIRS
-from tests.support.scenes.seen_lights import VIEWS
 from tests.support.scenes.sheets_through_lights import moves
-from tests.support.scenes.sheets_through_seen_lights import LIGHTS, sheet_through
 from tests.support.slow_cases import slow_but
 from tests.support.small_scenes import Make, along
 
 SHEET = ["meshes.sheet.vertices"]
 # Excludes disks seen by parallel rays.
 PAIRS = [(light, view) for light, view in ALL_PAIRS
-         if light in LIGHTS and (getattr(LIGHTS[light], "sphere", True) or VIEWS[view].kind != "ORTHOGRAPHIC")]
+         if light in PIERCED and (getattr(LIGHTS[light], "sphere", True) or VIEWS[view].kind != "ORTHOGRAPHIC")]
 
 
 def sheet_moves(light: str, view: str, alpha: float = 1.0) -> tuple[Make, list[str]]:
@@ -44,7 +43,7 @@ CASES: dict[str, tuple[Make, list[str]]] = {
     **{f"{light}, {view}: sheet moves": sheet_moves(light, view) for light, view in PAIRS},
     **{f"{light}, {view}: light moves": light_moves(light, view) for light, view in PAIRS},
     **{f"{light}, {view}: camera moves": view_moves(light, view) for light, view in PAIRS},
-    **{f"{light}, veil moves": sheet_moves(light, "perspective", 0.6) for light in LIGHTS},
+    **{f"{light}, veil moves": sheet_moves(light, "perspective", 0.6) for light in PIERCED},
     "sphere: light grows": light_changes("sphere", "perspective", "radius", 0.6),
     "disk: light grows": light_changes("disk", "perspective", "radius", 0.6),
     "rectangle: light grows": light_changes("rectangle", "perspective", "size", np.array([0.7, -0.3])),
@@ -67,7 +66,7 @@ def test_reverse_mode_is_the_transpose(name: str) -> None:
     check_transpose(*CASES[name], spp=16, terms=("primary",))
 
 
-@pytest.mark.parametrize("light", LIGHTS)
+@pytest.mark.parametrize("light", PIERCED)
 def test_plan_names_what_is_computed(light: str) -> None:
     need_every_table()
     words = "besides edges: the lines where sheet pass through the light 'lamp'"

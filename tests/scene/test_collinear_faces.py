@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import edgegrad
-from edgegrad import AreaLight, Material, Mesh, PointLight, Renderer, Scene, World
+from edgegrad import Mesh, Renderer, Scene
 from edgegrad.geometry import topology
 from tests.support import block_statistics, shapes
 from tests.support.picture_differences import need_every_table
 from tests.support.rich_scene import turn
-from tests.support.small_scenes import camera, matte, rectangle
+from tests.support.scenes.bodies_apart import cube_above_a_floor
 
 F64, Faces = NDArray[np.float64], NDArray[np.int32]
 
@@ -83,25 +82,12 @@ def test_thin_triangles_with_an_area_count() -> None:
 
 
 def scene(light: str, slivers: bool) -> Scene:
-    """A cube above a floor, or in front of a mirror."""
-    vertices, faces = shapes.cube(1.0)
-    vertices = vertices @ turn(0.3, 0.2, 0.5).T + [0.0, 0.9, 0.0]
+    made = cube_above_a_floor(light)
     if slivers:
-        vertices, faces = closed_with_slivers(vertices, faces)
-    gloss = Material(np.ones(3), kind="GLOSSY", roughness=0.0) if light == "mirror" else matte(0.7, 0.7, 0.7)
-    lights: dict[str, Any] = {}
-    if light == "sphere":
-        lights = {"lamp": PointLight(np.array([1.0, 3.0, 1.0]), 100.0, radius=0.3, sphere=True)}
-    elif light == "point":
-        lights = {"lamp": PointLight(np.array([1.0, 3.0, 1.0]), 100.0)}
-    elif light == "mirror":
-        down = np.array([[1.0, 0, 0, 0], [0, 0, 1, 4.0], [0, -1, 0, 0], [0, 0, 0, 1]])
-        lights = {"lamp": AreaLight(down, np.ones(2), power=100.0)}
-    floor = rectangle((0, 0, 0), (0, 0, 3), (3, 0, 0), "floor")
-    return Scene(camera((1.5, 2.5, 3), (0, 0.5, 0), 24, 0.9),
-                 {"cube": Mesh(vertices, faces, ("clay",)), "floor": floor},
-                 {"clay": matte(0.6, 0.5, 0.4), "floor": gloss}, lights,
-                 World(np.full(3, 1.0 if light == "sky" else 0.1)))
+        cube = made.meshes["cube"]
+        vertices, faces = closed_with_slivers(cube.vertices, cube.faces)
+        made.meshes["cube"] = Mesh(vertices, faces, ("clay",))
+    return made
 
 
 @pytest.mark.parametrize("light", ["sphere", "point", "sky", "mirror"])

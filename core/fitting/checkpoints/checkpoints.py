@@ -176,7 +176,7 @@ def state_of(run: Run) -> State:
 def restore(run: Run, state: State) -> None:
     """Take over what `state_of` has returned for a fit that began in the same way."""
     for renderer in (run.renderer, *_silhouettes(run)):
-        _ = renderer.edges  # of the scene at the start, as in a fit without an interruption
+        renderer.find_edges()  # of the scene at the start, as in a fit without an interruption
     for item in run.unknowns:
         item.restore(state["unknowns"][item.path])
         parameters.put(run.work, item.path, state["values"][item.path])

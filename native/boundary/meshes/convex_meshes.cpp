@@ -71,7 +71,7 @@ bool is_connected(const SceneTables& t, size_t mesh) {
     const auto [first_edge, last_edge] = mesh_edges(t, mesh);
     for (auto edge = static_cast<size_t>(first_edge); edge < static_cast<size_t>(last_edge); ++edge) {
         const uint32_t first = t.edge_face_first[edge];
-        for (uint32_t k = first + 1; k < t.edge_face_first[edge + 1]; ++k) {
+        for (uint32_t k = first + 1; k < first + count_own_faces(t, edge); ++k) {
             const uint32_t a = root(t.edge_faces[first]), b = root(t.edge_faces[k]);
             parts -= a != b;
             parent[b] = a;

@@ -6,6 +6,7 @@
 #include "scene/closure_programs.h"
 #include "scene/face_vectors.h"
 #include "scene/material_params.h"
+#include "scene/mesh_edges.h"
 
 namespace edgegrad {
 namespace {
@@ -123,6 +124,7 @@ bool is_seam(const SceneTables& t, int64_t edge) {
     if (slope) return true;  // tangents are constant per face
     if (bends_normals(t, t.face_material[face[0]]) && !in_one_plane(t, face)) return true;
     if (t.corner_normal.empty() && !reads) return false;
+    if (count_own_faces(t, e) < 2) return true;  // attributes of different meshes are not compared
     if (reads) {
         const auto is_smooth = [&t](uint32_t f) {
             const auto at = 3 * size_t{f};

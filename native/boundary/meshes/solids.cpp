@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "scene/mesh_edges.h"
 #include "scene/mesh_instances.h"
 #include "util/parallel.h"
 
@@ -31,14 +32,14 @@ std::vector<uint8_t> closed_meshes(const SceneTables& t) {
     std::vector<uint8_t> closed(static_cast<size_t>(t.visible_meshes), 1);
     size_t mesh = 0;
     for (size_t edge = 0; edge + 1 < t.edge_face_first.size(); ++edge) {
-        const uint32_t first = t.edge_face_first[edge], last = t.edge_face_first[edge + 1];
+        const uint32_t first = t.edge_face_first[edge];
         while (t.edge_faces[first] >= static_cast<uint32_t>(t.mesh_first_face[mesh + 1])) ++mesh;
         if (!closed[mesh]) continue;
         const float* a = &t.vertices[3 * static_cast<size_t>(t.edge_vertices[2 * edge])];
         const float* b = &t.vertices[3 * static_cast<size_t>(t.edge_vertices[2 * edge + 1])];
-        closed[mesh] =
-            last - first == 2 && runs_along(t, t.edge_faces[first], t.edge_opposite[first], a, b) !=
-                                     runs_along(t, t.edge_faces[first + 1], t.edge_opposite[first + 1], a, b);
+        closed[mesh] = count_own_faces(t, edge) == 2 &&
+                       runs_along(t, t.edge_faces[first], t.edge_opposite[first], a, b) !=
+                           runs_along(t, t.edge_faces[first + 1], t.edge_opposite[first + 1], a, b);
     }
     return closed;
 }

@@ -4,6 +4,7 @@
 
 #include "boundary/meshes/seams.h"
 #include "scene/face_vectors.h"
+#include "scene/mesh_edges.h"
 
 namespace edgegrad {
 namespace {
@@ -26,7 +27,7 @@ void join_rings(std::vector<int32_t>& next, size_t edges, int32_t one, int32_t o
 
 bool shading_continues(const SceneTables& t, size_t edge) {
     const uint32_t first = t.edge_face_first[edge];
-    if (t.edge_face_first[edge + 1] - first != 2) return false;
+    if (t.edge_face_first[edge + 1] - first != 2 || count_own_faces(t, edge) != 2) return false;
     const uint32_t one = t.edge_faces[first], other = t.edge_faces[first + 1];
     if (t.face_material[one] != t.face_material[other] || is_smooth(t, one) != is_smooth(t, other))
         return false;
@@ -54,7 +55,7 @@ SurfaceRegions surface_regions(const SceneTables& t) {
     };
     for (size_t e = 0; e < edges; ++e) {
         const uint32_t first = t.edge_face_first[e];
-        for (uint32_t k = first; k < t.edge_face_first[e + 1]; ++k) {
+        for (uint32_t k = first; k < first + count_own_faces(t, e); ++k) {
             const size_t face = t.edge_faces[k];
             for (size_t c = 0; c < 3; ++c)
                 if (t.faces[3 * face + c] == static_cast<int32_t>(t.edge_opposite[k])) {

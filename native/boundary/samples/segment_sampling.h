@@ -182,10 +182,23 @@ EG_INLINE SegmentSample sample_entry(const BoundaryTask& task, int64_t at, Segme
     s.random.stream = splat(boundary_stream(task));
     return s;
 }
+
+// The part of a jump at an edge that its samples count. Edges in one place have samples of the same jumps
+// (core/geometry/joint_edges.py).
+EG_INLINE Float share_of_edge(const SceneView& scene, Mask active, Int edge) {
+    Float share = splat(1.0f);
+    for (int i = 0; scene.edge_sharing && i < W; ++i)
+        if (active[i] && edge[i] >= 0 && edge[i] < scene.edge_count)
+            share[i] = 1.0f / static_cast<float>(scene.edge_sharing[edge[i]]);
+    return share;
+}
+
 EG_INLINE SegmentSample sample_edge_segment(const SceneView& scene, const BoundaryTask& task, int64_t at,
                                             SegmentCursor& cursor) {
     SegmentSample s = sample_entry(task, at, cursor);
     gather_edges(scene, s.edge, s.instance, s.a, s.t);
+    if (scene.edge_sharing && samples_edges(task.kind))
+        s.density = s.density / share_of_edge(scene, s.active, s.edge);
     return s;
 }
 

@@ -282,7 +282,7 @@ EG_INLINE void walk_by_sharp_lobes(const SceneView& scene, const BoundaryTask& t
 // Samples an edge near a direction from x, one of `candidates` (choose_edge_point), and sets it in the
 // segment and in `p`. Returns f |n_s . w|/r^2 over the density of the point.
 template <typename Counts>
-EG_INLINE Vec3 sample_edge_near(const BoundaryTask& task, const ScatteringPoint& x,
+EG_INLINE Vec3 sample_edge_near(const SceneView& scene, const BoundaryTask& task, const ScatteringPoint& x,
                                 const CameraSampledSurface& surface, Int kinds, const LobeDirection& around,
                                 int candidates, const Counts& counts, SegmentSample& p, BoundarySegment& s) {
     const CameraSampledPoint e =
@@ -296,18 +296,19 @@ EG_INLINE Vec3 sample_edge_near(const BoundaryTask& task, const ScatteringPoint&
     s.towards = e.towards;
     s.x = x.x;
     s.reach = e.reach;
-    return e.color;
+    return e.color * share_of_edge(scene, s.active, e.edge);
 }
 
 // The same near a direction of x's lobes.
-EG_INLINE Vec3 sample_edge_in_lobes(const BoundaryTask& task, const ScatteringPoint& x,
-                                    const CameraSampledSurface& surface, Int kinds, const PathIndex& walk,
-                                    Int vertex, int candidates, SegmentSample& p, BoundarySegment& s) {
+EG_INLINE Vec3 sample_edge_in_lobes(const SceneView& scene, const BoundaryTask& task,
+                                    const ScatteringPoint& x, const CameraSampledSurface& surface, Int kinds,
+                                    const PathIndex& walk, Int vertex, int candidates, SegmentSample& p,
+                                    BoundarySegment& s) {
     const Float lobe = sobol_pair(walk, vertex_pair(vertex, kVertexChoice)).v;
     const LobeDirection around = sample_lobe_direction(surface, s.active, kinds, lobe, p.random);
     return sample_edge_near(
-        task, x, surface, kinds, around, candidates, [](Mask m, Vec3, Float) EG_INLINE_LAMBDA { return m; },
-        p, s);
+        scene, task, x, surface, kinds, around, candidates,
+        [](Mask m, Vec3, Float) EG_INLINE_LAMBDA { return m; }, p, s);
 }
 
 // Samples the term without L(y). Appends the path that estimates L(y) to the queue of length `queued`, and
@@ -330,8 +331,8 @@ EG_OUTLINE int sample_from_camera(const SceneView& scene, const BoundaryTask& ta
     if (!any(s.active)) return queued;
     const CameraSampledSurface surface(scene, x, s.active, followed_in_picture(scene, s));
     const PathIndex walk = path_index(walks, path.path);
-    const Vec3 value =
-        sample_edge_in_lobes(task, x, surface, kinds, walk, path.vertex, kCameraSampledCandidates, p, s);
+    const Vec3 value = sample_edge_in_lobes(scene, task, x, surface, kinds, walk, path.vertex,
+                                            kCameraSampledCandidates, p, s);
     if (!any(s.active)) return queued;
 
     const HidingEdge edge = hide_behind(scene, p, x.x, s);

@@ -149,8 +149,8 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
                                EG_INLINE_LAMBDA { lit |= seen; });
         return lit;
     };
-    const Vec3 value =
-        sample_edge_near(task, x, surface, source.kinds, around, kCameraSampledCandidates, meets_light, p, s);
+    const Vec3 value = sample_edge_near(scene, task, x, surface, source.kinds, around,
+                                        kCameraSampledCandidates, meets_light, p, s);
     if (!any(s.active)) return s;
 
     const HidingEdge edge = hide_behind(scene, p, x.x, s);

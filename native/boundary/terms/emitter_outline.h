@@ -104,7 +104,7 @@ EG_OUTLINE BoundarySegment sample_emitter_outline(const SceneView& scene, const 
     // Sample an edge in the lobes of x
     const CameraSampledSurface surface(scene, x, s.active, followed_in_picture(scene, s));
     const PathIndex walk = path_index(walks, path.path);
-    const Vec3 value = sample_edge_in_lobes(task, x, surface, splat(kScatteredRays), walk, path.vertex,
+    const Vec3 value = sample_edge_in_lobes(scene, task, x, surface, splat(kScatteredRays), walk, path.vertex,
                                             kOutlineCandidates, p, s);
     if (!any(s.active)) return s;
 

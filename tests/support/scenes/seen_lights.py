@@ -1,14 +1,16 @@
-"""Lights of every shape in the view of cameras of every kind."""
+"""Lights of every shape in the view of cameras of every kind, and sheets that pass through them."""
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
 
 import edgegrad
+from edgegrad._check import RAYS
 from tests.support.rich_scene import pose, turn
-from tests.support.small_scenes import camera
+from tests.support.small_scenes import camera, matte, rectangle
 
 PLACE = np.array([0.2, 0.1, 0.3])
 FACING = pose(turn(0.3, 0.4, 0.2) @ np.diag([1.0, -1.0, -1.0]), *PLACE.tolist())  # shines along -Z: at the camera
@@ -40,3 +42,14 @@ FAR = ("small sun", "telescope"), ("wide disk", "high")
 # Parallel rays see all of a sun, or nothing.
 PAIRS = [*FAR, *((light, view) for light in list(LIGHTS)[:6] for view in list(VIEWS)[:5]
                  if (light, view) != ("sun", "orthographic"))]
+
+PIERCED = ("sphere", "disk", "spot", "rectangle", "ellipse")
+
+
+def sheet_through(light: str, view: str, alpha: float = 1.0) -> edgegrad.Scene:
+    """A light that a black sheet passes through."""
+    return edgegrad.Scene(
+        deepcopy(VIEWS[view]), {"sheet": rectangle((0.25, 0.1, 0.45), (0.5, 0.1, 0.4), (0.0, 0.9, 0.3), "black")},
+        {"black": replace(matte(0.0, 0.0, 0.0), alpha=alpha)},
+        {"lamp": replace(LIGHTS[light], visible_to=frozenset(RAYS))},
+    )

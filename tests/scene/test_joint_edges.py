@@ -1,0 +1,97 @@
+"""Edges of several meshes in one place: derivatives are those of the same bodies in one mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from edgegrad import Renderer, Scene
+from edgegrad.rendering.scene_edges import SceneEdges
+from edgegrad.tables import tables as flat
+from tests.support import block_statistics
+from tests.support.picture_differences import need_every_table
+from tests.support.scenes.bodies_apart import cube_above_a_floor, in_pieces, room
+
+F64 = NDArray[np.float64]
+SHIFT = np.array([0.5, 0.2, -0.3])
+
+
+def shifts(scene: Scene, *still: str) -> dict[str, F64]:
+    """The motion of all meshes but some."""
+    return {f"meshes.{name}.vertices": np.broadcast_to(SHIFT, mesh.vertices.shape).copy()
+            for name, mesh in scene.meshes.items() if name not in still}
+
+
+def shifted_camera(scene: Scene) -> dict[str, F64]:
+    tangent = np.zeros((4, 4))
+    tangent[:3, 3] = SHIFT
+    return {"camera.to_world": tangent}
+
+
+def sums(scene: Scene, rates: Mapping[str, F64], first: int) -> F64:
+    renderer = Renderer(scene)
+    return np.array([block_statistics.block_sums(renderer.render_forward(
+        rates, spp=64, max_depth=3, seed=seed), 6).sum(axis=-1).ravel() for seed in range(first, first + 16)])
+
+
+@pytest.mark.parametrize("moving", ["all pieces", "camera"])
+@pytest.mark.parametrize("light", ["sphere", "point", "sky", "mirror"])
+def test_a_cube_of_six_meshes(light: str, moving: str) -> None:
+    need_every_table()
+    whole, apart = cube_above_a_floor(light), in_pieces(cube_above_a_floor(light), "cube")
+    rates = [shifted_camera(one) if moving == "camera" else shifts(one, "floor") for one in (whole, apart)]
+    block_statistics.check(block_statistics.means_p_value(sums(whole, rates[0], 0), sums(apart, rates[1], 100)))
+
+
+@pytest.mark.parametrize("moving", ["all pieces", "camera"])
+def test_a_room_of_five_walls(moving: str) -> None:
+    need_every_table()
+    whole, apart = room(False), room(True)
+    rates = [shifted_camera(one) if moving == "camera" else shifts(one) for one in (whole, apart)]
+    block_statistics.check(block_statistics.means_p_value(sums(whole, rates[0], 0), sums(apart, rates[1], 100)))
+
+
+def test_edges_are_joined_where_meshes_move_alike() -> None:
+    scene = in_pieces(cube_above_a_floor("sky"), "cube")
+    found = SceneEdges(flat.flatten(scene))
+    own = found.for_moving([1])  # one piece; the floor is number 0
+    alike = found.for_moving(range(1, 7))
+    assert len(alike) == len(own) == 35  # of 6 pieces, 5 each, and of the floor
+    assert sorted(np.diff(alike.face_first.astype(int)).tolist()) == 4 * [1] + 31 * [2]
+    assert sorted(alike.sharing.tolist()) == 11 * [1] + 24 * [2]
+    # The four borders of the piece that moves by itself, and those of the others beside it, stay borders
+    assert (np.diff(own.face_first.astype(int)) == 1).sum() == 4 + 8
+    # The faces of their own mesh come first
+    starts = alike.face_first[:-1]
+    np.testing.assert_array_equal(alike.faces[starts], found.for_moving([1]).faces[own.face_first[:-1]])
+
+
+def test_pieces_that_move_apart_have_borders_again() -> None:
+    scene = in_pieces(cube_above_a_floor("sky"), "cube")
+    path, adjoint = "meshes.0.vertices", np.ones((24, 24, 3))
+    paths = [f"meshes.{k}.vertices" for k in range(6)]
+    renderer = Renderer(scene)
+    joined = renderer.render_backward(adjoint, paths, spp=4)
+    scene.meshes["0"] = replace(scene.meshes["0"], vertices=scene.meshes["0"].vertices + [0.0, 0.3, 0.0])
+    renderer.update([path])
+    apart = renderer.render_backward(adjoint, paths, spp=4)
+    fresh = Renderer(scene).render_backward(adjoint, paths, spp=4)
+    for one in paths:
+        np.testing.assert_array_equal(apart[one], fresh[one])
+    assert not np.array_equal(apart[path], joined[path])
+
+
+def test_modes_are_transposes() -> None:
+    need_every_table()
+    scene = in_pieces(cube_above_a_floor("sphere"), "cube")
+    rates = shifts(scene, "floor")
+    renderer = Renderer(scene)
+    weights = np.random.default_rng(0).normal(size=(24, 24, 3))
+    forward = renderer.render_forward(rates, spp=8, max_depth=3, seed=1).astype(np.float64)
+    reverse = renderer.render_backward(weights, list(rates), spp=8, max_depth=3, seed=1)
+    by_reverse = sum(float(np.sum(reverse[path] * rate)) for path, rate in rates.items())
+    assert float(np.sum(forward * weights)) == pytest.approx(by_reverse, rel=1e-4)

@@ -1,0 +1,64 @@
+"""The same bodies twice: as one mesh, and as several meshes that meet in common edges."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from edgegrad import AreaLight, Material, Mesh, PointLight, Scene, World
+from edgegrad.scene.light import Light
+from tests.support import shapes
+from tests.support.rich_scene import turn
+from tests.support.small_scenes import camera, matte, rectangle
+
+
+def cube_above_a_floor(light: str) -> Scene:
+    """A turned cube in one piece above a floor, or above a mirror."""
+    vertices, faces = shapes.cube(1.0)
+    vertices = vertices @ turn(0.3, 0.2, 0.5).T + [0.0, 0.9, 0.0]
+    mirror = Material(np.ones(3), kind="GLOSSY", roughness=0.0)
+    down = np.array([[1.0, 0, 0, 0], [0, 0, 1, 4.0], [0, -1, 0, 0], [0, 0, 0, 1]])
+    lights: dict[str, dict[str, Light]] = {
+        "sphere": {"lamp": PointLight(np.array([1.0, 3.0, 1.0]), 100.0, radius=0.3, sphere=True)},
+        "point": {"lamp": PointLight(np.array([1.0, 3.0, 1.0]), 100.0)},
+        "mirror": {"lamp": AreaLight(down, np.ones(2), power=100.0)}, "sky": {}}
+    floor = rectangle((0, 0, 0), (0, 0, 3), (3, 0, 0), "floor")
+    return Scene(camera((1.5, 2.5, 3), (0, 0.5, 0), 24, 0.9),
+                 {"cube": Mesh(vertices, faces, ("clay",)), "floor": floor},
+                 {"clay": matte(0.6, 0.5, 0.4), "floor": mirror if light == "mirror" else matte(0.7, 0.7, 0.7)},
+                 lights[light], World(np.full(3, 1.0 if light == "sky" else 0.1)))
+
+
+def in_pieces(scene: Scene, name: str) -> Scene:
+    """The scene with a mesh as one mesh for each of its planes, named by numbers."""
+    meshes = dict(scene.meshes)
+    mesh = meshes.pop(name)
+    corners = mesh.vertices[mesh.faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    planes = np.unique(np.round(normal, 4), axis=0, return_inverse=True)[1].ravel()
+    for plane in range(planes.max() + 1):
+        faces = mesh.faces[planes == plane]
+        used, numbers = np.unique(faces, return_inverse=True)
+        meshes[str(plane)] = Mesh(mesh.vertices[used], numbers.reshape(-1, 3).astype(np.int32), mesh.materials)
+    scene.meshes = meshes
+    return scene
+
+
+def room(apart: bool) -> Scene:
+    """A room of five walls, lit by a lamp and from outside, as its camera sees it."""
+    walls = {"floor": rectangle((0, 0, 0), (0, 0, 2), (2, 0, 0), "a"),
+             "back": rectangle((0, 1, -2), (2, 0, 0), (0, 1, 0), "b"),
+             "left": rectangle((-2, 1, 0), (0, 0, 2), (0, 1, 0), "c"),
+             "right": rectangle((2, 1, 0), (0, 0, 2), (0, 1, 0), "c"),
+             "top": rectangle((0, 2, 0), (2, 0, 0), (0, 0, 2), "a")}
+    if not apart:
+        faces, first = [], 0
+        for wall in walls.values():
+            faces.append(wall.faces + first)
+            first += len(wall.vertices)
+        material = np.repeat(["abc".index(wall.materials[0]) for wall in walls.values()], 2).astype(np.int32)
+        walls = {"room": Mesh(np.concatenate([wall.vertices for wall in walls.values()]),
+                              np.concatenate(faces).astype(np.int32), ("a", "b", "c"), face_material=material)}
+    return Scene(camera((0.1, 1.1, 1.9), (0, 0.9, -1), 24, 1.2), walls,
+                 {"a": matte(0.7, 0.7, 0.7), "b": matte(0.2, 0.4, 0.8), "c": matte(0.8, 0.3, 0.2)},
+                 {"lamp": PointLight(np.array([0.3, 1.5, 0.2]), 60.0)}, World(np.full(3, 0.3)))

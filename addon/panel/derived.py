@@ -1,8 +1,8 @@
 """What the panel derives from the file, such as names of properties and what is in the way of a fit.
 
 Blender draws a panel at each move of the pointer over it. What it shows is therefore kept until Blender has evaluated
-an edit. Pictures change without an edit: while a window shows the panel, a timer looks at them. While none does, nothing
-is kept.
+an edit. Pictures change without an edit: while a window shows the panel, a timer looks at them. Nothing is kept while
+no window does.
 """
 
 from __future__ import annotations

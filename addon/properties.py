@@ -12,7 +12,6 @@ from .panel import derived
 from .problem import Problem
 from .rows import KINDS, names_of, switched_on, title
 from .session import Request
-from .status import STATUS
 from .targets.film import FrameRange
 from .targets.pictures import Picture
 from .vertex_options import AXES, VertexOptions
@@ -36,7 +35,7 @@ TERM_ITEMS = (
 
 
 def _edited(_: Any, __: Any) -> None:
-    STATUS.edits += 1
+    derived.forget()
 
 
 def _line(row: Any) -> str:
@@ -45,7 +44,8 @@ def _line(row: Any) -> str:
 
 
 def _about(row: Any) -> str:
-    return derived.parameter(row).about
+    # Blender asks at each draw of a row.
+    return (derived.lines.get(derived.pointer(row)) or derived.parameter(row)).about
 
 
 def _is_camera(_: Any, ob: Any) -> bool:
@@ -162,7 +162,7 @@ class Settings(bpy.types.PropertyGroup):
     samples: bpy.props.IntProperty(update=_edited,  # type: ignore[valid-type]
         name="Samples", default=16, min=1, soft_max=256,
         description="Samples per pixel of each iteration. More samples reduce the noise and take longer")
-    use_frames: bpy.props.BoolProperty(  # type: ignore[valid-type]
+    use_frames: bpy.props.BoolProperty(update=_edited,  # type: ignore[valid-type]
         name="Film", default=False,
         description="Fit the frames of movies and numbered files (film.####.png); keyed properties get a keyframe at "
         "each frame")

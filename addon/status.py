@@ -30,8 +30,6 @@ class Status:
         Whether it ended with an error.
     cost
         Seconds that one sample per pixel of one picture takes in an iteration, from the last fit; 0: not known.
-    edits
-        Number of edits of targets, parameters and the numbers of a fit, of which Blender's handlers do not tell.
     """
 
     warnings: Sequence[str] = ()
@@ -43,7 +41,6 @@ class Status:
     said: str = ""
     failed: bool = False
     cost: float = 0.0
-    edits: int = 0
 
     def say(self, warnings: Sequence[str], notes: Sequence[str]) -> None:
         """Replace the sentences by those of an operator on the current scene."""

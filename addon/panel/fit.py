@@ -16,6 +16,16 @@ from .words import wrapped
 CURVE_SCALE = 7.0  # side of the loss curve, in heights of a button
 
 
+class QualityMenu(bpy.types.Menu):
+    """Sets iterations, samples and pictures per iteration"""
+
+    bl_idname = "EDGEGRAD_MT_quality"
+    bl_label = "Quality"
+
+    def draw(self, context: Any) -> None:
+        self.layout.props_enum(context.scene.edgegrad, "quality")
+
+
 class FitPanel(Tab, bpy.types.Panel):
     """Panel with the button Fit and the progress."""
 
@@ -28,11 +38,12 @@ class FitPanel(Tab, bpy.types.Panel):
         if isinstance(job, FitJob):
             _progress(context, layout, job)
             return
-        settings, known = context.scene.edgegrad, derived.start(context)
+        settings = context.scene.edgegrad
+        known = derived.start(context, settings)
         column = editable(layout if job is None else layout.column())
         # A plain property would have Python find the quality of the numbers at each draw.
-        column.prop_menu_enum(settings, "quality", text=known.quality)
-        if settings.use_frames:
+        column.menu("EDGEGRAD_MT_quality", text=known.quality)
+        if known.film:
             column.use_property_split, column.use_property_decorate = True, False
             column.prop(settings, "use_frames")
             column.prop(settings, "first_frame")
@@ -116,4 +127,4 @@ def _progress(context: Any, layout: Any, job: FitJob) -> None:
     row.operator("edgegrad.show_difference", text="", icon="IMAGE_DATA")
 
 
-CLASSES: tuple[Any, ...] = (FitPanel, FitDetailsPanel)
+CLASSES: tuple[Any, ...] = (QualityMenu, FitPanel, FitDetailsPanel)

@@ -9,6 +9,7 @@ import bpy
 from .. import rows, setups
 from ..animated.stored import PROPERTY
 from . import derived, icons
+from .derived import lines, parameter, pointer
 from .tab import Tab, editable, stated
 
 ROWS = 4  # of the list, unless it is dragged longer
@@ -21,7 +22,7 @@ class ParameterList(bpy.types.UIList):
 
     def draw_item(self, context: Any, layout: Any, data: Any, item: Any, icon: int, active_data: Any,
                   active_property: str) -> None:  # fmt: skip
-        line = derived.lines.get(derived.pointer(item)) or derived.parameter(item)
+        line = lines.get(pointer(item)) or parameter(item)
         row = layout.row(align=True)
         if not line.enabled:
             row.active = False
@@ -58,6 +59,16 @@ class SetUpMenu(bpy.types.Menu):
             self.layout.operator("edgegrad.set_up", text=one.label, icon=one.icon).task = name
 
 
+class AddMenu(bpy.types.Menu):
+    """Add values of what is selected or active to the list of what a fit changes"""
+
+    bl_idname = "EDGEGRAD_MT_add"
+    bl_label = "Add from Selection"
+
+    def draw(self, context: Any) -> None:
+        self.layout.operator_enum("edgegrad.parameters_add", "of")
+
+
 class ParametersPanel(Tab, bpy.types.Panel):
     """Panel with the parameters."""
 
@@ -74,12 +85,12 @@ class ParametersPanel(Tab, bpy.types.Panel):
                 column.operator("edgegrad.set_up", text=one.label, icon=one.icon).task = name
             layout.operator_menu_enum("edgegrad.parameters_add", "of", text="Add from Selection", icon="ADD")
             return
-        derived.see_rows(settings, count, derived.line_width(context))
+        derived.see_rows(settings, count, context.region.width)
         row = layout.row()
         row.template_list("EDGEGRAD_UL_parameters", "", settings, "parameters", settings, "active_parameter",
                           item_dyntip_propname="about", rows=ROWS, maxrows=ROWS)  # fmt: skip
         column = row.column(align=True)
-        column.operator_menu_enum("edgegrad.parameters_add", "of", text="", icon="ADD")
+        column.menu("EDGEGRAD_MT_add", text="", icon_value=icons.ADD)
         column.operator("edgegrad.parameter_remove", text="", icon_value=icons.REMOVE)
         column.menu("EDGEGRAD_MT_set_up", text="", icon_value=icons.MORE)
 
@@ -135,4 +146,4 @@ def _vertices(layout: Any, item: Any) -> None:
     column.prop(item, "symmetry")
 
 
-CLASSES: tuple[Any, ...] = (ParameterList, SetUpMenu, ParametersPanel, ParameterDetailsPanel)
+CLASSES: tuple[Any, ...] = (ParameterList, SetUpMenu, AddMenu, ParametersPanel, ParameterDetailsPanel)

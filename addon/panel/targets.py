@@ -55,6 +55,7 @@ class TargetsPanel(Tab, bpy.types.Panel):
         settings = scene.edgegrad
         targets = settings.targets
         count = len(targets)
+        seen = derived.see_targets(settings, count)
         if not count:
             wrapped(context, layout, "Drop here the picture that the active camera should see, or open it. Then choose "
                     "below what may change, and press Fit.", "INFO")  # fmt: skip
@@ -64,17 +65,17 @@ class TargetsPanel(Tab, bpy.types.Panel):
             column.operator("edgegrad.cameras_import", icon="CAMERA_DATA")
             return
         several = count > 1
-        target = targets[min(settings.active_target, count - 1) if several else 0]
-        found = derived.picture(target, scene, count)
+        number = min(settings.active_target, count - 1) if several else 0
+        found = derived.picture(targets[number], scene, count) if several else derived.only_target(seen, scene)
         row = layout.row(align=True)
         if several:
             row.template_list("EDGEGRAD_UL_targets", "", settings, "targets", settings, "active_target", rows=4)
             _list_buttons(row.column(align=True))
         else:
-            row.label(text=f"{found.camera}: {found.words}", icon_value=found.thumbnail or found.icon)
+            row.label(text=found.title, icon_value=found.thumbnail or found.icon)
             _list_buttons(row)
         if not found.complete:
-            draw_target(editable(self.begin()), target)
+            draw_target(editable(self.begin()), targets[number])
         if found.difference:
             column = layout.column(align=True)
             wrapped(context, column, found.difference)

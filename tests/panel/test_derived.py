@@ -24,6 +24,15 @@ def shown(target: Any) -> derived.Picture:
     return derived.picture(target, bpy.context.scene, len(bpy.context.scene.edgegrad.targets))
 
 
+def started() -> derived.Start:
+    return derived.start(bpy.context, bpy.context.scene.edgegrad)
+
+
+def see_rows(settings: Any, count: int, width: float = 400.0) -> None:
+    """See the rows in a region whose lines are of a width."""
+    derived.see_rows(settings, count, width + derived.BESIDE)
+
+
 def test_what_the_panel_shows_follows_edits(scene: Any, picture: str) -> None:
     """Also removed rows and files, which are no edits of Blender's."""
     scene.render.resolution_x, scene.render.resolution_y = 20, 10
@@ -31,8 +40,8 @@ def test_what_the_panel_shows_follows_edits(scene: Any, picture: str) -> None:
     target = scene.edgegrad.targets.add()
     target.camera, target.image = scene.camera, picture
     bpy.context.view_layer.update()
-    derived.see_rows(scene.edgegrad, 1, 400.0)
-    assert derived.parameter(row).words == "Lamp: Power" and derived.start(bpy.context).obstacle is None
+    see_rows(scene.edgegrad, 1)
+    assert derived.parameter(row).words == "Lamp: Power" and started().obstacle is None
     lamp.data.energy = 7.5
     bpy.context.view_layer.update()
     assert derived.parameter(row).beside == "7.5"
@@ -40,29 +49,29 @@ def test_what_the_panel_shows_follows_edits(scene: Any, picture: str) -> None:
     bpy.context.view_layer.update()
     assert derived.parameter(row).words == "Key: Power"
     row.enabled, row.sensitivity = False, 0.25
-    found = derived.start(bpy.context).obstacle
+    found = started().obstacle
     assert found is not None and found.sentence == "Every parameter is switched off"
-    derived.see_rows(scene.edgegrad, 1, 400.0)
+    see_rows(scene.edgegrad, 1)
     about = "Key: Power\nValue: 7.5\nEffect on the loss: 25% of the largest"
     line = derived.Line(icons.number("LIGHT"), "Key: Power", "25%", 0.76, False, 0.25, about)
     assert derived.parameter(row) == line
     assert row.about == about
-    derived.see_rows(scene.edgegrad, 1, 164.0)  # a sidebar of usual width
+    see_rows(scene.edgegrad, 1, 164.0)  # a sidebar of usual width
     assert derived.parameter(row).beside == "" and derived.parameter(row).share == 0.93
     row.enabled = True
     target.camera = None
-    found = derived.start(bpy.context).obstacle
+    found = started().obstacle
     assert found is not None and "has no camera" in found.sentence and not shown(target).complete
     target.camera = scene.camera
     scene.render.resolution_x = 99
     bpy.context.view_layer.update()
-    found = derived.start(bpy.context).obstacle
+    found = started().obstacle
     assert found is not None and found.operator == "edgegrad.match_render"
     assert shown(target).difference == "Of another aspect: renders are 99 × 10"
     assert shown(target).size == "20 × 10"
     assert shown(target).camera == scene.camera.name
     scene.edgegrad.targets.clear()
-    found = derived.start(bpy.context).obstacle
+    found = started().obstacle
     assert found is not None and found.sentence == "There is no target"
 
 
@@ -70,7 +79,7 @@ def test_the_time_of_a_fit_follows_its_numbers(scene: Any, picture: str, monkeyp
     settings = scene.edgegrad
 
     def label() -> str:
-        return derived.start(bpy.context).label
+        return started().label
 
     scene.edgegrad.targets.add().image = picture
     bpy.context.view_layer.update()
@@ -96,7 +105,7 @@ def test_the_end_of_a_fit_is_not_shown_in_another_file(tmp_path: Path) -> None:
     bpy.ops.wm.save_as_mainfile(filepath=file)
     assert derived.STATUS.said == "Loss 1 → 0.5 in 2 s"
     bpy.ops.wm.open_mainfile(filepath=file)
-    assert derived.STATUS.said == "" and derived.start(bpy.context).label == "Fit"
+    assert derived.STATUS.said == "" and started().label == "Fit"
 
 
 def test_removed_rows_leave_their_place_to_others(scene: Any) -> None:
@@ -105,10 +114,10 @@ def test_removed_rows_leave_their_place_to_others(scene: Any) -> None:
         rows.add_kind(scene, "EMISSION", material)
     bpy.context.view_layer.update()
     parameters = scene.edgegrad.parameters
-    derived.see_rows(scene.edgegrad, len(parameters), 400.0)
+    see_rows(scene.edgegrad, len(parameters))
     assert [derived.parameter(row).words for row in parameters] == ["Glow: Emission", "Clay: Emission"]
     parameters.remove(0)
-    derived.see_rows(scene.edgegrad, len(parameters), 400.0)
+    see_rows(scene.edgegrad, len(parameters))
     assert [derived.parameter(row).words for row in parameters] == ["Clay: Emission"]
 
 
@@ -123,7 +132,7 @@ def test_removed_targets_leave_their_place_to_others(scene: Any, tmp_path: Path)
     assert [shown(target).words for target in targets] == ["one.exr", "two.exr", "three.exr"]
     targets.remove(1)
     assert [shown(target).words for target in targets] == ["one.exr", "three.exr"]
-    assert derived.start(bpy.context).obstacle.sentence.startswith("Target 1 has no camera")  # type: ignore[union-attr]
+    assert started().obstacle.sentence.startswith("Target 1 has no camera")  # type: ignore[union-attr]
     targets[0].camera = scene.camera
     assert shown(targets[0]).camera == "Front"
     scene.camera.name = "Face"
@@ -133,13 +142,39 @@ def test_removed_targets_leave_their_place_to_others(scene: Any, tmp_path: Path)
     for _ in targets:
         other.edgegrad.targets.add()
     for one, sentence in ((scene, "Target 2 has no camera"), (other, "The scene has no camera"), (scene, "Target 2")):
-        found = derived.start(SimpleNamespace(scene=one)).obstacle
+        found = derived.start(SimpleNamespace(scene=one), one.edgegrad).obstacle
         assert found is not None and found.sentence.startswith(sentence)
+
+
+def test_a_target_in_the_place_of_the_only_one_is_seen(scene: Any, picture: str) -> None:
+    """Also if no property of it was edited: its place in memory and the number of targets are the same."""
+    targets = scene.edgegrad.targets
+    targets.add().image = picture
+    bpy.context.view_layer.update()
+    assert derived.only_target(derived.see_targets(scene.edgegrad, 1), scene).title == "no camera: a picture.exr"
+    targets.clear()
+    assert derived.see_targets(scene.edgegrad, 0).target is None
+    targets.add()
+    assert "a picture.exr" not in derived.only_target(derived.see_targets(scene.edgegrad, 1), scene).title
+
+
+def test_lines_of_two_windows_fit_into_their_own_regions(scene: Any) -> None:
+    other = bpy.data.scenes.new("Other")
+    bpy.data.materials["Clay"].name = "A material with a long name"
+    for one in (scene, other):
+        rows.add_kind(one, "EMISSION", bpy.data.materials["A material with a long name"])
+    bpy.context.view_layer.update()
+    found = []
+    for _ in range(2):
+        for one, width in ((scene, 164.0), (other, 600.0)):
+            see_rows(one.edgegrad, 1, width)
+            found.append(derived.parameter(one.edgegrad.parameters[0]).words)
+    assert found[:2] == found[2:] and "…" in found[0] and found[1] == "A material with a long name: Emission"
 
 
 def test_the_panel_shows_what_undo_restores(scene: Any) -> None:
     rows.add_kind(scene, "POWER", bpy.data.objects["Lamp"])
-    derived.see_rows(scene.edgegrad, 1, 400.0)
+    see_rows(scene.edgegrad, 1)
     bpy.data.objects["Lamp"].data.energy = 5.0
     bpy.ops.ed.undo_push(message="before")
     bpy.data.objects["Lamp"].data.energy = 7.0
@@ -157,11 +192,13 @@ def test_the_panel_shows_what_undo_restores(scene: Any) -> None:
         assert line() == wanted
 
 
-def test_the_panel_notices_changes_of_pictures(scene: Any, picture: str) -> None:
+def test_the_panel_notices_changes_of_pictures(scene: Any, picture: str, monkeypatch: Any) -> None:
     """A file that vanishes, and one that comes back with another size."""
     target = scene.edgegrad.targets.add()
     target.camera, target.image = scene.camera, picture
     bpy.context.view_layer.update()
+
+    monkeypatch.setattr(derived, "is_shown", lambda: True)
 
     def words() -> str:
         derived.see_pictures()
@@ -175,19 +212,21 @@ def test_the_panel_notices_changes_of_pictures(scene: Any, picture: str) -> None
 
 
 def test_what_the_panel_shows_is_derived_once(scene: Any, monkeypatch: Any) -> None:
+    shown_now = True
+    monkeypatch.setattr(derived, "is_shown", lambda: shown_now)
     asked: list[None] = []
     plain = preflight.obstacle
     monkeypatch.setattr(preflight, "obstacle", lambda context: (asked.append(None), plain(context))[1])
-    derived.start(bpy.context)
+    started()
     derived.see_pictures()
     asked.clear()
-    derived.start(bpy.context)
+    started()
     for _ in range(5):
         derived.see_pictures()
-        derived.start(bpy.context)
+        started()
     assert len(asked) == 1
-    # What was not drawn between two looks is derived anew.
+    # Where no window shows the tab, what it shows is derived anew.
+    shown_now = False
     derived.see_pictures()
-    derived.see_pictures()
-    derived.start(bpy.context)
+    started()
     assert len(asked) == 2

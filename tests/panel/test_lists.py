@@ -264,7 +264,7 @@ def test_images_of_what_is_selected_become_parameters(scene: Any) -> None:
     bpy.ops.edgegrad.parameters_add(of="IMAGE")
     parameters = scene.edgegrad.parameters
     assert [row.name for row in parameters] == ["Skin: Pixels", "Inner: Pixels"]
-    derived.see_rows(scene.edgegrad, 2, 400.0)
+    derived.see_rows(scene.edgegrad, 2, 500.0)
     assert derived.parameter(parameters[0]).beside == "4 × 2"
     assert request(bpy.context).names.image == ("Skin", "Inner")
     add_of_button(scene, found[2], "name", -1)

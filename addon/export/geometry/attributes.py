@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+import bpy
 import numpy as np
 from numpy.typing import NDArray
 
@@ -47,6 +48,9 @@ PARTICLE = "(particle) "
 IS_STRAND, INTERCEPT, LENGTH = "(is strand)", "(strand intercept)", "(strand length)"
 THICKNESS, RANDOM_STRAND = "(strand thickness)", "(strand random)"
 TANGENT = ".tangent"
+# Whether Cycles takes u = 0 and u = 1 on the sphere of meshes without a UV map for the same place. Before Blender 5.0,
+# tangents of faces between the two turn around.
+CLOSED_SPHERE = bpy.app.version >= (5, 0, 0)
 NO_UV = "(none)"  # no mesh has this map, so tangents are computed around the Z axis
 # Tangents around the other axes of the object.
 RADIAL = {"X": "(around X)", "Y": "(around Y)"}
@@ -152,7 +156,7 @@ def _read(mesh: Any, arrays: MeshArrays, name: str, of: ObjectValues) -> Any:
         if uv_name in RADIAL.values():
             return _radial_tangents(mesh, arrays, uv_name)
         if uv_name == ACTIVE_UV and not mesh.uv_layers:
-            return tangents(arrays, _around_sphere(mesh).take(arrays.faces, axis=0), around=True)
+            return tangents(arrays, _around_sphere(mesh).take(arrays.faces, axis=0), around=CLOSED_SPHERE)
         uv = _read(mesh, arrays, uv_name, of) if uv_layer(mesh, uv_name) is not None else None
         return None if uv is None else tangents(arrays, uv)
     return _layer(mesh.attributes.get(name), mesh, arrays)

@@ -19,6 +19,10 @@ from .topology import Edges, weld
 # Vertices of different meshes are in one place up to this part of the size of the scene: positions are the results of
 # different computations in single precision.
 TOLERANCE = 5e-7
+# Edges in one place, above which they are not joined: each would get the faces of all.
+MOST = 64
+# Boxes of other meshes that vertices of a mesh are compared with.
+MANY = 16
 
 
 @dataclass
@@ -53,7 +57,8 @@ class JointEdges:
 
 
 def joint_edges(
-    edges: Edges, vertices: NDArray[np.float32], mesh_of_edge: NDArray[np.int64], kind: NDArray[np.int64]
+    edges: Edges, vertices: NDArray[np.float32], mesh_first_vertex: NDArray[np.int64], mesh_of_edge: NDArray[np.int64],
+    kind: NDArray[np.int64],
 ) -> JointEdges:
     """Find edges of different meshes in one place.
 
@@ -61,6 +66,8 @@ def joint_edges(
     ----------
     edges, vertices
         The edges of all meshes, and the positions (n, 3) of their vertices.
+    mesh_first_vertex
+        (M + 1,) offsets of the meshes into `vertices`.
     mesh_of_edge
         (E,) the mesh of each edge.
     kind
@@ -68,12 +75,13 @@ def joint_edges(
     """
     none = np.zeros(0, np.int64)
     nothing = JointEdges(none, np.zeros(1, np.int64), none, none.reshape(0, 2), none)
-    eligible = np.flatnonzero(kind[mesh_of_edge] >= 0)
-    if len(eligible) == 0 or (kind >= 0).sum() < 2:
+    near = _near_others(vertices, mesh_first_vertex, kind)
+    eligible = np.flatnonzero(near[edges.vertices].all(axis=1))
+    if len(eligible) == 0:
         return nothing
     ends = edges.vertices[eligible].astype(np.int64)
-    used, place = np.unique(ends, return_inverse=True)
-    label = weld(vertices[used].astype(np.float64), TOLERANCE)[place.reshape(-1, 2)]
+    number = np.cumsum(near) - 1
+    label = weld(vertices[near].astype(np.float64), TOLERANCE)[number[ends]]
     low, high = label.min(axis=1), label.max(axis=1)
     mesh = mesh_of_edge[eligible]
     order = np.lexsort((eligible, high, low, kind[mesh]))
@@ -82,6 +90,7 @@ def joint_edges(
     size = np.diff(start, append=len(order))
     ordered = mesh[order]
     several = np.minimum.reduceat(ordered, start) != np.maximum.reduceat(ordered, start)
+    several &= size <= MOST
     chosen = np.repeat(several, size) & (low[order] != high[order])
     if not chosen.any():
         return nothing
@@ -95,6 +104,28 @@ def joint_edges(
     number = np.repeat(np.cumsum(np.concatenate([[False], np.diff(group) != 0])), 2)
     apart = pairs[:, 0] != pairs[:, 1]
     return JointEdges(eligible[rows], np.append(first, len(rows)), mesh[rows], pairs[apart], number[apart])
+
+
+def _near_others(
+    vertices: NDArray[np.float32], mesh_first_vertex: NDArray[np.int64], kind: NDArray[np.int64]
+) -> NDArray[np.bool_]:
+    """Return which vertices are in the box of another mesh; all of a mesh that meets the boxes of many."""
+    near = np.zeros(len(vertices), bool)
+    meshes = np.flatnonzero((kind >= 0) & (np.diff(mesh_first_vertex[: len(kind) + 1]) > 0))
+    if len(meshes) < 2:
+        return near
+    ranges = [slice(mesh_first_vertex[m], mesh_first_vertex[m + 1]) for m in meshes]
+    low, high = (np.array([limit(vertices[one], axis=0) for one in ranges]) for limit in (np.min, np.max))
+    slack = TOLERANCE * float(np.linalg.norm(high.max(axis=0) - low.min(axis=0)))
+    low, high = low - slack, high + slack
+    for m, one in enumerate(ranges):
+        others = np.flatnonzero(((low <= high[m]) & (high >= low[m])).all(axis=1))
+        if len(others) > MANY:
+            near[one] = True
+            continue
+        for other in others[others != m]:
+            near[one] |= ((vertices[one] >= low[other]) & (vertices[one] <= high[other])).all(axis=1)
+    return near
 
 
 def with_faces_of_all(edges: Edges, joint: JointEdges, groups: NDArray[np.bool_]) -> Edges:

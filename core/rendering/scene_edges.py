@@ -35,7 +35,7 @@ class SceneEdges:
         mesh = np.searchsorted(tables.mesh_first_face, own_face, side="right") - 1
         kind = tables.mesh_mask[: len(tables.mesh_names)].astype(np.int64)
         kind[tables.instance_mesh] = -1  # its vertices are in its own space
-        self._joint = joint_edges(self._all, tables.vertices, mesh, kind)
+        self._joint = joint_edges(self._all, tables.vertices, tables.mesh_first_vertex, mesh, kind)
         self._met = together(tables.vertices, self._joint.vertices)
         self._groups = np.zeros(len(self._joint.first) - 1, np.bool_)
         self.current = self._all

@@ -250,6 +250,26 @@ def test_steps_of_control_vertices_are_guarded() -> None:
     assert (ends[1] - weight @ control)[:, 2].max() > 0.1
 
 
+def test_what_was_held_goes_back_to_its_neighbours_and_keeps_the_detail_of_the_start() -> None:
+    """A vertex that is pulled towards another sheet turns before it, but not below the bump that the start has."""
+    need("native")
+    vertices, faces = _two_sheets(7)
+    vertices[24, 2] = 0.1
+    item = unknown(shapes.scene(vertices, faces), PATH, 0.02, 0.0, 1.0)
+    gradient = np.zeros_like(vertices)
+    gradient[24, 2] = -1.0
+    places = [vertices]
+    for _ in range(12):
+        places.append(item.take_step(gradient, 1.0))
+    height = np.array([at[24, 2] for at in places])
+    held = int(np.argmax(np.diff(height) < 0.9 * (height[1] - height[0])))
+    assert height[held] > 0.2, "it has come near the other sheet"
+    back = np.diff(height)[held:].min()
+    assert back < -0.05, "it turns"
+    assert height.min() >= 0.1 - 1e-9, "its bump was there at the start"
+    assert all(_crossings(at, faces) == 0 for at in places)
+
+
 def test_clean_steps_are_kept() -> None:
     vertices, faces = shapes.ball(3)
     guard = FoldGuard(vertices, faces, topology.weld(vertices))

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ...images.output_files import check_outputs, replacing
 
 SUFFIX = ".npz"
-FORMAT, VERSION = "edgegrad fit", 1
+FORMAT, VERSION = "edgegrad fit", 2
 _JSON = "state"
 # Key of the JSON object that stands for an array, with the array's name in the archive.
 _ARRAY = "array"

@@ -42,6 +42,10 @@ class Vertices(Resumable):
     gradient. This matrix is symmetric and positive, so the step is a descent direction. `FoldGuard` shortens it where
     faces would fold.
 
+    Gradients push a crease that has begun deeper, so its vertices would be held until the end of the fit, and nothing
+    would open it. Therefore a vertex that was held goes towards the middle of its neighbours in the next step, until it
+    is as far from there as at the start. So detail that the start has stays.
+
     Attributes
     ----------
     symmetric
@@ -50,7 +54,7 @@ class Vertices(Resumable):
         Shapes with which the fit may start; the one that fits the pictures best shall be given to `begin`.
     """
 
-    changing = ("value", "_optimiser", "_length", "_count")
+    changing = ("value", "_optimiser", "_length", "_count", "_held")
 
     def __init__(
         self, path: str, vertices: F64, faces: NDArray[np.int32], step: float | None, smoothness: float | None,
@@ -72,14 +76,15 @@ class Vertices(Resumable):
         self._coarse = self._steps.smoothness
         self._iterations, self._count = iterations, 0
         self._slide = slide if slide is not None else SLIDE if topology.is_closed(faces, self._steps.label) else 1.0
-        self._guard = FoldGuard(self.value, faces, self._steps.label)
+        self._guard, self._bent = FoldGuard(self.value, faces, self._steps.label), self._bends(self.value)
+        self._held = np.zeros(len(vertices))  # part of each vertex's last move that the guard has taken away
         self._optimiser = AdamUniform(1.0, beta2=BETA2)
         self._length: float | None = None
 
     def begin(self, start: F64) -> None:
         """Start at one of `starts`."""
         self.value = start
-        self._guard = FoldGuard(start, self._faces, self._steps.label)
+        self._guard, self._bent = FoldGuard(start, self._faces, self._steps.label), self._bends(start)
 
     def take_step(self, gradient: F64, factor: float) -> Any:
         if self._constraint is not None:
@@ -96,14 +101,30 @@ class Vertices(Resumable):
         if self._length is None:
             # `step` is the length of the longest move of the first step
             self._length = factor * self.step / float(np.linalg.norm(change, axis=1).max())
-        change = self._length * change
+        change = self._eased(self._length * change)
         change = change + self._evened(change)
         kept = self._guard.shortened(self.value, change)
         if self._constraint is not None and self._constraint.partner is not None:
             kept = np.minimum(kept, kept[self._constraint.partner])
+        self._held = 1.0 - kept
         # All copies of a welded vertex get the same change, so a seam cannot tear.
         self.value = self.value + kept[:, None] * change
         return self.value
+
+    def _bends(self, vertices: F64) -> F64:
+        """(n,) distance of each vertex from the middle of its neighbours."""
+        return np.asarray(np.linalg.norm(self._steps.middle_of_neighbours(vertices) - vertices, axis=1))
+
+    def _eased(self, change: F64) -> F64:
+        """Moves whose part that was held in the last step goes towards the neighbours instead, against creases."""
+        if not self._held.any():
+            return change
+        follow = self._steps.middle_of_neighbours(self.value) - self.value
+        length = np.linalg.norm(follow, axis=1)
+        follow *= (np.maximum(length - self._bent, 0.0) / np.where(length > 0.0, length, 1.0))[:, None]
+        if self._constraint is not None:
+            follow = self._constraint.push(follow)
+        return change + self._held[:, None] * (follow - change)
 
     def _evened(self, change: F64) -> F64:
         """Moves along the surface that bring distorted faces back towards equal sides."""

@@ -73,13 +73,18 @@ class PreparedScene:
             self._obstacles = list(obstacles(self.scene)) if self._engine.narrow else []
         return self._obstacles
 
-    def find_edges(self, wrt: Collection[str] = ()) -> None:
-        """Find the edges at the first use, and give the engine those for derivatives with respect to `wrt`."""
+    def find_edges(self, wrt: Collection[str] | None = None) -> None:
+        """Find the edges at the first use, and give the engine those for derivatives with respect to `wrt`.
+
+        None: any of them will do, as for pictures. Then the engine keeps those that it has, and what it knows of them.
+        """
         if self._edges is None:
             self._edges = SceneEdges(self._tables, self._copies)
             self._copies = self._edges.copies
             self._engine_edges = None
-        moving = _moving(wrt)
+        elif wrt is None and self._engine_edges is not None:
+            return
+        moving = _moving(wrt or ())
         edges = self._edges.for_moving([k for k, name in enumerate(self._tables.mesh_names) if name in moving])
         if edges is not self._engine_edges:
             self._engine.set_edges(edges)

@@ -33,8 +33,10 @@ class SceneEdges:
         self._collinear = tables.faces[self._all.collinear].astype(np.int64)
         own_face = self._all.faces[self._all.face_first[:-1]]
         mesh = np.searchsorted(tables.mesh_first_face, own_face, side="right") - 1
-        kind = tables.mesh_mask[: len(tables.mesh_names)].astype(np.int64)
-        kind[tables.instance_mesh] = -1  # its vertices are in its own space
+        # Faces of meshes that other rays meet, or other lights light, are not one surface
+        meshes = len(tables.mesh_names)
+        kind = (tables.mesh_receivers[:meshes].astype(np.int64) << 32) + tables.mesh_mask[:meshes]
+        kind[tables.instance_mesh] = -1  # their vertices are in a space of their own
         self._joint = joint_edges(self._all, tables.vertices, tables.mesh_first_vertex, mesh, kind)
         self._met = together(tables.vertices, self._joint.vertices)
         self._groups = np.zeros(len(self._joint.first) - 1, np.bool_)

@@ -70,6 +70,17 @@ def test_edges_are_joined_where_meshes_move_alike() -> None:
     np.testing.assert_array_equal(alike.faces[starts], found.for_moving([1]).faces[own.face_first[:-1]])
 
 
+@pytest.mark.parametrize("how", ["linked lights", "visibility"])
+def test_meshes_that_differ_in_light_are_not_joined(how: str) -> None:
+    scene = in_pieces(cube_above_a_floor("point"), "cube")
+    if how == "visibility":
+        scene.meshes["0"] = replace(scene.meshes["0"], visible_to=frozenset({"camera", "diffuse", "glossy"}))
+    else:
+        scene.lights["lamp"] = replace(scene.lights["lamp"], receivers=("0", "floor"))
+    found = SceneEdges(flat.flatten(scene)).for_moving([])
+    assert sorted(found.sharing.tolist()) == (11 + 8) * [1] + 16 * [2]
+
+
 def test_pieces_that_move_apart_have_borders_again() -> None:
     scene = in_pieces(cube_above_a_floor("sky"), "cube")
     path, adjoint = "meshes.0.vertices", np.ones((24, 24, 3))

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .collinear import collinear_faces, lines, pieces
+from .junctions import junctions
 
 # Distance, as a fraction of the size of the mesh, below which vertices are welded.
 WELD_TOLERANCE = 1e-7
@@ -41,6 +42,8 @@ class Edges:
         (k, 2) vertices that were welded: each copy, and the first vertex at its place.
     collinear
         (k,) faces that were left out since their corners lie on one line.
+    junctions
+        (k, 3) vertices: the ends of a border, and a vertex on it at which it was divided (`geometry/junctions.py`).
     sharing
         (E,) number of edges of different meshes in the same place, of whose faces each has all
         (`geometry/joint_edges.py`); empty: each edge has its own faces.
@@ -52,6 +55,7 @@ class Edges:
     opposite: NDArray[np.uint32]
     copies: NDArray[np.uint32]
     collinear: NDArray[np.uint32]
+    junctions: NDArray[np.uint32]
     sharing: NDArray[np.uint8] = field(default_factory=lambda: np.zeros(0, np.uint8))
 
     def __len__(self) -> int:
@@ -227,9 +231,27 @@ def edges(
     keeps rays from them coherent. Faces with two corners at one place have no area and are left out: on no side of
     their edges is there anything, as in a cube whose scale along an axis is zero.
     """
+    found = _edges(faces, label, vertices, np.zeros((0, 3), faces.dtype))
+    if vertices is None:
+        return found
+    open_border = np.diff(found.face_first.astype(np.int64)) == 1
+    if not open_border.any():
+        return found
+    place = first_of_labels(label)
+    closing = junctions(vertices[place].astype(np.float64), label[found.vertices[open_border]])
+    return _edges(faces, label, vertices, place[closing].astype(faces.dtype)) if len(closing) else found
+
+
+def _edges(
+    faces: NDArray[np.signedinteger[Any]], label: NDArray[np.int64], vertices: NDArray[np.floating[Any]] | None,
+    closing: NDArray[np.signedinteger[Any]],
+) -> Edges:
+    """Find the edges as if triangles without area, of the vertices `closing` (k, 3), belonged to the mesh."""
     if len(faces) == 0:
         none, pairs = np.zeros(0, np.uint32), np.zeros((0, 2), np.uint32)
-        return Edges(pairs, np.zeros(1, np.uint32), none, none, pairs, none)
+        return Edges(pairs, np.zeros(1, np.uint32), none, none, pairs, none, np.zeros((0, 3), np.uint32))
+    real_faces = len(faces)
+    faces = np.concatenate([faces, closing])
     # Corner k of a face represents the edge from corner k to the next corner: a, b, and the opposite corner.
     a, b, opposite = (np.roll(faces, -k, axis=1).ravel() for k in range(3))
     face = np.repeat(np.arange(len(faces), dtype=np.uint32), 3)
@@ -239,9 +261,9 @@ def edges(
         a, b, opposite, face, one, other = (x[real] for x in (a, b, opposite, face, one, other))
     collinear = np.zeros(0, np.uint32)
     if vertices is not None:
-        flat = collinear_faces(vertices, faces[face[::3]])
+        flat = collinear_faces(vertices, faces[face[::3]]) | (face[::3] >= real_faces)
         if flat.any():
-            collinear = face[::3][flat]
+            collinear = face[::3][flat & (face[::3] < real_faces)]
             a, b, opposite, face = _without(np.repeat(flat, 3), label, vertices, (a, b, opposite, face))
             one, other = label[a], label[b]
     key = _keys(one, other, label)
@@ -267,6 +289,7 @@ def edges(
         opposite[listed].astype(np.uint32),
         np.stack([copies, at[copies]], axis=1).astype(np.uint32),
         collinear,
+        closing.astype(np.uint32),
     )
 
 
@@ -326,4 +349,5 @@ def join(parts: list[Edges], vertex_first: Sequence[int], face_first: Sequence[i
         np.concatenate([p.opposite + np.uint32(v) for p, v in zip(parts, vertex_first, strict=False)]),
         np.concatenate([p.copies + np.uint32(v) for p, v in zip(parts, vertex_first, strict=False)]),
         np.concatenate([p.collinear + np.uint32(f) for p, f in zip(parts, face_first, strict=False)]),
+        np.concatenate([p.junctions + np.uint32(v) for p, v in zip(parts, vertex_first, strict=False)]),
     )

@@ -30,7 +30,7 @@ class SceneEdges:
         self._origin = tables.origin
         self.copies = self._all.copies.astype(np.int64) if copies is None else copies
         self._together = together(tables.vertices, self.copies)
-        self._collinear = tables.faces[self._all.collinear].astype(np.int64)
+        self._collinear = np.concatenate([tables.faces[self._all.collinear], self._all.junctions]).astype(np.int64)
         own_face = self._all.faces[self._all.face_first[:-1]]
         mesh = np.searchsorted(tables.mesh_first_face, own_face, side="right") - 1
         # Faces of meshes that other rays meet, or other lights light, are not one surface
@@ -54,7 +54,7 @@ class SceneEdges:
         """Return whether the edges are the same for other positions.
 
         Faces along edges change if copies of vertices move apart or meet again, if a face on a line comes to have an
-        area, or if edges of several meshes move apart.
+        area, if a vertex leaves the border that it divides, or if edges of several meshes move apart.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Triangles whose corners lie on one line, which close T-junctions: the faces on both sides meet directly."""
+"""T-junctions, open or closed by triangles whose corners lie on one line: the faces on both sides meet directly."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-import edgegrad
 from edgegrad import Mesh, Renderer, Scene
 from edgegrad.geometry import topology
 from tests.support import block_statistics, shapes
@@ -28,8 +27,11 @@ def pieces_of(vertices: F64, faces: Faces) -> dict[tuple[float, ...], list[int]]
             for m, s, a, b in zip(middle, size, found.face_first[:-1], found.face_first[1:], strict=True)}
 
 
-def closed_with_slivers(vertices: F64, faces: Faces) -> tuple[F64, Faces]:
-    """The same surface: one side of each face is divided, and a triangle without area joins it to its neighbour."""
+def with_junctions(vertices: F64, faces: Faces, closed: bool) -> tuple[F64, Faces]:
+    """The same surface, but one side of each face is divided.
+
+    If it is `closed`, a triangle without area joins the two parts to the neighbour, else they are open borders.
+    """
     points, out, halved = list(vertices), [], set()
     for one, other, third in faces:
         k = next((k for k in range(3)
@@ -41,7 +43,7 @@ def closed_with_slivers(vertices: F64, faces: Faces) -> tuple[F64, Faces]:
         halved.add(frozenset((a, b)))
         middle = len(points)
         points.append(0.37 * vertices[a] + 0.63 * vertices[b])
-        out += [(a, middle, c), (middle, b, c), (a, b, middle)]
+        out += [(a, middle, c), (middle, b, c)] + [(a, b, middle)] * closed
     return np.array(points), np.array(out, np.int32)
 
 
@@ -64,14 +66,15 @@ def test_junctions_on_both_sides_divide_the_line_at_all_of_its_points() -> None:
     assert not any({4, 5} & set(beside) for beside in found.values())
 
 
+@pytest.mark.parametrize("closed", [True, False])
 @pytest.mark.parametrize("shape", ["cube", "ball"])
-def test_a_closed_surface_stays_closed(shape: str) -> None:
+def test_a_surface_has_no_borders(shape: str, closed: bool) -> None:
     vertices, faces = shapes.cube() if shape == "cube" else shapes.ball(2)
     vertices = vertices @ turn(0.3, 0.2, 0.5).T
-    points, joined = closed_with_slivers(vertices, faces)
+    points, joined = with_junctions(vertices, faces, closed)
     added = len(points) - len(vertices)
     found = topology.edges(joined, topology.weld(points), points)
-    assert len(found.collinear) == added > 9
+    assert len(found.collinear if closed else found.junctions) == added > 9
     assert (np.diff(found.face_first.astype(int)) == 2).all()
     assert len(found) == 3 * len(faces) // 2 + 2 * added  # each point divides an edge and a face
 
@@ -81,35 +84,34 @@ def test_thin_triangles_with_an_area_count() -> None:
     assert len(topology.edges(np.array([[0, 1, 2]], np.int32), topology.weld(vertices), vertices)) == 3
 
 
-def scene(light: str, slivers: bool) -> Scene:
-    made = cube_above_a_floor(light)
-    if slivers:
-        cube = made.meshes["cube"]
-        vertices, faces = closed_with_slivers(cube.vertices, cube.faces)
-        made.meshes["cube"] = Mesh(vertices, faces, ("clay",))
+def divided(made: Scene, closed: bool) -> Scene:
+    """The scene with T-junctions on its cube."""
+    cube = made.meshes["cube"]
+    made.meshes["cube"] = Mesh(*with_junctions(cube.vertices, cube.faces, closed), ("clay",))
     return made
 
 
+@pytest.mark.parametrize("closed", [True, False])
 @pytest.mark.parametrize("light", ["sphere", "point", "sky", "mirror"])
-def test_derivatives_are_those_of_the_same_body_without_them(light: str) -> None:
+def test_derivatives_are_those_of_the_same_body_without_them(light: str, closed: bool) -> None:
     need_every_table()
 
-    def sums(slivers: bool, first: int) -> F64:
-        made = scene(light, slivers)
+    def sums(made: Scene, first: int) -> F64:
         renderer = Renderer(made)
         rates = np.broadcast_to([0.5, 0.2, -0.3], made.meshes["cube"].vertices.shape).copy()
         return np.array([block_statistics.block_sums(renderer.render_forward(
             {"meshes.cube.vertices": rates}, spp=64, max_depth=3, seed=seed), 6).sum(axis=-1).ravel()
             for seed in range(first, first + 16)])  # fmt: skip
 
-    block_statistics.check(block_statistics.means_p_value(sums(False, 0), sums(True, 100)))
+    whole, apart = cube_above_a_floor(light), divided(cube_above_a_floor(light), closed)
+    block_statistics.check(block_statistics.means_p_value(sums(whole, 0), sums(apart, 100)))
 
 
-def test_a_face_that_comes_to_have_an_area_gets_its_edges() -> None:
-    made = scene("sky", True)
-    renderer = edgegrad.Renderer(made)
-    path = "meshes.cube.vertices"
-    adjoint = np.ones((24, 24, 3))
+@pytest.mark.parametrize("closed", [True, False])
+def test_a_junction_that_opens_gets_its_edges(closed: bool) -> None:
+    made = divided(cube_above_a_floor("sky"), closed)
+    renderer = Renderer(made)
+    path, adjoint = "meshes.cube.vertices", np.ones((24, 24, 3))
     renderer.render_backward(adjoint, [path], spp=1)
     mesh = made.meshes["cube"]
     moved = mesh.vertices.copy()
@@ -117,5 +119,11 @@ def test_a_face_that_comes_to_have_an_area_gets_its_edges() -> None:
     made.meshes["cube"] = replace(mesh, vertices=moved)
     renderer.update([path])
     again = renderer.render_backward(adjoint, [path], spp=4)[path]
-    fresh = edgegrad.Renderer(made).render_backward(adjoint, [path], spp=4)[path]
+    fresh = Renderer(made).render_backward(adjoint, [path], spp=4)[path]
     np.testing.assert_array_equal(again, fresh)
+
+
+def test_a_border_that_goes_on_straight_is_none() -> None:
+    """The sides of a sheet of many faces lie on lines, but no face's side is divided."""
+    vertices, faces = shapes.sheet(9)
+    assert len(topology.edges(faces, topology.weld(vertices), vertices).junctions) == 0

@@ -29,7 +29,7 @@ def junctions(points: NDArray[np.float64], borders: NDArray[np.int64]) -> NDArra
     -------
     (m, 3) points: both ends of a border, and a point on it at which other borders end that lie along it.
     """
-    line = _lines(points, borders)
+    line = lines_of_borders(points, borders, np.zeros(len(borders), np.int64))
     several = np.bincount(line, minlength=len(borders))[line] > 1
     sides, of = borders[several], line[several]
     if len(sides) == 0:
@@ -39,9 +39,11 @@ def junctions(points: NDArray[np.float64], borders: NDArray[np.int64]) -> NDArra
     return np.column_stack([sides[side[within]], ends[within, 1]])
 
 
-def _lines(points: NDArray[np.float64], borders: NDArray[np.int64]) -> NDArray[np.int64]:
-    """A number for each border, the same for those that are joined by borders along one line."""
-    at, edge = borders.ravel(), np.repeat(np.arange(len(borders)), 2)
+def lines_of_borders(
+    points: NDArray[np.float64], borders: NDArray[np.int64], kind: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """Return a number for each border, the same for those of a kind that are joined by borders along one line."""
+    at, edge = (borders + len(points) * kind[:, None]).ravel(), np.repeat(np.arange(len(borders)), 2)
     other = borders[:, ::-1].ravel()
     order = np.argsort(at, kind="stable")
     at, edge, other = at[order], edge[order], other[order]
@@ -50,7 +52,8 @@ def _lines(points: NDArray[np.float64], borders: NDArray[np.int64]) -> NDArray[n
         same = np.flatnonzero(at[step:] == at[:-step])
         if len(same) == 0:
             break
-        along = collinear_faces(points, np.column_stack([at[same], other[same], other[same + step]]))
+        corners = np.column_stack([at[same] % len(points), other[same], other[same + step]])
+        along = collinear_faces(points, corners)
         found.append(np.column_stack([edge[same], edge[same + step]])[along])
     one, two = np.concatenate(found).T
     number = np.arange(len(borders))

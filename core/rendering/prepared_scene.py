@@ -84,8 +84,13 @@ class PreparedScene:
             self._engine_edges = None
         elif wrt is None and self._engine_edges is not None:
             return
-        moving = _moving(wrt or ())
-        edges = self._edges.for_moving([k for k, name in enumerate(self._tables.mesh_names) if name in moving])
+        names_of_moving = _moving(wrt or ())
+        moving = [k for k, name in enumerate(self._tables.mesh_names) if name in names_of_moving]
+        if self._moved and not self._edges.are_for(moving):
+            self.update()  # the tables lack positions
+            self.find_edges(wrt)
+            return
+        edges = self._edges.for_moving(moving)
         if edges is not self._engine_edges:
             self._engine.set_edges(edges)
             self._engine_edges = edges
@@ -141,7 +146,9 @@ class PreparedScene:
             else:
                 self._engine.update(tables)
             self._tables = tables
-            if self._edges is not None and not self._edges.hold(tables.vertices):
+            if self._edges is not None and self._edges.hold(tables.vertices):
+                self._edges.vertices = tables.vertices
+            else:
                 self._edges = None
             self._moved = self._unfinished = False
         self.watched = self.watched  # record the changed values

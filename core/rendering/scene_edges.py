@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.collinear import collinear_faces
-from ..geometry.joint_edges import joint_edges, with_faces_of_all
+from ..geometry.joint_edges import joined
 from ..geometry.topology import Edges, together
 from ..tables.tables import Tables
 
@@ -23,6 +23,11 @@ class SceneEdges:
     copies
         (k, 2) vertices that were welded at first, if the edges of the scene have been found before: they may meet
         again.
+
+    Attributes
+    ----------
+    vertices
+        (n, 3) positions by which edges of several meshes are joined.
     """
 
     def __init__(self, tables: Tables, copies: NDArray[np.int64] | None = None) -> None:
@@ -32,22 +37,36 @@ class SceneEdges:
         self._together = together(tables.vertices, self.copies)
         self._collinear = np.concatenate([tables.faces[self._all.collinear], self._all.junctions]).astype(np.int64)
         own_face = self._all.faces[self._all.face_first[:-1]]
-        mesh = np.searchsorted(tables.mesh_first_face, own_face, side="right") - 1
+        self._mesh = np.searchsorted(tables.mesh_first_face, own_face, side="right") - 1
         # Faces of meshes that other rays meet, or other lights light, are not one surface
         meshes = len(tables.mesh_names)
-        kind = (tables.mesh_receivers[:meshes].astype(np.int64) << 32) + tables.mesh_mask[:meshes]
-        kind[tables.instance_mesh] = -1  # their vertices are in a space of their own
-        self._joint = joint_edges(self._all, tables.vertices, tables.mesh_first_vertex, mesh, kind)
-        self._met = together(tables.vertices, self._joint.vertices)
-        self._groups = np.zeros(len(self._joint.first) - 1, np.bool_)
+        rays, lights = tables.mesh_mask[:meshes], tables.mesh_receivers[:meshes]
+        self._kind = np.unique(np.stack([rays, lights], axis=1), axis=0, return_inverse=True)[1].reshape(-1)
+        self._kind[tables.instance_mesh] = -1  # their vertices are in a space of their own
+        self.vertices, self._mesh_first_vertex = tables.vertices, tables.mesh_first_vertex
         self.current = self._all
+        self._moving, self._may_be_joined = np.zeros(0, np.bool_), True
+        self._pairs, self._on_lines = np.zeros((0, 2), np.int64), np.zeros((0, 3), np.int64)
+        self._met = np.zeros(0, np.bool_)
+        self._may_be_joined = self.for_moving(()) is not self._all
+
+    def are_for(self, moving: Collection[int]) -> bool:
+        """Return whether the current edges are those for a derivative by which some meshes move."""
+        return not self._may_be_joined or np.array_equal(self._moves(moving), self._moving)
+
+    def _moves(self, moving: Collection[int]) -> NDArray[np.bool_]:
+        moves = np.zeros(len(self._kind), np.bool_)
+        moves[list(moving)] = True
+        return moves
 
     def for_moving(self, moving: Collection[int]) -> Edges:
-        """Return the edges for a derivative by which some meshes move."""
-        groups = self._joint.alike(moving)
-        if not np.array_equal(groups, self._groups):
-            self._groups = groups
-            self.current = with_faces_of_all(self._all, self._joint, groups)
+        """Return the edges for a derivative by which some meshes move, with those joined that move alike."""
+        if not self.are_for(moving):
+            self._moving = moves = self._moves(moving)
+            kind = np.where(self._kind < 0, -1, 2 * self._kind + moves)
+            self.current, self._pairs, self._on_lines = joined(
+                self._all, self.vertices, self._mesh_first_vertex, self._mesh, kind)  # fmt: skip
+            self._met = together(self.vertices, self._pairs)
         return self.current
 
     def hold(self, vertices: NDArray[np.floating], first: int = 0) -> bool:
@@ -69,10 +88,10 @@ class SceneEdges:
             return False
         if not collinear_faces(vertices, self._collinear[corners] - first, self._origin).all():
             return False
-        used = self._groups[self._joint.group_of_pair]
-        pairs = self._joint.vertices[used]
-        moved = (pairs >= first) & (pairs < first + len(vertices))
-        if not moved.any():
+        within = [(rows >= first) & (rows < first + len(vertices)) for rows in (self._pairs, self._on_lines)]
+        if not any(moved.any() for moved in within):
             return True
-        # Where the other mesh is now, only the positions of all tell
-        return bool(moved.all()) and np.array_equal(together(vertices, pairs - first), self._met[used])
+        # Where the other meshes are now, only the positions of all tell
+        return (all(moved.all() for moved in within)
+                and np.array_equal(together(vertices, self._pairs - first), self._met)
+                and bool(collinear_faces(vertices, self._on_lines - first, self._origin).all()))

@@ -14,7 +14,7 @@ from edgegrad.rendering.scene_edges import SceneEdges
 from edgegrad.tables import tables as flat
 from tests.support import block_statistics
 from tests.support.picture_differences import need_every_table
-from tests.support.scenes.bodies_apart import cube_above_a_floor, in_pieces, room
+from tests.support.scenes.bodies_apart import cube_above_a_floor, divided, in_pieces, room
 
 F64 = NDArray[np.float64]
 SHIFT = np.array([0.5, 0.2, -0.3])
@@ -38,11 +38,14 @@ def sums(scene: Scene, rates: Mapping[str, F64], first: int) -> F64:
         rates, spp=64, max_depth=3, seed=seed), 6).sum(axis=-1).ravel() for seed in range(first, first + 16)])
 
 
+@pytest.mark.parametrize("junctions", [False, True])
 @pytest.mark.parametrize("moving", ["all pieces", "camera"])
 @pytest.mark.parametrize("light", ["sphere", "point", "sky", "mirror"])
-def test_a_cube_of_six_meshes(light: str, moving: str) -> None:
+def test_a_cube_of_six_meshes(light: str, moving: str, junctions: bool) -> None:
+    """With junctions, borders of some pieces are divided where those of others are not."""
     need_every_table()
-    whole, apart = cube_above_a_floor(light), in_pieces(cube_above_a_floor(light), "cube")
+    whole, apart = cube_above_a_floor(light), cube_above_a_floor(light)
+    apart = in_pieces(divided(apart, closed=False) if junctions else apart, "cube")
     rates = [shifted_camera(one) if moving == "camera" else shifts(one, "floor") for one in (whole, apart)]
     block_statistics.check(block_statistics.means_p_value(sums(whole, rates[0], 0), sums(apart, rates[1], 100)))
 
@@ -79,6 +82,29 @@ def test_meshes_that_differ_in_light_are_not_joined(how: str) -> None:
         scene.lights["lamp"] = replace(scene.lights["lamp"], receivers=("0", "floor"))
     found = SceneEdges(flat.flatten(scene)).for_moving([])
     assert sorted(found.sharing.tolist()) == (11 + 8) * [1] + 16 * [2]
+
+
+def test_divided_borders_are_joined() -> None:
+    scene = in_pieces(divided(cube_above_a_floor("sky"), closed=False), "cube")
+    alike = SceneEdges(flat.flatten(scene)).for_moving(range(1, 7))
+    assert (np.diff(alike.face_first.astype(int)) == 1).sum() == 4  # of the floor
+    assert set(alike.sharing.tolist()) == {1, 2}
+
+
+@pytest.mark.parametrize("first", ["meshes.0.vertices", "camera.to_world"])
+def test_the_edges_are_those_of_the_request_whatever_came_before(first: str) -> None:
+    """Also after vertices have moved."""
+    scene = in_pieces(cube_above_a_floor("sky"), "cube")
+    adjoint, path = np.ones((24, 24, 3)), "meshes.0.vertices"
+    renderer = Renderer(scene)
+    renderer.render_backward(adjoint, [first], spp=1)
+    scene.meshes["0"] = replace(scene.meshes["0"], vertices=scene.meshes["0"].vertices + [0.0, 0.3, 0.0])
+    renderer.update([path])
+    for wrt in ([path], ["camera.to_world"], [f"meshes.{k}.vertices" for k in range(6)]):
+        found = renderer.render_backward(adjoint, wrt, spp=4)
+        fresh = Renderer(scene).render_backward(adjoint, wrt, spp=4)
+        for one in wrt:
+            np.testing.assert_array_equal(found[one], fresh[one])
 
 
 def test_pieces_that_move_apart_have_borders_again() -> None:

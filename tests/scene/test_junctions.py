@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from edgegrad import Mesh, Renderer, Scene
+from edgegrad import Renderer, Scene
 from edgegrad.geometry import topology
 from tests.support import block_statistics, shapes
 from tests.support.picture_differences import need_every_table
 from tests.support.rich_scene import turn
-from tests.support.scenes.bodies_apart import cube_above_a_floor
+from tests.support.scenes.bodies_apart import cube_above_a_floor, divided, with_junctions
 
-F64, Faces = NDArray[np.float64], NDArray[np.int32]
+F64 = NDArray[np.float64]
+Faces = NDArray[np.int32]
 
 
 def pieces_of(vertices: F64, faces: Faces) -> dict[tuple[float, ...], list[int]]:
@@ -25,26 +26,6 @@ def pieces_of(vertices: F64, faces: Faces) -> dict[tuple[float, ...], list[int]]
     middle, size = ends.mean(axis=1), np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     return {(*np.round(m, 6), round(s, 6)): sorted(found.faces[a:b].tolist())
             for m, s, a, b in zip(middle, size, found.face_first[:-1], found.face_first[1:], strict=True)}
-
-
-def with_junctions(vertices: F64, faces: Faces, closed: bool) -> tuple[F64, Faces]:
-    """The same surface, but one side of each face is divided.
-
-    If it is `closed`, a triangle without area joins the two parts to the neighbour, else they are open borders.
-    """
-    points, out, halved = list(vertices), [], set()
-    for one, other, third in faces:
-        k = next((k for k in range(3)
-                  if frozenset(np.roll((one, other, third), -k)[:2].tolist()) not in halved), None)
-        if k is None:
-            out.append((one, other, third))
-            continue
-        a, b, c = np.roll((one, other, third), -k).tolist()
-        halved.add(frozenset((a, b)))
-        middle = len(points)
-        points.append(0.37 * vertices[a] + 0.63 * vertices[b])
-        out += [(a, middle, c), (middle, b, c)] + [(a, b, middle)] * closed
-    return np.array(points), np.array(out, np.int32)
 
 
 def test_faces_beside_a_junction_meet_along_its_parts() -> None:
@@ -82,13 +63,6 @@ def test_a_surface_has_no_borders(shape: str, closed: bool) -> None:
 def test_thin_triangles_with_an_area_count() -> None:
     vertices = np.array([[0.0, 0, 0], [1, 0, 0], [0.5, 1e-5, 0]])
     assert len(topology.edges(np.array([[0, 1, 2]], np.int32), topology.weld(vertices), vertices)) == 3
-
-
-def divided(made: Scene, closed: bool) -> Scene:
-    """The scene with T-junctions on its cube."""
-    cube = made.meshes["cube"]
-    made.meshes["cube"] = Mesh(*with_junctions(cube.vertices, cube.faces, closed), ("clay",))
-    return made
 
 
 @pytest.mark.parametrize("closed", [True, False])

@@ -1,14 +1,18 @@
-"""The same bodies twice: as one mesh, and as several meshes that meet in common edges."""
+"""The same bodies twice: as one mesh without, and with T-junctions, or as several meshes that meet in common edges."""
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from edgegrad import AreaLight, Material, Mesh, PointLight, Scene, World
 from edgegrad.scene.light import Light
 from tests.support import shapes
 from tests.support.rich_scene import turn
 from tests.support.small_scenes import camera, matte, rectangle
+
+F64 = NDArray[np.float64]
+Faces = NDArray[np.int32]
 
 
 def cube_above_a_floor(light: str) -> Scene:
@@ -26,6 +30,34 @@ def cube_above_a_floor(light: str) -> Scene:
                  {"cube": Mesh(vertices, faces, ("clay",)), "floor": floor},
                  {"clay": matte(0.6, 0.5, 0.4), "floor": mirror if light == "mirror" else matte(0.7, 0.7, 0.7)},
                  lights[light], World(np.full(3, 1.0 if light == "sky" else 0.1)))
+
+
+def with_junctions(vertices: F64, faces: Faces, closed: bool) -> tuple[F64, Faces]:
+    """The same surface, but one side of each face is divided.
+
+    If it is `closed`, a triangle without area joins the two parts to the neighbour, else they are open borders.
+    """
+    points, halved = list(vertices), set()
+    out: list[tuple[int, ...]] = []
+    for one, other, third in faces:
+        k = next((k for k in range(3)
+                  if frozenset(np.roll((one, other, third), -k)[:2].tolist()) not in halved), None)
+        if k is None:
+            out.append((one, other, third))
+            continue
+        a, b, c = np.roll((one, other, third), -k).tolist()
+        halved.add(frozenset((a, b)))
+        middle = len(points)
+        points.append(0.37 * vertices[a] + 0.63 * vertices[b])
+        out += [(a, middle, c), (middle, b, c)] + [(a, b, middle)] * closed
+    return np.array(points), np.array(out, np.int32)
+
+
+def divided(made: Scene, closed: bool) -> Scene:
+    """The scene with T-junctions on its cube."""
+    cube = made.meshes["cube"]
+    made.meshes["cube"] = Mesh(*with_junctions(cube.vertices, cube.faces, closed), ("clay",))
+    return made
 
 
 def in_pieces(scene: Scene, name: str) -> Scene:

@@ -56,6 +56,8 @@ def joined(
         return edges, *none
     label = np.full(len(vertices), -1, np.int64)
     label[near] = weld(vertices[near].astype(np.float64), TOLERANCE)
+    if not _any_shared(label[near], np.searchsorted(mesh_first_vertex, np.flatnonzero(near), side="right")):
+        return edges, *none
     whole, mesh = edges, mesh_of_edge
     edges, row, on_line = _divided(whole, vertices, label, kind[mesh])
     mesh = mesh[row]
@@ -65,6 +67,14 @@ def joined(
         return whole, *none
     rows = eligible[rows]
     return _with_faces_of_all(edges, rows, first), _together(edges, rows, first, label), on_line
+
+
+def _any_shared(label: NDArray[np.int64], mesh: NDArray[np.int64]) -> bool:
+    """Whether vertices of different meshes have the same label."""
+    least, most = np.full(int(label.max()) + 1, mesh.max()), np.zeros(int(label.max()) + 1, np.int64)
+    np.minimum.at(least, label, mesh)
+    np.maximum.at(most, label, mesh)
+    return bool((least < most).any())
 
 
 def _divided(

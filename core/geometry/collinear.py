@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .labels import merge
+
 # Height of a triangle, as a fraction of its largest coordinate, that is rounding: a few units of single precision.
 ROUNDING = 5e-7
 # Faces that are examined at once: what is computed of them fits into the processor's caches.
@@ -51,15 +53,8 @@ def _square(v: Sequence[NDArray[Any]] | NDArray[Any]) -> NDArray[Any]:
 def lines(key: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the number of the line of each collinear face. Faces with an edge of the same key (3 n,) share it."""
     _, edge = np.unique(key, return_inverse=True)
-    line = np.arange(len(key) // 3)
-    while True:
-        # The smallest number goes over shared edges to all faces of a line
-        least = np.full(int(edge.max()) + 1, len(line))
-        np.minimum.at(least, edge, np.repeat(line, 3))
-        merged = least[edge].reshape(-1, 3).min(axis=1)
-        if np.array_equal(merged, line):
-            return line
-        line = merged
+    faces = np.arange(len(key) // 3)
+    return merge(faces, np.repeat(faces, 3), edge)
 
 
 def pieces(

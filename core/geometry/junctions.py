@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .collinear import collinear_faces, pieces
+from .labels import merge
 
 # Borders at one vertex that are compared with each other.
 MOST_BORDERS = 16
@@ -55,13 +56,5 @@ def lines_of_borders(
         corners = np.column_stack([at[same] % len(points), other[same], other[same + step]])
         along = collinear_faces(points, corners)
         found.append(np.column_stack([edge[same], edge[same + step]])[along])
-    one, two = np.concatenate(found).T
-    number = np.arange(len(borders))
-    while True:
-        # The smaller number goes over to the other border of a pair, and to all that have its number
-        before = number.copy()
-        np.minimum.at(number, number[one], number[two])
-        np.minimum.at(number, number[two], number[one])
-        number = number[number]
-        if np.array_equal(number, before):
-            return number
+    pairs = np.concatenate(found)
+    return merge(np.arange(len(borders)), pairs.ravel(), np.repeat(np.arange(len(pairs)), 2))

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from .collinear import collinear_faces, lines, pieces
 from .junctions import junctions
+from .labels import merge
 
 # Distance, as a fraction of the size of the mesh, below which vertices are welded.
 WELD_TOLERANCE = 1e-7
@@ -108,7 +109,7 @@ def weld(
         cell = np.floor(scaled[near] + 0.5 * np.asarray(shift)).astype(np.int64)
         members, group = _shared_cells(_marked(cell, of[near]))
         if len(members):
-            label = _merge(label, near[members], group)
+            label = merge(label, near[members], group)
     label = label[copy_of]
     first = first_of_labels(label)[label]
     return (np.cumsum(first == np.arange(len(first))) - 1)[first]
@@ -193,21 +194,6 @@ def _shared_cells(cell: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[n
     members = np.flatnonzero(repeated[at] == key)
     _, group = np.unique(cell[members], axis=0, return_inverse=True)
     return members, group.reshape(-1)
-
-
-def _merge(
-    label: NDArray[np.int64], members: NDArray[np.int64], group: NDArray[np.int64]
-) -> NDArray[np.int64]:
-    """Propagate the smallest label through shared labels and, for `members`, shared groups, until nothing changes."""
-    while True:
-        least = np.full(int(group.max()) + 1, np.iinfo(np.int64).max)
-        np.minimum.at(least, group, label[members])
-        by_label = np.arange(len(label))
-        np.minimum.at(by_label, label[members], least[group])
-        merged = by_label[label]
-        if np.array_equal(merged, label):
-            return label
-        label = merged
 
 
 def edges(

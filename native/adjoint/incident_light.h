@@ -52,7 +52,12 @@ struct Scattering {
     // Not in `next`: the ray continues from a perfect or followed lobe, with the light next_value.
     Mask specular;
     Followed followed;  // of `light`: what is followed for it
-    Mask fixed;         // the continuing ray also brings light of a fixed direction
+    Int throws;         // bits of the lobes that throw part of it (path/thrown_light.h)
+    // Not in `light`: a sample of thrown light of row `thrown_row`, without its radiance, by a lobe's bit.
+    Mask thrown;
+    Int thrown_lobe, thrown_row;
+    Vec3 thrown_half, thrown_value;
+    Mask fixed;  // the continuing ray also brings light of a fixed direction
     Int light_visible_to;
     Vec3 light_w, environment_w, next_w, fixed_w;
     Vec3 light_value, environment_value, next_value, fixed_value;
@@ -87,7 +92,15 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
                                 bool geometry) {
     Scattering s;
     const Int light_face = load(v.light_face), light_row = load(v.light_row);
-    const Mask from_face = stays & (light_face >= 0), from_row = stays & (light_row >= 0);
+    s.thrown = s.throws = splat(0);
+    if (scene.thrown_alpha > 0.0f) {
+        const Mask of_table = stays & (light_row >= 0);
+        s.thrown_lobe = select(of_table, load(v.thrown), splat(0)), s.thrown = s.thrown_lobe != 0;
+        s.throws = select(of_table & ~s.thrown, load(v.throws), splat(0));
+        s.thrown_row = light_row, s.thrown_half = load3(v.thrown_half);
+        s.thrown_value = load3(v.light_scale);
+    }
+    const Mask from_face = stays & (light_face >= 0), from_row = stays & (light_row >= 0) & ~s.thrown;
     s.light = from_face | from_row;
     s.followed = followed_for(scene, from_row, light_row);
     s.light_visible_to = load(v.light_visible_to);

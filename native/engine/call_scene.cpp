@@ -169,6 +169,7 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const Scene
     if (!motion) return;
     view_.lobe_samples = followed_.lobe_samples;
     view_.followed_alpha = view_.least_followed = followed_.all;
+    view_.thrown_alpha = followed_.thrown;
     if (!followed_.by_row.empty()) {
         view_.light_followed = followed_.by_row.data();
         view_.light_tail = followed_.tail.data();

@@ -113,6 +113,12 @@ EG_INLINE void record_light(Vertex& v, const LightSample& s, Vec3 scale) {
     put3(v.light_scale, s.active, scale);
 }
 
+// Records a sample of thrown light (path/thrown_light.h).
+EG_INLINE void record_thrown(Vertex& v, Mask thrown, Int lobe, Vec3 half) {
+    put(v.thrown, thrown, splat(1) << lobe);
+    put3(v.thrown_half, thrown, half);
+}
+
 // Records the sampled direction of scattered lanes.
 EG_INLINE void record_direction(Vertex& v, Mask sampled, const BsdfSample& s, bool lambertian) {
     put(v.samples, sampled, splat(-1));

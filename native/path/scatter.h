@@ -8,6 +8,7 @@
 #include "path/recorder.h"
 #include "path/shaded_surface.h"
 #include "path/stream.h"
+#include "path/thrown_light.h"
 #include "path/value_recorder.h"
 #include "shading/lambertian.h"
 #include "shading/lights/environment_samples.h"
@@ -65,11 +66,12 @@ EG_INLINE PassingRays shadow_rays(const Workspace& work, const Vertex* vertex, R
     return rays;
 }
 
-// Samples one light. Recorded paths sample sized lights of the table along sharp lobes, too.
+// Samples one light. Recorded paths sample sized lights of the table along sharp lobes, too, and what the
+// lobes in `throwing` throw by itself.
 template <typename Surface>
 EG_INLINE LightSample sample_light_at(const SceneView& scene, const PathPacket& p, const SurfacePoint& x,
                                       const Surface& surface, const PathIndex& index, bool recorded,
-                                      const Vec3* shading) {
+                                      const Vec3* shading, Int throwing, ThrownSample& thrown) {
     Float u, v;
     UInt number = index.own;
     if constexpr (std::is_same_v<Surface, ShadedSurface>) {
@@ -77,6 +79,9 @@ EG_INLINE LightSample sample_light_at(const SceneView& scene, const PathPacket& 
         number = bits(select(sharp, bits(index.sample), bits(number)));
         sobol_pair(index.stream, number, vertex_pair(p.vertex, kVertexLight), u, v);
         v = mirrored(sharp & index.mirrored, v);
+        if (any(p.active & (throwing != 0)))
+            return sample_light_and_thrown(scene, p, x, surface, index, number, u, v, shading, throwing,
+                                           thrown);
         if (any(p.active & sharp) && scene.lights.sized_count + scene.lights.sized_distant > 0)
             return sample_light_and_lobes(scene, p, x, surface, index, number, u, v, shading);
     } else {
@@ -107,14 +112,21 @@ EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPac
     // Sample a light and evaluate the BSDF
     const Vec3 receiving = receiving_normal(scene, x, unbent_normal(surface));
     const Vec3* shading = scene.any_terminator ? &receiving : nullptr;
-    LightSample s = sample_light_at(scene, p, x, surface, index, vertex != nullptr, shading);
+    Int throwing = splat(0);
+    ThrownSample thrown;
+    if constexpr (std::is_same_v<Surface, ShadedSurface>)
+        if (const Mask aside = p.active & ~p.led & ~p.caustic;
+            vertex && scene.thrown_alpha > 0.0f && any(aside))
+            throwing = throwing_lobes(surface.bsdf, aside, splat(scene.thrown_alpha));
+    LightSample s =
+        sample_light_at(scene, p, x, surface, index, vertex != nullptr, shading, throwing, thrown);
     look_up_emission(scene, s);
     const BsdfValue f =
         scattered_light(scene, surface, s.visible_to, s.active, followed_for(scene, s.active, s.row), s.w);
     // Recorded light omits the radiance and the BSDF: factors that are zero may have derivatives.
     Vec3 light = s.radiance * f.value * s.geometry;
     if (vertex) {
-        const Mask scatters = (f.pdf > 0.0f) | (largest_component(f.value) > 0.0f);
+        const Mask scatters = (f.pdf > 0.0f) | (largest_component(f.value) > 0.0f) | thrown.active;
         light = gray(select(scatters, s.geometry, 0.0f));
     }
     if (work.values) {
@@ -142,6 +154,8 @@ EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPac
     // Record the sample or add its light
     if (vertex) {
         record_light_contact(scene, *vertex, p, x, s);
+        put(vertex->throws, s.active, throwing);
+        record_thrown(*vertex, s.active & thrown.active, thrown.lobe, thrown.half);
         return record_light(*vertex, s, light);
     }
     if (work.values) return record_received(scene, *work.values, s, light);

@@ -67,6 +67,13 @@ inline bool may_be_specular(const SceneTables& tables, size_t closure, float fol
     return smooth(0) || (coat && smooth(1));
 }
 
+// Returns whether a closure may throw light on other surfaces as a mirror or smooth glass, or by a narrow
+// lobe with an alpha up to `thrown` (path/thrown_light.h), which interfaces do not.
+inline bool may_throw_light(const SceneTables& tables, size_t closure, float thrown) {
+    const int32_t kind = tables.closure_kind[closure];
+    return may_be_specular(tables, closure, kind == kGlass || kind == kRefraction ? 0.0f : thrown);
+}
+
 inline bool may_be_specular(const SceneTables& tables, float followed = 0.0f) {
     for (size_t closure = 0; closure < tables.closure_flags.size(); ++closure)
         if (may_be_specular(tables, closure, followed)) return true;

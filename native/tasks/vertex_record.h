@@ -53,6 +53,10 @@ struct alignas(64) VertexPacket {
     Floats light_b1, light_b2, light_offset[3];
     Floats light_scale[3];
     Floats light_fixed_weight, light_drift[3];  // of an emissive face, as `fixed_weight` and `drift`
+    // Bits 1 << Lobe of the lobes that throw light, and of the one that throws this sample, with its
+    // microfacet normal (path/thrown_light.h).
+    Ints throws, thrown;
+    Floats thrown_half[3];
     // From a sample of the environment's image, along environment_direction: radiance * f |cos| *
     // environment_scale.
     Floats environment_direction[3], environment_scale[3];

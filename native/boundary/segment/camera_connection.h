@@ -79,7 +79,15 @@ EG_INLINE Vec3 followed_part(const SceneView& scene, const SurfacePoint& x, cons
     return all - scattered_by(scene, x, point, shader, w, light_kinds, followed);
 }
 
-// The same towards a ray of `kind`, for one of the material's closures, picked by `choice`. Lanes of
+// The part of it that x throws, with its normal towards the viewer (path/thrown_light.h). Caustics have it
+// (boundary/specular/caustic_path.h).
+EG_INLINE Vec3 thrown_part(const SceneView& scene, const SurfacePoint& x, const TexturePoint& point,
+                           const Shader& shader, Vec3 w, Int light_kinds, Vec3 all, const Followed& thrown) {
+    return followed_part(scene, x, point, shader, w, light_kinds, all, thrown.reflections()) *
+           share_above(dot(x.normal, w));
+}
+
+// `scattered_by` towards a ray of `kind`, for one of the material's closures, picked by `choice`. Lanes of
 // `without_sampled` leave out the `camera_sampled` lobes. Sets `part`, if not null, to the part that
 // is `followed`.
 EG_INLINE Vec3 scattered_towards(const SceneView& scene, const SurfacePoint& x, Vec3 view, Vec3 w, Int kind,

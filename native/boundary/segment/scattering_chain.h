@@ -63,9 +63,10 @@ EG_INLINE Mask within_limits(const BounceLimits& limits, Int bounces) {
 constexpr int kChainVertex = 256;
 
 // Extends chains by one surface that rays of `seers` (bits 1 << RayKind) see. Lanes whose light leaves the
-// scene, or meets only perfect lobes, become inactive. `first`: the chain ends at x.
+// scene, or meets only perfect lobes, become inactive. `first`: the chain ends at x, and what x throws of the
+// light (`thrown`) is left out.
 EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const PathIndex& random, Int vertex,
-                       Int light_kinds, Int seers, bool count_bounces, bool first) {
+                       Int light_kinds, Int seers, bool count_bounces, bool first, const Followed& thrown) {
     const auto [choice, lobe] = sobol_pair(random, vertex_pair(vertex, kVertexChoice));
     const auto [u, v] = sobol_pair(random, vertex_pair(vertex, kVertexDirection));
     const Int kind = splat(static_cast<int>(kDiffuseRay));
@@ -107,7 +108,9 @@ EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const Pat
         const Float picked = closure_weight(scene, seen.active, shader.closure, from);
         back.scale = select(closures > 1, here * shader.scale / max(picked, 1e-20f), 1.0f);
     }
-    const Vec3 f = scattered_by(scene, seen, point, back, wi, light_kinds);
+    Vec3 f = scattered_by(scene, seen, point, back, wi, light_kinds);
+    if (first && any(thrown.widest > 0.0f))
+        f = without_followed(f, thrown_part(scene, seen, point, back, wi, light_kinds, f, thrown));
     const Float by_density = abs(dot(x.normal, wo)) / max(pdf, 1e-20f);
     const Vec3 weight = c.weight * f * by_density;
     Vec3 followed = c.followed * by_density;
@@ -205,12 +208,12 @@ struct ChainPlaces {
 // surfaces to the camera. `x_goes_on`: the camera path scatters once more after x. `camera_sampled`: lanes in
 // which the camera-sampled lobes of the surface that the camera sees are left out. Left out, too, is the
 // contribution of followed lobes alone, which scan lines estimate (boundary/specular/chain_term.h): where the
-// camera sees x, what is followed of the light (`light_followed`). `places`, if not
-// null, receives the surfaces of chains of less than kMostChain.
+// camera sees x, what is followed of the light (`light_followed`), and elsewhere what x throws of it
+// (`thrown`). `places`, if not null, receives the surfaces of chains of less than kMostChain.
 EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
                                Mask active, const Closest& x, Vec3 w, Int length, Int light_kinds,
                                bool x_goes_on, Mask camera_sampled, const Followed& light_followed,
-                               ChainPlaces* places = nullptr) {
+                               ChainPlaces* places = nullptr, const Followed& thrown = splat(0.0f)) {
     const bool limited = limits_matter(task.limits, task.max_depth);
     const Vec3 one = {splat(1.0f), splat(1.0f), splat(1.0f)};
     Chain chain{x, w, one, one, splat(0)};
@@ -227,7 +230,8 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
         if (fixes) before = chain_point(scene, walking, chain);
         const Int seers = select(length == k + 1, splat(1 << kCameraRay), splat(kScatteredRays));
         extend(scene, walking, chain, p.random, splat((k + 1) * kChainVertex),
-               k == 0 ? light_kinds : splat(kScatteredRays), seers, limited && (k > 0 || x_goes_on), k == 0);
+               k == 0 ? light_kinds : splat(kScatteredRays), seers, limited && (k > 0 || x_goes_on), k == 0,
+               thrown);
         if (places && k + 1 < kMostChain) places->set(k + 1, chain.at);
         if (fixes) {
             const Mask fixed = walking & chain.at.hit & (seen.fixed.length > k);

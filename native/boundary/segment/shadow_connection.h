@@ -86,9 +86,10 @@ EG_OUTLINE void connect_shadow(const SceneView& scene, const BoundaryTask& task,
     Mask left_out = splat(0);
     if constexpr (requires { light.camera_sampled(task, s, chained); })
         left_out = light.camera_sampled(task, s, chained);
+    const Followed followed = followed_for(scene, s.active, s.y.row);
     const SeenLight seen =
         see_light(scene, task, p, s.active, receiver.hit, -s.towards, length, light.visible_to(scene, task),
-                  false, left_out, followed_for(scene, s.active, s.y.row));
+                  false, left_out, followed, nullptr, thrown_of(scene, s.y.row, followed));
     s.view = seen.view;
     if (scene.mesh_contact) s.fixed = seen.fixed;
     s.color = color * seen.weight;

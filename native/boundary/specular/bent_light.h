@@ -3,9 +3,9 @@
 // scatter it. A camera path meets these vertices in the reverse order.
 //
 // Lines have the measure dA |n.w| dw. A perfect lobe maps the directions w, towards the light, to v, towards
-// x, at a fixed place. A reflection keeps dw. For a refraction n_v^2 |h.v| dv = n_w^2 |h.w| dw, with h the
-// normal of the lobe and the indices n_v and n_w on both sides. The normal n of the face differs from h
-// if shading normals do. So
+// x, at a fixed place. A reflection keeps dw, also that of a microfacet with a fixed normal. For a refraction
+// n_v^2 |h.v| dv = n_w^2 |h.w| dw, with h the normal of the lobe and the indices n_v and n_w on both sides.
+// The normal n of the face differs from h if shading normals do. So
 //   dA |n.v| dv = dA |n.w| dw * |n.v|/|n.w| * (1 or (n_w/n_v)^2 |h.w|/|h.v|).
 #pragma once
 
@@ -21,6 +21,7 @@ struct BentLight {
     Int face[kMostChain], mesh[kMostChain], instance[kMostChain];
     Int closure[kMostChain], event[kMostChain];
     Float b1[kMostChain], b2[kMostChain];
+    Vec3 half;  // the microfacet normal of m's event, if m throws the light by a narrow lobe
     Closest x;
     Vec3 along;   // the direction of the light that arrives at x
     Vec3 weight;  // change of the measure, over the probability of the choices
@@ -41,8 +42,10 @@ EG_INLINE Float bent_measure(Vec3 n, Vec3 v, Vec3 w, Mask transmitted, Float eta
 }
 
 // Follows light that arrives along -w at `hit`, the last vertex of a chain of at most `most` vertices.
+// Lanes of `throws`: m may also throw it by a narrow lobe (path/thrown_light.h), and is then the only
+// vertex.
 EG_OUTLINE BentLight follow_bent_light(const SceneView& scene, const PathIndex& random, Mask active,
-                                       const Closest& hit, Vec3 w, int most) {
+                                       const Closest& hit, Vec3 w, int most, Mask throws) {
     BentLight out;
     out.count = splat(0);
     out.x = hit;
@@ -52,7 +55,7 @@ EG_OUTLINE BentLight follow_bent_light(const SceneView& scene, const PathIndex& 
     const UInt stream = hash(random.stream ^ hash(random.sample + splat(0x51ed270bu)));
     const Int kind = splat(static_cast<int>(kDiffuseRay));
     Closest at = hit;
-    Mask going = active;
+    Mask going = active, thrown = splat(0);
     for (int level = 0; level <= most && any(going); ++level) {
         const Vec3 travels = out.along, back = -travels;
         SurfacePoint s = surface_point(scene, going, at.face, at.b1, at.b2, travels, at.instance);
@@ -70,6 +73,12 @@ EG_OUTLINE BentLight follow_bent_light(const SceneView& scene, const PathIndex& 
             select(surface.closure_weight > 0.0f, probability * surface.closure_weight, probability);
         PerfectLobes lobes;
         perfect_values(f, going, lobes);
+        if (level == 0 && any(throws)) {
+            Bsdf narrow = f;
+            follow_lobes(narrow, throwing_lobes(f, going & throws, splat(scene.thrown_alpha)));
+            followed_values(narrow, going, chain_random(stream, level, 1), chain_random(stream, level, 3),
+                            lobes);
+        }
         const LobeSum perfect = sum_of(lobes);
         Vec3 half = normal;
         const Int event =
@@ -84,7 +93,7 @@ EG_OUTLINE BentLight follow_bent_light(const SceneView& scene, const PathIndex& 
                        splat(1.0f));
             Float chance = select(closures > 1, splat(kBentLightEnds), alone);
             if (level == most) chance = splat(1.0f);
-            chance = select(bends, chance, splat(1.0f));
+            chance = select(bends & ~thrown, chance, splat(1.0f));
             const Mask ends = going & (chain_random(stream, level, 1) < chance);
             out.weight = select(ends, out.weight * (1.0f / max(chance, 1e-6f)), out.weight);
             probability = probability * (1.0f - chance);
@@ -113,6 +122,7 @@ EG_OUTLINE BentLight follow_bent_light(const SceneView& scene, const PathIndex& 
         out.face[level] = at.face, out.mesh[level] = at.mesh, out.instance[level] = at.instance;
         out.b1[level] = at.b1, out.b2[level] = at.b2;
         out.closure[level] = closure, out.event[level] = event;
+        if (level == 0) out.half = half, thrown = going & ((event & kEventFollows) != 0);
         out.along = select(going, v, out.along);
         // Find the next surface
         const Int all = splat(kScatteredRays);

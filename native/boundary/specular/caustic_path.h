@@ -35,11 +35,15 @@ EG_INLINE void append_caustic(ChainCrossings& c, int n, int i, int64_t sample, c
         c.instance[level][n] = from.instance[k][i];
         c.b1[level][n] = from.b1[k][i], c.b2[level][n] = from.b2[k][i];
         c.closure[level][n] = closure, c.event[level][n] = event;
-        for (auto& half : c.half) half[level][n] = 0.0f;
+        for (auto& part : c.half) part[level][n] = 0.0f;
         ++level;
     };
     for (int k = length; k >= 0; --k) put(places, k, 0, kEventAims);
     for (int k = light.count[i] - 1; k >= 0; --k) put(light, k, light.closure[k][i], light.event[k][i]);
+    if (light.event[0][i] & kEventFollows) {
+        c.half[0][level - 1][n] = light.half.x[i], c.half[1][level - 1][n] = light.half.y[i];
+        c.half[2][level - 1][n] = light.half.z[i];
+    }
     c.length[n] = level;
     c.segment[n] = static_cast<int32_t>(sample);
     c.parted[n] = c.lit[n] = c.horizontal[n] = c.edge_instance[n] = 0;
@@ -62,7 +66,8 @@ EG_OUTLINE int follow_caustic(const SceneView& scene, const BoundaryTask& task, 
                               ChainCrossings& out, int found, const Accept& accept, const Curve& curve) {
     // Follow the light to x
     const int most = most_of_caustic(task);
-    const BentLight light = follow_bent_light(scene, p.random, active, m, w, most);
+    const Mask throws = splat(scene.thrown_alpha > 0.0f ? -1 : 0);
+    const BentLight light = follow_bent_light(scene, p.random, active, m, w, most, throws);
     Float probability;
     const Int length = chain_length(p, task.max_depth - 3, probability);
     const Int seers = select(length > 0, splat(kScatteredRays), splat(1 << kCameraRay));

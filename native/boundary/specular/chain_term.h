@@ -24,6 +24,7 @@
 #include "boundary/specular/chain_shadow.h"
 #include "boundary/specular/mirrored_outline.h"
 #include "boundary/specular/stored_place.h"
+#include "boundary/specular/thrown_edge.h"
 #include "path/recorder.h"
 #include "tasks/boundary_task.h"
 #include "tasks/image_task.h"
@@ -128,6 +129,8 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         const Mask goes_on = scatter_chain(scene, s, scatters, event, half, ray, value, below);
         // At a horizon rounding decides whether the ray continues.
         fine &= goes_on | ~scatters | (below & horizon & (length == level + 1));
+        const Mask thrown = scatters & aimed & ((event & kEventFollows) != 0);
+        if (any(thrown)) value = select(thrown, value * share_above(dot(x.normal, ray.direction)), value);
         if (any(aimed)) {
             const Mask next = scatters & aimed & (length > level + 1);
             if (any(next)) fine &= ~next | points_at(ray, stored_place(scene, c, at, next, level + 1));
@@ -272,6 +275,12 @@ static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task,
         seen |= horizon;
         if (any(shown)) seen |= light_outline_jump(scene, task, c, at, shown, onwards, p);
         if (any(lit & fine)) seen |= lit_sides(scene, task, c, at, count, lit & fine, ray, p, work, queued);
+        const Mask thrown = s.active & is_thrown(c, at, count);
+        if (any(thrown)) {
+            const Vec3 jump = jump_of_thrown(scene, s, sides, behind, ray, p) * p.throughput;
+            put3(c.jump, at, thrown, jump * load(c.weight + at));
+            s.active &= ~thrown;
+        }
         store(c.seen + at, seen);
         if (!any(s.active)) continue;
         // Start a path on each side
@@ -302,7 +311,8 @@ static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task,
         Vec3 plus, minus;
         load3(plus, work.radiance, at);
         load3(minus, work.radiance, count + at);
-        const Mask lit = load(c.lit + at), known = lit | at_light_outline(c, at, count);
+        const Mask lit = load(c.lit + at),
+                   known = lit | at_light_outline(c, at, count) | is_thrown(c, at, count);
         const Vec3 towards_x = select(lit & load(c.light_scatters + at), plus, gray(splat(1.0f)));
         store_jump(c, at, load(c.seen + at),
                    select(known, load_jump(c, at) * towards_x, (minus - plus) * load(c.weight + at)));

@@ -112,6 +112,20 @@ EG_OUTLINE void meet_face(const SceneView& scene, const BoundaryTask& task, cons
     passed = select(met, y.through, passed);
 }
 
+// The part of the light from s.towards that x does not throw (path/thrown_light.h).
+EG_OUTLINE Vec3 unthrown_part(const SceneView& scene, const ScatteringPoint& x,
+                              const CameraSampledSurface& surface, Mask lit, Int kinds,
+                              const BoundarySegment& s) {
+    const Followed thrown = thrown_of(scene, s.y.row, followed_for(scene, lit, s.y.row));
+    const CameraSampledSurface unthrown(scene, x, lit, thrown.reflections());
+    const Vec3 all = surface.evaluate(lit, s.towards, kinds), rest = unthrown.evaluate(lit, s.towards, kinds);
+    const Float share = share_above(dot(x.x.normal, s.towards));
+    const auto part = [&](Float a, Float b) EG_INLINE_LAMBDA {
+        return select(lit & (a > 0.0f), 1.0f - share * (1.0f - b / max(a, 1e-30f)), splat(1.0f));
+    };
+    return {part(all.x, rest.x), part(all.y, rest.y), part(all.z, rest.z)};
+}
+
 // A sample of the term (boundary/samples/direct_samples.h).
 EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, const BoundaryTask& task,
                                                      int64_t at, SegmentCursor& cursor,
@@ -200,6 +214,8 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
     const Vec3 seen = transmittance(scene, s.active, start, s.point - start, splat(0.99999f), rays) * passed *
                       transmittance(scene, s.active & ~on_face, s.point, end, far, rays);
     s.color = path.throughput * value * seen * light * (x.shader.scale * begun.weight * source.scale);
+    if (const Mask later = on_row & ~s.screen_form; scene.thrown_alpha > 0.0f && any(later))
+        s.color = s.color * unthrown_part(scene, x, surface, later, source.kinds, s);
     const Mask balanced = s.active & s.screen_form;
     if (any(balanced)) {
         Vec3 unused;

@@ -6,6 +6,7 @@
 #include "boundary/curves/light_intersections.h"
 #include "boundary/meshes/placed_vertex.h"
 #include "engine/decisions/decisions.h"
+#include "engine/decisions/mirrored_edges.h"
 #include "scene/face_vectors.h"
 #include "scene/lights/light_list.h"
 #include "scene/lights/light_params.h"
@@ -131,6 +132,18 @@ std::vector<float> angular_radii(const SceneTables& tables, const LightView& lig
     return out;
 }
 
+// Whether light of the table that narrow lobes throw on other surfaces has estimators for all its jumps
+// (boundary/specular/caustic_path.h). Normal maps turn reflections at random places, and distance fields and
+// transparent surfaces are not searched before such lights.
+bool throws_lights(const SceneTables& tables, float alpha) {
+    const auto& flags = tables.closure_flags;
+    if (!tables.fields.empty() || std::any_of(flags.begin(), flags.end(), [](int32_t f) {
+            return (f & (kHasNormalMap | kHasTransparency)) != 0;
+        }))
+        return false;
+    return partly_met_meshes(tables, kScatteredRays).empty() && !too_many_throw(tables, alpha);
+}
+
 }  // namespace
 
 FollowedAlpha followed_alpha(const EdgeList& edges, const RequestedMotion& motion) {
@@ -163,6 +176,7 @@ FollowedAlpha followed_alpha(const EdgeList& edges, const RequestedMotion& motio
     }
     // Lobes that show no light follow the environment alone, and are noisier beside lights
     if (largest > 0.0f) out.all = std::min(out.all, std::max(largest, kFollowedByEmitters));
+    if (largest > 0.0f && throws_lights(tables, out.all)) out.thrown = out.all;
     return out;
 }
 

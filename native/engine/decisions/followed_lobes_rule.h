@@ -15,7 +15,9 @@ struct FollowedAlpha {
     // (L) Their largest alpha for light of each row of the light table, which rays of wider ones
     // do not meet; 0 for lights without size. Empty: no lobe is followed.
     std::vector<float> by_row;
-    std::vector<float> tail;    // by row as well (SceneView::light_tail)
+    std::vector<float> tail;  // by row as well (SceneView::light_tail)
+    // The largest alpha of lobes that throw lights on other surfaces (SceneView::thrown_alpha)
+    float thrown = 0.0f;
     float lobe_samples = 0.0f;  // largest width of lobes that emitter samples of recorded paths sample
 };
 

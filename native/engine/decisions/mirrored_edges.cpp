@@ -24,21 +24,6 @@ std::vector<int32_t> lights_in_mirrors(const BoundaryFacts& f) {
     return shown;
 }
 
-// The largest number of mirrors' faces, of all instances, of which caustics are computed: samples list them.
-constexpr int64_t kMostMirrorFaces = int64_t{1} << 22;
-
-// The number of faces of meshes with perfect lobes, of all instances.
-int64_t count_mirror_faces(const SceneTables& tables) {
-    const std::vector<uint8_t> smooth = bending_materials(tables);
-    const auto instances = mesh_instances(tables);
-    int64_t sum = 0;
-    for (size_t m = 0; m < static_cast<size_t>(tables.first_field()); ++m)
-        if (has_face_of(tables, m, smooth))
-            sum += (tables.mesh_first_face[m + 1] - tables.mesh_first_face[m]) *
-                   static_cast<int64_t>(instances[m].size());
-    return sum;
-}
-
 // Whether no surface scatters light but by perfect lobes.
 bool all_perfect(const SceneView& scene, const SceneTables& tables) {
     const auto perfect = [&](size_t closure) {
@@ -57,8 +42,19 @@ bool all_perfect(const SceneView& scene, const SceneTables& tables) {
 
 }  // namespace
 
-std::vector<uint8_t> bending_materials(const SceneTables& tables) {
-    return marked_materials(tables, [&](size_t k) { return may_be_specular(tables, k); });
+std::vector<uint8_t> throwing_materials(const SceneTables& tables, float thrown) {
+    return marked_materials(tables, [&](size_t k) { return may_throw_light(tables, k, thrown); });
+}
+
+bool too_many_throw(const SceneTables& tables, float thrown) {
+    const std::vector<uint8_t> throwing = throwing_materials(tables, thrown);
+    const auto instances = mesh_instances(tables);
+    int64_t sum = 0;
+    for (size_t m = 0; m < static_cast<size_t>(tables.first_field()); ++m)
+        if (has_face_of(tables, m, throwing))
+            sum += (tables.mesh_first_face[m + 1] - tables.mesh_first_face[m]) *
+                   static_cast<int64_t>(instances[m].size());
+    return sum > kMostMirrorFaces;
 }
 
 bool mirrors_turn(const BoundaryFacts& f) {
@@ -73,14 +69,13 @@ bool mirrors_turn(const BoundaryFacts& f) {
     return false;
 }
 
-// Outlines of lights and edges in light that mirrors and smooth glass throw on other surfaces. Followed lobes
-// behind other surfaces are no mirrors: emitter samples find lights in them.
+// Outlines of lights and edges in light that mirrors, smooth glass and narrow lobes throw on other surfaces.
 void decide_caustics(const BoundaryFacts& f, const std::vector<int32_t>& partly_met, Decisions& decided) {
     if (!f.options.terms[kIndirectTerm]) return;
     const SceneView& scene = f.scene;
-    std::vector<int32_t> smooth =
-        used_materials(f.tables, [&](size_t closure) { return may_be_specular(f.tables, closure); });
-    const bool listed = smooth.empty() || count_mirror_faces(f.tables) <= kMostMirrorFaces;
+    std::vector<int32_t> smooth = used_materials(
+        f.tables, [&](size_t closure) { return may_throw_light(f.tables, closure, scene.thrown_alpha); });
+    const bool listed = smooth.empty() || !too_many_throw(f.tables, scene.thrown_alpha);
     const auto decide = [&](Part part, Reason light, bool moves) {
         const bool needed = decided.decide(
             part, first_of({unless(f.options.max_depth >= 3, Reason::kNotRendered),

@@ -8,8 +8,15 @@
 
 namespace edgegrad {
 
-// By material, 1 or 0: whether it may have perfect lobes.
-std::vector<uint8_t> bending_materials(const SceneTables& tables);
+// By material, 1 or 0: whether it may throw light on other surfaces by perfect lobes, or by mirrors and coats
+// with an alpha up to `thrown`.
+std::vector<uint8_t> throwing_materials(const SceneTables& tables, float thrown);
+
+// The largest number of their faces, of all instances, of which caustics are computed: samples list them.
+constexpr int64_t kMostMirrorFaces = int64_t{1} << 22;
+// Whether there are more, counting all faces of their meshes.
+bool too_many_throw(const SceneTables& tables, float thrown);
+
 // Whether rays turn that mirrors, smooth glass and followed lobes show. Else what they show of still things
 // is still.
 bool mirrors_turn(const BoundaryFacts& facts);

@@ -251,7 +251,7 @@ class Search {
             moves = moves || light_moves(row);
         }
         if (!any_sun) return;
-        const std::vector<uint8_t> smooth = bending_materials(tables_);
+        const std::vector<uint8_t> smooth = throwing_materials(tables_, 0.0f);
         std::vector<int32_t> flat;
         for (int32_t mesh = 0; mesh < tables_.first_field(); ++mesh) {
             const auto m = static_cast<size_t>(mesh);

@@ -90,6 +90,7 @@ class TermBuilder {
     }
     const FoundEdges& silhouettes();
     const SharedCandidates& mirrors(bool lit);
+    std::vector<uint8_t> throwing() const { return throwing_materials(edges_.tables, scene_.thrown_alpha); }
     std::shared_ptr<const LightBeams> light_beams();
     bool has_edges(Part part, int64_t size, const EdgeCounts& counts);
     void keep(SamplePlan plan, BoundaryTerm::Lines lines, LearnedWeights* weights);
@@ -170,7 +171,7 @@ const FoundEdges& TermBuilder::silhouettes() {
 // Faces of mirrors and smooth glass (boundary/curves/mirror_faces.h), which outlines, edges and beams share.
 const SharedCandidates& TermBuilder::mirrors(bool lit) {
     SharedCandidates& list = mirrors_[lit];
-    if (!list) list = shared(mirror_faces(scene_, edges_.tables, bending_materials(edges_.tables), lit));
+    if (!list) list = shared(mirror_faces(scene_, edges_.tables, throwing(), lit));
     return list;
 }
 
@@ -180,11 +181,12 @@ std::shared_ptr<const LightBeams> TermBuilder::light_beams() {
     if (beams_) return *beams_;
     beams_ = nullptr;
     const bool listed = decided_[Part::kCausticEdges].reason != Reason::kNotEstimated;
-    if (!listed || !may_be_specular(edges_.tables)) return nullptr;
+    const std::vector<uint8_t> throws = throwing();
+    if (!listed || std::find(throws.begin(), throws.end(), 1) == throws.end()) return nullptr;
     std::vector<SharedCandidates> found;
     silhouettes().each([&](const SharedCandidates& list, double, double) { found.push_back(list); });
-    beams_ = LightBeams::find(scene_, edges_, options_, {mirrors(false), mirrors(true)}, found,
-                              bending_materials(edges_.tables), std::clamp(kPart * picture_, kFewest, kMost));
+    beams_ = LightBeams::find(scene_, edges_, options_, {mirrors(false), mirrors(true)}, found, throws,
+                              std::clamp(kPart * picture_, kFewest, kMost));
     return *beams_;
 }
 

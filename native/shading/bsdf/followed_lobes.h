@@ -32,13 +32,19 @@ EG_INLINE Int follow_lobes(Bsdf& f, Mask m, const Followed& limits) {
     Int bits = splat(0);
     for_each_facets(f, [&](Lobe k, Microfacets& g) EG_INLINE_LAMBDA {
         const Mask may = k == kMirrorLobe      ? ~f.mirror.separable
-                         : k == kInterfaceLobe ? ~f.glass.refracts_only
+                         : k == kInterfaceLobe ? ~f.glass.refracts_only & splat(limits.interfaces ? -1 : 0)
                                                : splat(-1);
         g.followed = m & may & (f.probability[k] > 0.0f) & ~is_smooth(g) & (widest_alpha(g) <= limits.widest);
         g.tail = limits.tail;
         bits = bits | (g.followed & (1 << k));
     });
     return bits;
+}
+
+// The bits of the mirrors and coats up to this alpha, which may throw light on other surfaces
+// (path/thrown_light.h).
+EG_INLINE Int throwing_lobes(Bsdf f, Mask m, Float widest) {
+    return follow_lobes(f, m, Followed(widest).reflections()) & ~(1 << kInterfaceLobe);
 }
 
 // Makes the lobes in `bits` followed.

@@ -40,6 +40,12 @@ EG_INLINE Followed followed_for(const SceneView& scene, Mask active, Int row) {
     return select(of_table, {gather(scene.light_followed, at), gather(scene.light_tail, at)}, others);
 }
 
+// What surfaces throw of light of a row (path/thrown_light.h), of which this is `followed`.
+EG_INLINE Followed thrown_of(const SceneView& scene, Int row, const Followed& followed) {
+    return select((row >= 0) & splat(scene.thrown_alpha > 0.0f ? -1 : 0),
+                  {min(followed.widest, splat(scene.thrown_alpha)), followed.tail}, Followed());
+}
+
 // The share of a row of the light table that rays meet. Emitter samples find the rest.
 EG_INLINE Float share_of_row(const SceneView& scene, int row, const RayLobe& lobe) {
     if (!scene.light_followed) return splat(1.0f);

@@ -15,8 +15,16 @@ namespace edgegrad::EDGEGRAD_ISA {
 struct Followed {
     Float widest;
     Float tail;  // 1/m_0^2; 0: they have no tail
+    bool interfaces = true;
 
     EG_INLINE Followed(Float most = splat(0.0f), Float by_tail = splat(0.0f)) : widest(most), tail(by_tail) {}
+
+    // The same for mirrors and coats alone.
+    EG_INLINE Followed reflections() const {
+        Followed out = *this;
+        out.interfaces = false;
+        return out;
+    }
 };
 
 EG_INLINE Followed select(Mask m, const Followed& a, const Followed& b) {
@@ -37,6 +45,14 @@ EG_INLINE RayLobe select(Mask m, const RayLobe& a, const RayLobe& b) {
 EG_INLINE Float share_of_rays(const RayLobe& lobe, const Followed& limits) {
     const Float by_tail = lobe.slope2 * limits.tail;
     return select(lobe.alpha <= limits.widest, 1.0f / (1.0f + by_tail * by_tail), 0.0f);
+}
+
+// The part of that share at surfaces that throw the light (path/thrown_light.h). It vanishes in the plane of
+// the face, which light reaches with this cosine.
+EG_INLINE Float share_above(Float cosine) {
+    constexpr float kFull = 0.2f;
+    const Float t = min(max(cosine * (1.0f / kFull), 0.0f), splat(1.0f));
+    return t * t * (3.0f - 2.0f * t);
 }
 
 // The share of the density of normals h that is left to emitter samples.

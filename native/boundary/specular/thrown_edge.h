@@ -1,0 +1,42 @@
+// Edges before lights of the table that narrow lobes throw on other surfaces (path/thrown_light.h).
+//
+// Of these lobes only the light of the table has a fixed microfacet normal. So at the edge e the jump is that
+// of the lights behind it alone, which the edge's faces hide on one side. Light of other surfaces keeps its
+// direction, and its jumps are those of the indirect term (boundary/terms/indirect.h).
+#pragma once
+
+#include "boundary/samples/visible_edge.h"
+#include "boundary/specular/chain_surface.h"
+#include "path/path_queue.h"
+#include "shading/lights/lights.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// Crossings whose last vertex throws light on the one before it by a narrow lobe.
+EG_INLINE Mask is_thrown(const ChainCrossings& c, int at, int count) {
+    const Int length = load(c.length + at);
+    Int last = splat(0), before = splat(0);
+    for (int level = 0; level + 1 < kMostChain; ++level) {
+        const Mask here = length == level + 2;
+        if (!any(here)) continue;
+        before = select(here, load(c.event[level] + at), before);
+        last = select(here, load(c.event[level + 1] + at), last);
+    }
+    return first_lanes(count - at) & (before == kEventAims) & (last >= 0) & ((last & kEventFollows) != 0);
+}
+
+// L- - L+ of the lights behind the edge, along the rays of the path `p` from `ray`.
+EG_OUTLINE Vec3 jump_of_thrown(const SceneView& scene, const EdgeSample& s, const Sides& sides,
+                               const Behind& behind, const ChainRay& ray, const PathPacket& p) {
+    const Mask plus = sides.plus.face >= 0, minus = sides.minus.face >= 0, one = s.active & (plus ^ minus);
+    if (!any(one)) return zero3();
+    const Float start = length_of(ray.origin - ray.from);
+    const Receiver from{ray.from, p.from_normal, splat(0), nullptr};
+    const Vec3 light =
+        lights_along(scene, one, from, p.from_mesh, ray.direction, start + s.view.distance,
+                     select(behind.hit.hit, start + behind.hit.distance, splat(__builtin_inff())),
+                     splat(0.0f), p.kind, bounces_before_last(p), p.lobe);
+    return select(one, light * select(plus, splat(1.0f), splat(-1.0f)), zero3());
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -26,13 +26,14 @@ struct PathPacket {
     Mask touched;     // of recorded paths: has met a requested surface
     Mask past_rim;    // of paths that sample rims: has been scattered along one (path/rim.h)
     Mask led;         // scattered only by perfect and followed lobes (shading/bsdf/followed_lobes.h)
+    Mask rough;       // scattered only by other lobes than these
     Mask unlit;       // emitter samples alone find lights of the table; such rays do not meet them
     Mask caustic;     // scattered by another lobe, and later by a perfect one
     Mask final_ray;   // finds emission but does not scatter again
     Int bounces;      // counts by kind, 8 bits each: diffuse, glossy, transmission, transparent
 };
 
-constexpr int kVertexBits = 11, kSegmentBits = 11;
+constexpr int kVertexBits = 11, kSegmentBits = 10;
 
 EG_INLINE Int pack_state(const PathPacket& p) {
     return p.segment | (p.vertex << kSegmentBits) | (p.kind << (kSegmentBits + kVertexBits)) |
@@ -42,7 +43,8 @@ EG_INLINE Int pack_state(const PathPacket& p) {
            ((p.led & 1) << (kSegmentBits + kVertexBits + 6)) |
            ((p.caustic & 1) << (kSegmentBits + kVertexBits + 7)) |
            ((p.past_rim & 1) << (kSegmentBits + kVertexBits + 8)) |
-           ((p.unlit & 1) << (kSegmentBits + kVertexBits + 9));
+           ((p.unlit & 1) << (kSegmentBits + kVertexBits + 9)) |
+           ((p.rough & 1) << (kSegmentBits + kVertexBits + 10));
 }
 
 EG_INLINE void unpack_state(Int state, PathPacket& p) {
@@ -56,6 +58,7 @@ EG_INLINE void unpack_state(Int state, PathPacket& p) {
     p.caustic = ((state >> (kSegmentBits + kVertexBits + 7)) & 1) != 0;
     p.past_rim = ((state >> (kSegmentBits + kVertexBits + 8)) & 1) != 0;
     p.unlit = ((state >> (kSegmentBits + kVertexBits + 9)) & 1) != 0;
+    p.rough = ((state >> (kSegmentBits + kVertexBits + 10)) & 1) != 0;
 }
 
 // Number of bounces of a kind so far (kDiffuseRay, kGlossyRay, kTransmissionRay; 4: transparent).

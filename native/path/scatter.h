@@ -115,8 +115,7 @@ EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPac
     Int throwing = splat(0);
     ThrownSample thrown;
     if constexpr (std::is_same_v<Surface, ShadedSurface>)
-        if (const Mask aside = p.active & ~p.led & ~p.caustic;
-            vertex && scene.thrown_alpha > 0.0f && any(aside))
+        if (const Mask aside = p.active & p.rough & ~p.led; vertex && scene.thrown_alpha > 0.0f && any(aside))
             throwing = throwing_lobes(surface.bsdf, aside, splat(scene.thrown_alpha));
     LightSample s =
         sample_light_at(scene, p, x, surface, index, vertex != nullptr, shading, throwing, thrown);
@@ -265,7 +264,8 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
     const UInt number = bits(select(alone, bits(index.own), bits(index.sample)));
     sobol_pair(index.stream, number, vertex_pair(p.vertex, kVertexDirection), u, v);
     if constexpr (std::is_same_v<Surface, ShadedSurface>)
-        if (any(index.mirrored)) v = mirrored(index.mirrored & any_sharp(surface.bsdf), v);
+        if (any(index.mirrored))
+            v = mirrored(index.mirrored & any_sharp(surface.bsdf) & ~has_followed_lobes(surface.bsdf), v);
     BsdfSample s = surface.sample(p.active, lobe_u, u, v);
     if (vertex) record_direction(*vertex, p.active, s, std::is_same_v<Surface, Lambertian>);
     p.active &= s.active;
@@ -305,6 +305,7 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
     // Continue the surviving paths
     p.caustic |= ~p.led & s.specular;
     p.led &= s.specular;
+    p.rough &= ~s.specular;
     p.lobe = {};
     if constexpr (requires { surface.bsdf; })
         if (vertex && scene.light_followed)

@@ -88,7 +88,7 @@ EG_INLINE int append_scattering(Workspace& work, int n, Mask active, Int path, V
     p.segment = segment;
     p.vertex = passed;
     p.bounces = bounces | (passed << 24);
-    p.both_sides = p.from_mesh = p.touched = p.led = p.unlit = p.caustic = p.past_rim = splat(0);
+    p.both_sides = p.from_mesh = p.touched = p.led = p.rough = p.unlit = p.caustic = p.past_rim = splat(0);
     p.kind = kind;
     p.final_ray = splat(0);
     Closest none = hit;

@@ -85,25 +85,35 @@ EG_OUTLINE ScatteringPoint scattering_point(const SceneView& scene, const ImageT
     return s;
 }
 
+// Parts of the throughput of paths.
+struct WalkParts {
+    Vec3 followed;  // of perfect and followed lobes alone
+    Vec3 rough;     // without perfect lobes, and without followed ones at the first surface
+
+    EG_INLINE void multiply(Mask m, Vec3 by_followed, Vec3 by_rough) {
+        followed = select(m, followed * by_followed, followed);
+        rough = select(m, rough * by_rough, rough);
+    }
+};
+
 // Absorbs light of paths that arrive at x within a mesh.
-EG_INLINE void absorb(const SceneView& scene, PathPacket& p, Vec3* followed, Mask active,
+EG_INLINE void absorb(const SceneView& scene, PathPacket& p, WalkParts* parts, Mask active,
                       const ScatteringPoint& s) {
     const Vec3 kept = kept_inside(scene, s.x, s.shader.closure, length_of(s.x.position - p.origin));
     p.throughput = select(active, p.throughput * kept, p.throughput);
-    if (followed) *followed = select(active, *followed * kept, *followed);
+    if (parts) parts->multiply(active, kept, kept);
 }
 
 // Continues paths from their first hits to the surfaces at which their segments number `target` end. Paths
 // that end earlier, or cannot scatter there, become inactive. Transparent surfaces are passed at random. With
 // `camera_sampled` lobes, paths leave the first surface only by camera-sampled lobes
 // (camera_sampled_kinds). Fills `fixed`, if not null, with the surfaces of the path for fixed directions near
-// contact. Sets `followed`, if not null, to the part of the throughput that perfect and followed lobes alone
-// contribute.
+// contact. Sets `parts`, if not null, to parts of the throughput.
 EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task, PathPacket& p, Closest& hit,
                                   Int target, const CameraSampledLobes& camera_sampled = {},
-                                  FixedDirectionChain* fixed = nullptr, Vec3* followed = nullptr) {
-    if (followed) *followed = p.throughput;
-    const bool follows = followed && scene.followed_alpha > 0.0f;
+                                  FixedDirectionChain* fixed = nullptr, WalkParts* parts = nullptr) {
+    if (parts) *parts = {p.throughput, p.throughput};
+    const bool follows = parts && scene.followed_alpha > 0.0f;
     const bool clear = scene.all_flags & kHasTransparency;
     Mask walking = p.active & hit.hit, arrived = splat(0);
     while (true) {
@@ -117,7 +127,7 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
         // Pass transparent surfaces at random
         const PathIndex index = path_index(task, p.path);
         walking &= s.x.active;
-        if (scene.all_flags & kHasAbsorption) absorb(scene, p, followed, walking, s);
+        if (scene.all_flags & kHasAbsorption) absorb(scene, p, parts, walking, s);
         Mask pass = splat(0);
         if (clear) {
             const Float chance = sobol_pair(index, vertex_pair(p.vertex, kVertexSurvival)).v;
@@ -129,7 +139,7 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
             walking &= ~pass | (bounce_count(p.bounces, kind) < task.limits.transparent);
             p.bounces = add_bounce(p.bounces, walking & pass, kind);
             p.throughput = select(walking & pass, p.throughput * color * s.shader.scale, p.throughput);
-            if (follows) *followed = select(walking & pass, *followed * color * s.shader.scale, *followed);
+            if (follows) parts->multiply(walking & pass, color * s.shader.scale, color * s.shader.scale);
             p.origin = select(walking & pass, leave_surface(s.x, p.direction), p.origin);
         }
         // Sample the BSDF for the next direction
@@ -152,7 +162,8 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
                     s.evaluate(scene, goes & ~next.specular, next.wi, kinds, splat(scene.followed_alpha)) *
                     (1.0f / max(next.pdf, 1e-20f));
                 const Vec3 part = select(next.specular, weight, weight - rest);
-                *followed = select(goes, *followed * part * s.shader.scale, *followed);
+                const Vec3 other = select(next.specular, zero3(), select(p.segment == 1, rest, weight));
+                parts->multiply(goes, part * s.shader.scale, other * s.shader.scale);
             }
             p.throughput = select(goes, p.throughput * weight * s.shader.scale, p.throughput);
             p.origin = select(goes, leave_surface(s.x, next.wi), p.origin);

@@ -28,6 +28,7 @@ struct Chain {
     Vec3 w;
     Vec3 weight;
     Vec3 followed;  // the part of `weight` that followed lobes alone contribute after x
+    Vec3 thrown;    // the part of `weight` that x throws
     Int bounces;    // counters by kind (path/path_queue.h)
 };
 
@@ -63,8 +64,8 @@ EG_INLINE Mask within_limits(const BounceLimits& limits, Int bounces) {
 constexpr int kChainVertex = 256;
 
 // Extends chains by one surface that rays of `seers` (bits 1 << RayKind) see. Lanes whose light leaves the
-// scene, or meets only perfect lobes, become inactive. `first`: the chain ends at x, and what x throws of the
-// light (`thrown`) is left out.
+// scene, or meets only perfect lobes, become inactive. `first`: the chain ends at x, which throws what is
+// `thrown` of the light.
 EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const PathIndex& random, Int vertex,
                        Int light_kinds, Int seers, bool count_bounces, bool first, const Followed& thrown) {
     const auto [choice, lobe] = sobol_pair(random, vertex_pair(vertex, kVertexChoice));
@@ -108,9 +109,7 @@ EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const Pat
         const Float picked = closure_weight(scene, seen.active, shader.closure, from);
         back.scale = select(closures > 1, here * shader.scale / max(picked, 1e-20f), 1.0f);
     }
-    Vec3 f = scattered_by(scene, seen, point, back, wi, light_kinds);
-    if (first && any(thrown.widest > 0.0f))
-        f = without_followed(f, thrown_part(scene, seen, point, back, wi, light_kinds, f, thrown));
+    const Vec3 f = scattered_by(scene, seen, point, back, wi, light_kinds);
     const Float by_density = abs(dot(x.normal, wo)) / max(pdf, 1e-20f);
     const Vec3 weight = c.weight * f * by_density;
     Vec3 followed = c.followed * by_density;
@@ -118,6 +117,9 @@ EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const Pat
         followed = followed * (first ? f
                                      : followed_part(scene, seen, point, back, wi, light_kinds, f,
                                                      splat(scene.followed_alpha)));
+    Vec3 throws = c.thrown * by_density;
+    if (any(thrown.widest > 0.0f))
+        throws = throws * (first ? thrown_part(scene, seen, point, back, wi, light_kinds, f, thrown) : f);
     // Count the bounce
     const Mask active = seen.active & (largest_component(weight) > 0.0f);
     if (count_bounces && any(active)) {
@@ -138,6 +140,7 @@ EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const Pat
     c.w = select(walking, wo, c.w);
     c.weight = select(walking, weight * through, c.weight);
     c.followed = select(walking, followed * through, c.followed);
+    c.thrown = select(walking, throws * through, c.thrown);
 }
 
 // The probability of one more surface in a chain, if the picture's depth allows it.
@@ -209,14 +212,16 @@ struct ChainPlaces {
 // which the camera-sampled lobes of the surface that the camera sees are left out. Left out, too, is the
 // contribution of followed lobes alone, which scan lines estimate (boundary/specular/chain_term.h): where the
 // camera sees x, what is followed of the light (`light_followed`), and elsewhere what x throws of it
-// (`thrown`). `places`, if not null, receives the surfaces of chains of less than kMostChain.
+// (`thrown`), unless followed lobes show the rest of the chain. `places`, if not null, receives the surfaces
+// of chains of less than kMostChain.
 EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
                                Mask active, const Closest& x, Vec3 w, Int length, Int light_kinds,
                                bool x_goes_on, Mask camera_sampled, const Followed& light_followed,
                                ChainPlaces* places = nullptr, const Followed& thrown = splat(0.0f)) {
     const bool limited = limits_matter(task.limits, task.max_depth);
     const Vec3 one = {splat(1.0f), splat(1.0f), splat(1.0f)};
-    Chain chain{x, w, one, one, splat(0)};
+    const bool throws = any(thrown.widest > 0.0f);
+    Chain chain{x, w, one, one, one, splat(0)};
     chain.at.hit = active;
     SeenLight seen;
     if (places) places->set(0, x);
@@ -275,6 +280,10 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
     seen.weight = f * chain.weight * area;
     if (scene.followed_alpha > 0.0f)
         seen.weight = without_followed(seen.weight, followed * chain.followed * area);
+    if (throws) {
+        const Vec3 part = without_followed(f, followed) * chain.thrown * area;
+        seen.weight = select(length > 0, without_followed(seen.weight, part), seen.weight);
+    }
     seen.active = end.active & (largest_component(seen.weight) > 0.0f);
     return seen;
 }

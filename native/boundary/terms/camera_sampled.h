@@ -268,15 +268,14 @@ EG_INLINE void leave_followed(const SceneView& scene, Mask seen, Vec3 followed, 
 }
 
 // Continues such a path to x, from its first vertex by the camera-sampled lobes alone. `of_table`: lanes with
-// shadows of lights of the table and of emissive meshes.
+// shadows of lights of the table and of emissive meshes. Sets the parts of the throughput.
 EG_INLINE void walk_by_sharp_lobes(const SceneView& scene, const BoundaryTask& task, const ImageTask& walks,
-                                   Mask of_table, PicturePath& begun, BoundarySegment& s) {
+                                   Mask of_table, PicturePath& begun, BoundarySegment& s, WalkParts& parts) {
     PathPacket& path = begun.path;
     if (scene.mesh_contact) begin_fixed_direction_chain(scene, path.active, begun.length, s.fixed);
-    Vec3 followed;
     walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, {task.camera_sampled, of_table},
-                      &s.fixed, &followed);
-    leave_followed(scene, s.screen_form, followed, path);
+                      &s.fixed, &parts);
+    leave_followed(scene, s.screen_form, parts.followed, path);
 }
 
 // Samples an edge near a direction from x, one of `candidates` (choose_edge_point), and sets it in the
@@ -321,7 +320,8 @@ EG_OUTLINE int sample_from_camera(const SceneView& scene, const BoundaryTask& ta
     SegmentSample& p = begun.segment;
     PathPacket& path = begun.path;
     const ImageTask walks = camera_sampled_paths(task);
-    walk_by_sharp_lobes(scene, task, walks, splat(0), begun, s);
+    WalkParts parts;
+    walk_by_sharp_lobes(scene, task, walks, splat(0), begun, s, parts);
     if (!any(path.active)) return queued;
     // Sample an edge in the lobes of x
     const ScatteringPoint x = scattering_point(scene, walks, path, path.active, begun.hit);

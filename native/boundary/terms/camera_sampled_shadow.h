@@ -112,16 +112,16 @@ EG_OUTLINE void meet_face(const SceneView& scene, const BoundaryTask& task, cons
     passed = select(met, y.through, passed);
 }
 
-// The part of the light from s.towards that x does not throw (path/thrown_light.h).
-EG_OUTLINE Vec3 unthrown_part(const SceneView& scene, const ScatteringPoint& x,
-                              const CameraSampledSurface& surface, Mask lit, Int kinds,
-                              const BoundarySegment& s) {
+// The part of the light from s.towards that x throws (path/thrown_light.h).
+EG_OUTLINE Vec3 thrown_share(const SceneView& scene, const ScatteringPoint& x,
+                             const CameraSampledSurface& surface, Mask lit, Int kinds,
+                             const BoundarySegment& s) {
     const Followed thrown = thrown_of(scene, s.y.row, followed_for(scene, lit, s.y.row));
     const CameraSampledSurface unthrown(scene, x, lit, thrown.reflections());
     const Vec3 all = surface.evaluate(lit, s.towards, kinds), rest = unthrown.evaluate(lit, s.towards, kinds);
     const Float share = share_above(dot(x.x.normal, s.towards));
     const auto part = [&](Float a, Float b) EG_INLINE_LAMBDA {
-        return select(lit & (a > 0.0f), 1.0f - share * (1.0f - b / max(a, 1e-30f)), splat(1.0f));
+        return select(lit & (a > 0.0f), share * (1.0f - b / max(a, 1e-30f)), splat(0.0f));
     };
     return {part(all.x, rest.x), part(all.y, rest.y), part(all.z, rest.z)};
 }
@@ -138,7 +138,8 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
     const ImageTask walks = sample_paths(task, 1, hash(task.seed ^ 0x5bd1e995u));
     if (!scene.has_environment && !task.shares_faces) path.active &= ~s.screen_form;
     const ShadowSource source = choose_source(scene, task, p, s.screen_form);
-    walk_by_sharp_lobes(scene, task, walks, source.table | source.faces, begun, s);
+    WalkParts parts;
+    walk_by_sharp_lobes(scene, task, walks, source.table | source.faces, begun, s, parts);
     if (!any(path.active)) return s;
     const ScatteringPoint x = scattering_point(scene, walks, path, path.active, begun.hit);
     s.active = x.x.active & ((source.kinds & kScatteredRays) != 0);
@@ -213,9 +214,11 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
     const Vec3 start = leave_surface(x.x, s.towards);
     const Vec3 seen = transmittance(scene, s.active, start, s.point - start, splat(0.99999f), rays) * passed *
                       transmittance(scene, s.active & ~on_face, s.point, end, far, rays);
-    s.color = path.throughput * value * seen * light * (x.shader.scale * begun.weight * source.scale);
+    Vec3 throughput = path.throughput;
     if (const Mask later = on_row & ~s.screen_form; scene.thrown_alpha > 0.0f && any(later))
-        s.color = s.color * unthrown_part(scene, x, surface, later, source.kinds, s);
+        throughput = without_followed(throughput,
+                                      parts.rough * thrown_share(scene, x, surface, later, source.kinds, s));
+    s.color = throughput * value * seen * light * (x.shader.scale * begun.weight * source.scale);
     const Mask balanced = s.active & s.screen_form;
     if (any(balanced)) {
         Vec3 unused;

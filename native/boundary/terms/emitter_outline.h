@@ -89,9 +89,9 @@ EG_OUTLINE BoundarySegment sample_emitter_outline(const SceneView& scene, const 
     PathPacket& path = begun.path;
     s.distance = splat(__builtin_inff());
     const ImageTask walks = outline_paths(task);
-    Vec3 followed;
-    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, {}, nullptr, &followed);
-    leave_followed(scene, s.screen_form, followed, path);
+    WalkParts parts;
+    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, {}, nullptr, &parts);
+    leave_followed(scene, s.screen_form, parts.followed, path);
     // Behind perfect mirrors and smooth glass light is parametrised by material points.
     path.active &= s.screen_form | (path.pdf > 0.0f);
     if (!any(path.active)) return s;

@@ -166,7 +166,8 @@ EG_OUTLINE int sample_horizon(const SceneView& scene, const HorizonTask& task, c
     out.light.active = out.beyond.active = splat(0);
     Float probability;
     const Int target = pick_vertex(random, task.image.max_depth - 1, probability);
-    Vec3 followed, first = zero3();
+    WalkParts parts;
+    Vec3 first = zero3();
     const bool chains =
         scene.mesh_contact && task.lights && (scene.lights.kinds & kTurningLights) && any(target > 1);
     if (scene.mesh_contact) begin_fixed_direction_chain(scene, p.active, target - 1, out.fixed);
@@ -175,7 +176,7 @@ EG_OUTLINE int sample_horizon(const SceneView& scene, const HorizonTask& task, c
             placed_triangle(scene, select(hit.hit, face, splat(0)), select(hit.hit, hit.instance, splat(-1)));
         first = hit_position(scene, hit.hit, hit, t);
     }
-    walk_camera_paths(scene, task.image, p, hit, target, {}, chains ? &out.fixed : nullptr, &followed);
+    walk_camera_paths(scene, task.image, p, hit, target, {}, chains ? &out.fixed : nullptr, &parts);
     if (!any(p.active)) return queued;
     // Keep surfaces whose shading normal differs from the face's
     ScatteringPoint s = scattering_point(scene, task.image, p, p.active, hit);
@@ -184,7 +185,7 @@ EG_OUTLINE int sample_horizon(const SceneView& scene, const HorizonTask& task, c
     p.active &= s.x.active & (dot(leans, leans) > 1e-12f);
     if (!any(p.active)) return queued;
     p.throughput = p.throughput * (s.shader.scale / probability);
-    followed = followed * (s.shader.scale / probability);
+    const Vec3 followed = parts.followed * (s.shader.scale / probability);
     // Sample lights, the environment and surfaces
     out.light = out.beyond = empty_cut(s.x);
     const HorizonSide side = pick_side(s, random);

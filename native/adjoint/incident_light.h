@@ -52,12 +52,13 @@ struct Scattering {
     // Not in `next`: the ray continues from a perfect or followed lobe, with the light next_value.
     Mask specular;
     Followed followed;  // of `light`: what is followed for it
-    Int throws;         // bits of the lobes that throw part of it (path/thrown_light.h)
-    // Not in `light`: a sample of thrown light of row `thrown_row`, without its radiance, by a lobe's bit.
-    Mask thrown;
-    Int thrown_lobe, thrown_row;
-    Vec3 thrown_half, thrown_value;
-    Mask fixed;  // the continuing ray also brings light of a fixed direction
+    // Bits of the lobes that throw a part of the light (path/thrown_light.h): of `light`, and of
+    // `environment` and of `next` where it ends in the environment.
+    Int throws, throws_beyond;
+    Mask beyond;         // of `next`: the ray ends in the environment
+    Mask thrown;         // not in `light`: the emitter sample is thrown light
+    Mask thrown_beyond;  // besides `next`: the sampled lobe throws light of the environment
+    Mask fixed;          // the continuing ray also brings light of a fixed direction
     Int light_visible_to;
     Vec3 light_w, environment_w, next_w, fixed_w;
     Vec3 light_value, environment_value, next_value, fixed_value;
@@ -92,13 +93,12 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
                                 bool geometry) {
     Scattering s;
     const Int light_face = load(v.light_face), light_row = load(v.light_row);
-    s.thrown = s.throws = splat(0);
+    s.thrown = s.throws = s.throws_beyond = s.beyond = s.thrown_beyond = splat(0);
     if (scene.thrown_alpha > 0.0f) {
+        s.throws_beyond = select(stays, load(v.throws), splat(0));
         const Mask of_table = stays & (light_row >= 0);
-        s.thrown_lobe = select(of_table, load(v.thrown), splat(0)), s.thrown = s.thrown_lobe != 0;
-        s.throws = select(of_table & ~s.thrown, load(v.throws), splat(0));
-        s.thrown_row = light_row, s.thrown_half = load3(v.thrown_half);
-        s.thrown_value = load3(v.light_scale);
+        s.thrown = of_table & (load(v.thrown) != 0);
+        s.throws = select(of_table & ~s.thrown, s.throws_beyond, splat(0));
     }
     const Mask from_face = stays & (light_face >= 0), from_row = stays & (light_row >= 0) & ~s.thrown;
     s.light = from_face | from_row;
@@ -141,6 +141,12 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
     s.specular = continues & load(v.specular);
     s.last = stays & (largest_component(last_scale) > 0.0f);
     s.next = follows | s.last;
+    if (scene.thrown_alpha > 0.0f && scene.has_environment) {
+        s.beyond = follows & ends_in_environment(memory, next);
+        const Mask shines =
+            s.beyond & (constant(next_floats(memory, s.beyond, next, &Vertex::environment_weight)) > 0.0f);
+        s.thrown_beyond = shines & (load(v.thrown_scale) > 0.0f);
+    }
     s.next_w = wi;
     s.next_value = incoming * load(v.next_scale);
     if (scene.has_environment && any(s.next)) {

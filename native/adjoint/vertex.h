@@ -20,6 +20,7 @@
 #include "adjoint/field_surface.h"
 #include "adjoint/incident_light.h"
 #include "adjoint/specular_block.h"
+#include "adjoint/thrown_light.h"
 #include "path/shaded_surface.h"
 #include "path/stream.h"
 #include "shading/absorption.h"
@@ -55,38 +56,6 @@ EG_INLINE Vec3 scattered_evenly(const SceneView& scene, const Lambertian& surfac
     return diffuse_reflection(surface.normal, surface.albedo, count, lights);
 }
 
-// The BSDF's value `all` for emitter samples, without the share of the lobes that throw their light.
-EG_INLINE Vec3 without_thrown(const SceneView& scene, const ShadedSurface& surface, Mask light,
-                              const Scattering& s, Vec3 all) {
-    const Mask throws = light & (s.throws != 0);
-    ShadedSurface rest = surface;
-    follow_lobes(rest.bsdf, s.throws);
-    const Vec3 f = scattered_light(scene, rest, s.light_visible_to, throws, s.followed, s.light_w).value;
-    const Float share = share_above(dot(surface.bsdf.ng, s.light_w));
-    return select(throws, all + (f - all) * share, all);
-}
-
-// Light of the table that a lobe throws at a fixed microfacet normal, from x.
-inline Vec3 scattered_by_throwing(const SceneView& scene, const ShadedSurface& surface, const SurfacePoint& x,
-                                  const Scattering& s) {
-    ShadedSurface throwing = surface;
-    follow_lobes(throwing.bsdf, s.thrown_lobe);
-    const Mask coat = (s.thrown_lobe & (1 << kCoatLobe)) != 0;
-    const Int lobe = select(coat, splat(static_cast<int>(kCoatLobe)), splat(static_cast<int>(kMirrorLobe)));
-    const Specular reflected = scatter_specular(throwing.bsdf, lobe, splat(0), s.thrown, s.thrown_half);
-    Vec3 value = reflected.value * s.thrown_value * share_above(dot(x.normal, reflected.wi));
-    if (surface.smooth || surface.dims) value = value * surface.shown(reflected.wi);
-    Vec3 light = zero3();
-    for_each_met_light(scene, s.thrown, x.position, x.mesh, reflected.wi, splat(0.0f),
-                       splat(__builtin_inff()), splat(static_cast<int>(kGlossyRay)), splat(0),
-                       [&](int row, Mask seen, const LightRow& l, Float distance, Float) {
-                           const Mask own = seen & (s.thrown_row == row);
-                           const Vec3 radiance = l.radiance * light_factor(l, reflected.wi, distance);
-                           light = select(own, radiance, light);
-                       });
-    return select(s.thrown, value * light, zero3());
-}
-
 // Light scattered by any surface, except light of a fixed direction.
 template <typename Surface>
 EG_INLINE Vec3 scattered_moving(const SceneView& scene, const Surface& surface, Mask active,
@@ -97,15 +66,19 @@ EG_INLINE Vec3 scattered_moving(const SceneView& scene, const Surface& surface, 
     const Mask light = active & s.light, environment = active & s.environment, next = active & s.next;
     if (any(light)) {
         Vec3 f = scattered_light(scene, surface, s.light_visible_to, light, s.followed, s.light_w).value;
-        if constexpr (requires { surface.bsdf; })
-            if (any(light & (s.throws != 0))) f = without_thrown(scene, surface, light, s, f);
+        f = without_thrown(surface, light, s.throws, s.light_w, f, [&](const auto& rest, Mask m) {
+            return scattered_light(scene, rest, s.light_visible_to, m, s.followed, s.light_w).value;
+        });
         sum = select(light, f * s.light_value, sum);
     }
-    if (any(environment))
-        sum =
-            sum + select(environment,
-                         surface.evaluate(environment, s.environment_w).value * s.environment_value, zero3());
-    if (any(next)) sum = sum + select(next, surface.evaluate(next, s.next_w).value * s.next_value, zero3());
+    const auto add = [&](Mask m, Int throws, Vec3 w, Vec3 value) {
+        if (!any(m)) return;
+        const auto evaluate = [&](const auto& lobes, Mask some) { return lobes.evaluate(some, w).value; };
+        const Vec3 f = without_thrown(surface, m, throws, w, evaluate(surface, m), evaluate);
+        sum = sum + select(m, f * value, zero3());
+    };
+    add(environment, s.throws_beyond, s.environment_w, s.environment_value);
+    add(next, select(s.beyond, s.throws_beyond, splat(0)), s.next_w, s.next_value);
     return sum;
 }
 
@@ -310,7 +283,7 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     }
     // Scatter at all other surfaces
     const Mask others = stays & ~lambertian, perfect = others & s.specular;
-    s.thrown &= others;
+    s.thrown &= others, s.thrown_beyond &= others;
     const bool scatters = any(others & (s.light | s.environment | s.next | s.thrown));
     const Int follows = select(others, load(v.follows), splat(0));
     const Mask followed = perfect & ((follows >> load(v.lobe) & 1) != 0);
@@ -327,7 +300,7 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
         if (any(rim)) reflected = reflected + scattered(scene, RimOfSurface{surface}, rim, s);
         follow_lobes(surface.bsdf, follows);
         reflected = reflected + scattered(scene, surface, others & ~rim, s);
-        if (any(s.thrown)) reflected = reflected + scattered_by_throwing(scene, surface, x, s);
+        if (any(s.thrown | s.thrown_beyond)) reflected = reflected + thrown_light(scene, v, surface, x, s);
         if (any(perfect)) {
             const Specular mirrored =
                 scatter_specular(surface.bsdf, load(v.lobe), load(v.transmitted), followed, load3(v.half));

@@ -135,6 +135,7 @@ EG_INLINE void record_direction(Vertex& v, Mask sampled, const BsdfSample& s, bo
 EG_INLINE void record_survival(Vertex& v, Mask goes_on, Float survival) {
     put(v.continues, goes_on, splat(-1));
     put(v.next_scale, goes_on, load(v.next_scale) * (1.0f / survival));
+    put(v.thrown_scale, goes_on, load(v.thrown_scale) * (1.0f / survival));
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

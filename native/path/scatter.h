@@ -104,19 +104,17 @@ EG_INLINE Mask below_plane(const SurfacePoint& x, Vec3 receiving, Vec3 w) {
     return (dot(x.normal, w) <= 0.0f) & (dot(receiving, w) > 0.0f);
 }
 
-// Samples direct illumination from the light sources. Lanes of `alone` trace no BSDF sample that could find
+// Samples direct illumination from the light sources, of which lobes in `throwing` throw a part. Lanes of
+// `alone` trace no BSDF sample that could find
 // the same light, so their weight is 1.
 template <typename Surface>
 EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPacket& p, const SurfacePoint& x,
-                          const Surface& surface, Mask alone, const PathIndex& index, Vertex* vertex) {
+                          const Surface& surface, Int throwing, Mask alone, const PathIndex& index,
+                          Vertex* vertex) {
     // Sample a light and evaluate the BSDF
     const Vec3 receiving = receiving_normal(scene, x, unbent_normal(surface));
     const Vec3* shading = scene.any_terminator ? &receiving : nullptr;
-    Int throwing = splat(0);
     ThrownSample thrown;
-    if constexpr (std::is_same_v<Surface, ShadedSurface>)
-        if (const Mask aside = p.active & p.rough & ~p.led; vertex && scene.thrown_alpha > 0.0f && any(aside))
-            throwing = throwing_lobes(surface.bsdf, aside, splat(scene.thrown_alpha));
     LightSample s =
         sample_light_at(scene, p, x, surface, index, vertex != nullptr, shading, throwing, thrown);
     look_up_emission(scene, s);
@@ -153,7 +151,6 @@ EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPac
     // Record the sample or add its light
     if (vertex) {
         record_light_contact(scene, *vertex, p, x, s);
-        put(vertex->throws, s.active, throwing);
         record_thrown(*vertex, s.active & thrown.active, thrown.lobe, thrown.half);
         return record_light(*vertex, s, light);
     }
@@ -245,13 +242,20 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
     const Mask scattered = p.active;
     const ValueMemory* values = work.values;
     const bool recorded = vertex || values;
+    Int throwing = splat(0);
+    if constexpr (std::is_same_v<Surface, ShadedSurface>)
+        if (const Mask aside = p.active & p.rough & ~p.led;
+            vertex && scene.thrown_alpha > 0.0f && any(aside)) {
+            throwing = throwing_lobes(surface.bsdf, aside, splat(scene.thrown_alpha));
+            put(vertex->throws, aside, throwing);
+        }
     // Sample direct illumination from the light sources and the environment
     if (recorded) p.active &= p.touched;
     const bool rims = vertex && work.vertices->rims;
     if (rims) p.active &= p.past_rim;
     if (any(p.active)) {
         if (scene.lights.count > 0 && (!values || requests_lights(*values)))
-            add_light(scene, work, p, x, surface, alone, index, vertex);
+            add_light(scene, work, p, x, surface, throwing, alone, index, vertex);
         if (scene.environment_image.sampled && (!values || requests_environment(*values)))
             add_environment_light(scene, work, p, x, surface, index, vertex);
     }
@@ -268,6 +272,8 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
             v = mirrored(index.mirrored & any_sharp(surface.bsdf) & ~has_followed_lobes(surface.bsdf), v);
     BsdfSample s = surface.sample(p.active, lobe_u, u, v);
     if (vertex) record_direction(*vertex, p.active, s, std::is_same_v<Surface, Lambertian>);
+    if constexpr (std::is_same_v<Surface, ShadedSurface>)
+        if (any(throwing != 0)) record_thrown_ray(*vertex, p.active, surface.bsdf, throwing, s);
     p.active &= s.active;
     // Add environment light along last rays from Lambertian surfaces
     const Mask last = p.active & alone & (recorded ? p.touched : splat(-1));

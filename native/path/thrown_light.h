@@ -1,5 +1,5 @@
-// Light of the table that narrow lobes throw on rougher surfaces, which recorded paths differentiate at a
-// fixed microfacet normal.
+// Light of the table and of the environment that narrow lobes throw on rougher surfaces, which recorded paths
+// differentiate at a fixed microfacet normal.
 //
 // The camera does not see such a lobe by followed lobes alone (shading/bsdf/followed_lobes.h). Its rays keep
 // their directions, since outlines of what they meet have other estimators. At a fixed point of a light the
@@ -7,9 +7,11 @@
 // own: with a fixed microfacet normal h in the surface's frame, light arrives along the reflection w(v, h),
 //   L = int F(h.v) D(h) G2(v, w)/v.z (h.v) s(h, w) L_e(w(v, h)) V dh,
 // and what h shows of lights moves with the surface. It jumps at outlines of lights and at edges before them
-// (boundary/specular/caustic_path.h). Emitter samples find the rest of the light, f (1 - s).
+// (boundary/specular/caustic_path.h). Emitter samples find the rest of the light, f (1 - s). The environment
+// is found by the rays of paths; for its rest they keep their directions.
 //
-// The share s is that of rays of followed lobes (shading/bsdf/distributions/tail.h), times a factor that
+// The share s is that of rays of followed lobes (shading/bsdf/distributions/tail.h), 1 for the environment,
+// times a factor that
 // vanishes in the plane of the face: there smooth-shaded faces cut off what the lobe shows, and only emitter
 // samples have an estimator for that (boundary/terms/horizon.h).
 #pragma once
@@ -60,6 +62,20 @@ EG_OUTLINE LightSample sample_thrown_light(const SceneView& scene, Mask active, 
     light.active &= share > 0.0f;
     light.pdf = splat(0.0f);
     return light;
+}
+
+// Records the density of a ray's microfacet normal, with respect to D(h) dh, if one of the lobes in
+// `throwing` has sampled it. Where it meets nothing, that lobe throws the environment's light.
+EG_INLINE void record_thrown_ray(Vertex& v, Mask active, const Bsdf& f, Int throwing, const BsdfSample& s) {
+    const Mask coat = s.lobe == splat(static_cast<int>(kCoatLobe));
+    const Mask thrown = active & s.active & ~s.transmitted & ~s.specular & (((throwing >> s.lobe) & 1) != 0);
+    if (!any(thrown)) return;
+    const Vec3 view = select(coat, f.view, f.turned_view);
+    const Microfacets g = select_facets(coat, f.coat.facets, f.mirror.facets);
+    const Float density =
+        score_pdf(g, view, g.bound, s.half, followed_density(g, view, g.bound, dot(s.half, view)));
+    const Float chance = select(coat, f.probability[kCoatLobe], f.probability[kMirrorLobe]);
+    put(v.thrown_scale, thrown, 1.0f / max(chance * density, 1e-30f));
 }
 
 // Samples the light that a surface receives: part of the samples are thrown light of the lobes in `throwing`.

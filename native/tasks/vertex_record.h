@@ -53,8 +53,8 @@ struct alignas(64) VertexPacket {
     Floats light_b1, light_b2, light_offset[3];
     Floats light_scale[3];
     Floats light_fixed_weight, light_drift[3];  // of an emissive face, as `fixed_weight` and `drift`
-    // Bits 1 << Lobe of the lobes that throw light, and of the one that throws this sample, with its
-    // microfacet normal (path/thrown_light.h).
+    // Bits 1 << Lobe of the lobes that throw light (path/thrown_light.h), and of the one that throws this
+    // sample, with its microfacet normal.
     Ints throws, thrown;
     Floats thrown_half[3];
     // From a sample of the environment's image, along environment_direction: radiance * f |cos| *
@@ -67,10 +67,11 @@ struct alignas(64) VertexPacket {
     Ints diffuse;    // -1: of a Lambertian surface
     Ints continues;  // -1: light may arrive along it
     Ints specular, transmitted, lobe;
-    Ints rim;      // -1: the ray and the light sample are on the rim of the transmission lobe (path/rim.h)
-    Ints follows;  // bits 1 << Lobe of the followed lobes; `half` is the microfacet normal of the sampled one
-    Floats half[3];
+    Ints rim;        // -1: the ray and the light sample are on the rim of the transmission lobe (path/rim.h)
+    Ints follows;    // bits 1 << Lobe of the followed lobes
+    Floats half[3];  // microfacet normal of the sampled mirror, coat or followed lobe
     Floats next_direction[3], next_scale;
+    Floats thrown_scale;   // the same for light of the environment that the sampled lobe throws; 0: none
     Floats last_scale[3];  // of the environment's light along it, if it can meet nothing else
 
     // -1: its light is not finite; the lane is no longer active (adjoint/path_sweeps.cpp).

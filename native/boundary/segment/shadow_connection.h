@@ -89,7 +89,7 @@ EG_OUTLINE void connect_shadow(const SceneView& scene, const BoundaryTask& task,
     const Followed followed = followed_for(scene, s.active, s.y.row);
     const SeenLight seen =
         see_light(scene, task, p, s.active, receiver.hit, -s.towards, length, light.visible_to(scene, task),
-                  false, left_out, followed, nullptr, thrown_of(scene, s.y.row, followed));
+                  false, left_out, followed, nullptr, thrown_of(scene, s.y.row, s.y.face, followed));
     s.view = seen.view;
     if (scene.mesh_contact) s.fixed = seen.fixed;
     s.color = color * seen.weight;

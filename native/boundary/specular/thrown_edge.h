@@ -1,13 +1,15 @@
-// Edges before lights of the table that narrow lobes throw on other surfaces (path/thrown_light.h).
+// Edges before light that narrow lobes throw on other surfaces (path/thrown_light.h).
 //
-// Of these lobes only the light of the table has a fixed microfacet normal. So at the edge e the jump is that
-// of the lights behind it alone, which the edge's faces hide on one side. Light of other surfaces keeps its
-// direction, and its jumps are those of the indirect term (boundary/terms/indirect.h).
+// These lobes have a fixed microfacet normal only for light of the table and of the environment. So at the
+// edge e the jump is that of this light behind it alone, which the edge's faces hide on one side. Light of
+// other surfaces keeps its direction, and its jumps are those of the indirect term
+// (boundary/terms/indirect.h).
 #pragma once
 
 #include "boundary/samples/visible_edge.h"
 #include "boundary/specular/chain_surface.h"
 #include "path/path_queue.h"
+#include "shading/lights/environment.h"
 #include "shading/lights/lights.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -32,10 +34,12 @@ EG_OUTLINE Vec3 jump_of_thrown(const SceneView& scene, const EdgeSample& s, cons
     if (!any(one)) return zero3();
     const Float start = length_of(ray.origin - ray.from);
     const Receiver from{ray.from, p.from_normal, splat(0), nullptr};
-    const Vec3 light =
-        lights_along(scene, one, from, p.from_mesh, ray.direction, start + s.view.distance,
-                     select(behind.hit.hit, start + behind.hit.distance, splat(__builtin_inff())),
-                     splat(0.0f), p.kind, bounces_before_last(p), p.lobe);
+    Vec3 light = lights_along(scene, one, from, p.from_mesh, ray.direction, start + s.view.distance,
+                              select(behind.hit.hit, start + behind.hit.distance, splat(__builtin_inff())),
+                              splat(0.0f), p.kind, bounces_before_last(p), p.lobe);
+    const Mask open = one & ~behind.hit.hit & ((splat(scene.environment_mask) & ray_mask(p.kind)) != 0);
+    if (scene.has_environment && any(open))
+        light = select(open, light + environment_radiance(scene, ray.direction), light);
     return select(one, light * select(plus, splat(1.0f), splat(-1.0f)), zero3());
 }
 

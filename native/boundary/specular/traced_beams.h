@@ -32,7 +32,7 @@ EG_INLINE Closest mirror_point(const SceneView& scene, const SegmentSample& p, F
 struct ArrivingLight {
     Vec3 w;
     Float distance, flux;
-    Mask of_table;
+    Mask may_be_thrown;
 };
 
 // Lights that no ray can meet have none.
@@ -44,11 +44,13 @@ EG_OUTLINE ArrivingLight choose_arriving(const SceneView& scene, const SegmentSa
     const float by_image = !image ? 0.0f : lights ? 0.5f : 1.0f;
     const auto mean = [](Vec3 a)
                           EG_INLINE_LAMBDA { return (abs(a.x) + abs(a.y) + abs(a.z)) * (1.0f / 3.0f); };
+    const Mask throws = splat(scene.thrown_alpha > 0.0f ? -1 : 0);
     ArrivingLight out{normal, splat(__builtin_inff()), splat(0.0f), splat(0)};
     const Mask of_image = p.active & (pick < by_image), of_lights = p.active & ~of_image;
     if (image && any(of_image) && (scene.environment_mask & kBentRays)) {
         const EnvironmentSample e = sample_environment(scene, of_image, u, v);
         const Mask found = of_image & (e.pdf > 0.0f);
+        out.may_be_thrown = found & throws;
         out.w = select(found, e.w, out.w);
         out.flux = select(found, mean(e.radiance) / max(e.pdf * by_image, 1e-30f), out.flux);
     }
@@ -58,7 +60,7 @@ EG_OUTLINE ArrivingLight choose_arriving(const SceneView& scene, const SegmentSa
         const Mask found = of_lights & s.active & (s.pdf > 0.0f) & ((s.visible_to & kBentRays) != 0);
         out.w = select(found, s.w, out.w);
         out.distance = select(found & ~s.distant, s.r, out.distance);
-        out.of_table = found & (s.row >= 0) & splat(scene.thrown_alpha > 0.0f ? -1 : 0);
+        out.may_be_thrown = found & (s.row >= 0) & throws;
         out.flux = select(found, mean(s.radiance) * s.geometry * (1.0f / (1.0f - by_image)), out.flux);
     }
     return out;
@@ -83,7 +85,7 @@ EG_OUTLINE void find_light_beams(const SceneView& scene, const BoundaryTask& tas
         Vec3 light = last, first = last, end = last;
         if (any(active)) {
             const BentLight bent = follow_bent_light(scene, p.random, active, m, arrives.w,
-                                                     most_of_caustic(task), arrives.of_table);
+                                                     most_of_caustic(task), arrives.may_be_thrown);
             active &= bent.x.hit;
             end = surface_point(scene, active, select(active, bent.x.face, splat(0)), bent.x.b1, bent.x.b2,
                                 bent.along, select(active, bent.x.instance, splat(-1)))

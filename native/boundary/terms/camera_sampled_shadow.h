@@ -116,7 +116,7 @@ EG_OUTLINE void meet_face(const SceneView& scene, const BoundaryTask& task, cons
 EG_OUTLINE Vec3 thrown_share(const SceneView& scene, const ScatteringPoint& x,
                              const CameraSampledSurface& surface, Mask lit, Int kinds,
                              const BoundarySegment& s) {
-    const Followed thrown = thrown_of(scene, s.y.row, followed_for(scene, lit, s.y.row));
+    const Followed thrown = thrown_of(scene, s.y.row, s.y.face, followed_for(scene, lit, s.y.row));
     const CameraSampledSurface unthrown(scene, x, lit, thrown.reflections());
     const Vec3 all = surface.evaluate(lit, s.towards, kinds), rest = unthrown.evaluate(lit, s.towards, kinds);
     const Float share = share_above(dot(x.x.normal, s.towards));
@@ -215,7 +215,7 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
     const Vec3 seen = transmittance(scene, s.active, start, s.point - start, splat(0.99999f), rays) * passed *
                       transmittance(scene, s.active & ~on_face, s.point, end, far, rays);
     Vec3 throughput = path.throughput;
-    if (const Mask later = on_row & ~s.screen_form; scene.thrown_alpha > 0.0f && any(later))
+    if (const Mask later = s.active & ~on_face & ~s.screen_form; scene.thrown_alpha > 0.0f && any(later))
         throughput = without_followed(throughput,
                                       parts.rough * thrown_share(scene, x, surface, later, source.kinds, s));
     s.color = throughput * value * seen * light * (x.shader.scale * begun.weight * source.scale);

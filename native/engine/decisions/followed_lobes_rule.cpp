@@ -132,7 +132,7 @@ std::vector<float> angular_radii(const SceneTables& tables, const LightView& lig
     return out;
 }
 
-// Whether light of the table that narrow lobes throw on other surfaces has estimators for all its jumps
+// Whether light that narrow lobes throw on other surfaces has estimators for all its jumps
 // (boundary/specular/caustic_path.h). Normal maps turn reflections at random places, and distance fields and
 // transparent surfaces are not searched before such lights.
 bool throws_lights(const SceneTables& tables, float alpha) {
@@ -176,7 +176,7 @@ FollowedAlpha followed_alpha(const EdgeList& edges, const RequestedMotion& motio
     }
     // Lobes that show no light follow the environment alone, and are noisier beside lights
     if (largest > 0.0f) out.all = std::min(out.all, std::max(largest, kFollowedByEmitters));
-    if (largest > 0.0f && throws_lights(tables, out.all)) out.thrown = out.all;
+    if (out.all > 0.0f && throws_lights(tables, out.all)) out.thrown = out.all;
     return out;
 }
 

@@ -223,6 +223,7 @@ EG_INLINE void sample_mirror(const Bsdf& f, const Reflection& r, bool coat, Mask
     const Vec3 w = h * (2.0f * cosine) - view;
     set_direction(f, picked, coat ? w : turned_back(f, w), d);
     d.perfect |= picked & is_perfect(r.facets);
+    d.half = select(picked, h, d.half);
     if (any(smooth)) d.value = select(smooth, reflectance(r, cosine), d.value);
     const Mask followed = picked & r.facets.followed;
     if (any(followed))

@@ -16,7 +16,7 @@ struct BsdfSample {
     Vec3 weight;  // f |n.w| / pdf
     Float pdf;
     Mask specular;  // of a mirror, a smooth interface or a followed lobe; no other strategy finds such light
-    Vec3 half;      // microfacet normal of a followed lobe, in its own frame
+    Vec3 half;      // microfacet normal of a mirror, a coat or a followed lobe, in its own frame
     Mask transmitted;  // to the other side of the triangle
     Int ray_kind;      // kDiffuseRay, kGlossyRay or kTransmissionRay
     Int lobe;          // shading/bsdf/closures.h, Lobe

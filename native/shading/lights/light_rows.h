@@ -40,10 +40,11 @@ EG_INLINE Followed followed_for(const SceneView& scene, Mask active, Int row) {
     return select(of_table, {gather(scene.light_followed, at), gather(scene.light_tail, at)}, others);
 }
 
-// What surfaces throw of light of a row (path/thrown_light.h), of which this is `followed`.
-EG_INLINE Followed thrown_of(const SceneView& scene, Int row, const Followed& followed) {
-    return select((row >= 0) & splat(scene.thrown_alpha > 0.0f ? -1 : 0),
-                  {min(followed.widest, splat(scene.thrown_alpha)), followed.tail}, Followed());
+// What surfaces throw (path/thrown_light.h) of light of a row or, if both are negative, of the environment,
+// of which this is `followed`. They throw no light of faces.
+EG_INLINE Followed thrown_of(const SceneView& scene, Int row, Int face, const Followed& followed) {
+    return select((row >= 0) | (face < 0), {min(followed.widest, splat(scene.thrown_alpha)), followed.tail},
+                  Followed());
 }
 
 // The share of a row of the light table that rays meet. Emitter samples find the rest.

@@ -50,7 +50,7 @@ EG_INLINE Float share_of_rays(const RayLobe& lobe, const Followed& limits) {
 // The part of that share at surfaces that throw the light (path/thrown_light.h). It vanishes in the plane of
 // the face, which light reaches with this cosine.
 EG_INLINE Float share_above(Float cosine) {
-    constexpr float kFull = 0.2f;
+    constexpr float kFull = 0.004f;
     const Float t = min(max(cosine * (1.0f / kFull), 0.0f), splat(1.0f));
     return t * t * (3.0f - 2.0f * t);
 }

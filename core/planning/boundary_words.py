@@ -210,15 +210,15 @@ def indirect(words: SceneWords, max_depth: int) -> Term:
 
 
 def _caustic_words(words: SceneWords) -> list[str]:
-    """What is computed of light that mirrors and smooth glass throw on other surfaces."""
+    """What is computed of light that mirrors, smooth glass and narrow lobes throw on other surfaces."""
     outlines, edges = words.computed("caustic outlines"), words.computed("caustic edges")
     jumps = [*(["edges"] if edges is not None else []),
              *([f"the outlines of {words.light_names(outlines)}"] if outlines is not None else [])]
     shown = outlines if edges is None else edges
     if shown is None:
         return []
-    return [f"besides: {' and '.join(jumps)} in light that mirrors and smooth glass ({words.material_names(shown)}) "
-            "throw on other surfaces"]
+    return [f"besides: {' and '.join(jumps)} in light that mirrors, smooth glass and lobes nearly as narrow "
+            f"({words.material_names(shown)}) throw on other surfaces"]
 
 
 def _indirect_zero(words: SceneWords, edges: Decision) -> str:

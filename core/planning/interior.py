@@ -78,8 +78,12 @@ def _computed(words: SceneWords) -> Iterator[str]:
                "perfectly or have textures that jump")
     narrow = words.computed("sharp reflections")
     if narrow is not None:
+        thrown = words.computed("caustic edges") or words.computed("caustic outlines")
+        quiet = thrown is not None and set(narrow.materials) <= set(thrown.materials)
+        but = (", except where it comes straight from lamps or the sky and the camera sees these surfaces directly"
+               if quiet else "")
         yield (f"noisy: light that narrow lobes of {words.material_names(narrow)} throw on other surfaces, since "
-               "samples of its derivative are larger than this light by one over the lobes' width; with perfect "
+               f"samples of its derivative are larger than this light by one over the lobes' width{but}; with perfect "
                "mirrors (roughness 0) or rougher lobes in their place, a fit has less noise")
     if words.computed("favoured lobes") is not None:
         yield ("only roughness is requested: the lobes that it shapes get most of the samples, and more where the "

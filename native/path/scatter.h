@@ -79,10 +79,11 @@ EG_INLINE LightSample sample_light_at(const SceneView& scene, const PathPacket& 
         number = bits(select(sharp, bits(index.sample), bits(number)));
         sobol_pair(index.stream, number, vertex_pair(p.vertex, kVertexLight), u, v);
         v = mirrored(sharp & index.mirrored, v);
-        if (any(p.active & (throwing != 0)))
+        const bool sized = scene.lights.sized_count + scene.lights.sized_distant > 0;
+        if (sized && any(p.active & (throwing != 0)))
             return sample_light_and_thrown(scene, p, x, surface, index, number, u, v, shading, throwing,
                                            thrown);
-        if (any(p.active & sharp) && scene.lights.sized_count + scene.lights.sized_distant > 0)
+        if (sized && any(p.active & sharp))
             return sample_light_and_lobes(scene, p, x, surface, index, number, u, v, shading);
     } else {
         sobol_pair(index.stream, number, vertex_pair(p.vertex, kVertexLight), u, v);

@@ -11,9 +11,8 @@
 // is found by the rays of paths; for its rest they keep their directions.
 //
 // The share s is that of rays of followed lobes (shading/bsdf/distributions/tail.h), 1 for the environment,
-// times a factor that
-// vanishes in the plane of the face: there smooth-shaded faces cut off what the lobe shows, and only emitter
-// samples have an estimator for that (boundary/terms/horizon.h).
+// times a factor that vanishes in the plane of the face: there smooth-shaded faces cut off what the lobe
+// shows, and only emitter samples have an estimator for that (boundary/terms/horizon.h).
 #pragma once
 
 #include "path/lobe_light.h"

@@ -37,7 +37,8 @@ NATIVE = (
 )
 # Folders within a room, in the same way.
 WITHIN_NATIVE = {
-    "boundary": (("meshes",), ("curves",), ("fields",), ("samples",), ("segment",), ("terms",), ("specular",)),
+    "boundary": (("meshes",), ("curves",), ("fields",), ("samples",), ("segment",), ("terms",), ("specular",),
+                 ("caustics",)),
 }
 # Arrows against these directions that are still there: (file, what it includes). May only get fewer.
 AGAINST_NATIVE: set[tuple[str, str]] = set()

@@ -52,7 +52,7 @@ struct Scattering {
     // Not in `next`: the ray continues from a perfect or followed lobe, with the light next_value.
     Mask specular;
     Followed followed;  // of `light`: what is followed for it
-    // Bits of the lobes that throw a part of the light (path/thrown_light.h): of `light`, and of
+    // Bits of the lobes that throw a part of the light (path/lights/thrown_light.h): of `light`, and of
     // `environment` and of `next` where it ends in the environment.
     Int throws, throws_beyond;
     Mask beyond;         // of `next`: the ray ends in the environment

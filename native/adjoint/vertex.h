@@ -20,7 +20,7 @@
 #include "adjoint/field_surface.h"
 #include "adjoint/incident_light.h"
 #include "adjoint/specular_block.h"
-#include "adjoint/thrown_light.h"
+#include "adjoint/thrown_sweep.h"
 #include "path/shaded_surface.h"
 #include "path/stream.h"
 #include "shading/absorption.h"

@@ -2,8 +2,8 @@
 #if defined(__GNUC__)
 #pragma GCC diagnostic ignored "-Wunused-function"
 #endif
-#include "boundary/specular/caustic_edge.h"
-#include "boundary/specular/caustic_outline.h"
+#include "boundary/caustics/caustic_edge.h"
+#include "boundary/caustics/caustic_outline.h"
 #include "boundary/specular/mirrored_outline.h"
 #include "kernels/parts.h"
 #include "tasks/kernel_table.h"

@@ -113,7 +113,7 @@ EG_INLINE void record_light(Vertex& v, const LightSample& s, Vec3 scale) {
     put3(v.light_scale, s.active, scale);
 }
 
-// Records a sample of thrown light (path/thrown_light.h).
+// Records a sample of thrown light (path/lights/thrown_light.h).
 EG_INLINE void record_thrown(Vertex& v, Mask thrown, Int lobe, Vec3 half) {
     put(v.thrown, thrown, splat(1) << lobe);
     put3(v.thrown_half, thrown, half);

@@ -4,11 +4,11 @@
 #include <type_traits>
 
 #include "path/bounces.h"
-#include "path/lobe_light.h"
+#include "path/lights/lobe_light.h"
+#include "path/lights/thrown_light.h"
 #include "path/recorder.h"
 #include "path/shaded_surface.h"
 #include "path/stream.h"
-#include "path/thrown_light.h"
 #include "path/value_recorder.h"
 #include "shading/lambertian.h"
 #include "shading/lights/environment_samples.h"

@@ -19,9 +19,9 @@ EG_INLINE Int quotient(Int a, int b) { return to_int((to_float(a) + 0.5f) * (1.0
 // Path p of a task is sample p % samples of pixel p / samples, counted from the task's first ones.
 //
 // Mirrored pairs (Zhang et al. 2021, "Antithetic Sampling for Monte Carlo Differentiable Rendering"): samples
-// 2 k and 2 k + 1 of a pixel take the same path up to a surface with sharp lobes (path/lobe_light.h), where
-// the second takes the direction on the other side of the lobe's middle. The derivative of a sharp lobe is
-// odd about its middle, so that in the sum of both only differences of the light count (derivations, A8).
+// 2 k and 2 k + 1 of a pixel take the same path up to a surface with sharp lobes (path/lights/lobe_light.h),
+// where the second takes the direction on the other side of the lobe's middle. The derivative of a sharp lobe
+// is odd about its middle, so that in the sum of both only differences of the light count (derivations, A8).
 struct PathIndex {
     Int pixel;  // relative to the task's first pixel
     UInt sample;

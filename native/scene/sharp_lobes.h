@@ -8,7 +8,7 @@
 namespace edgegrad {
 
 // Lobes up to this alpha are sharp for recorded paths: each emitter sample sees enough of a light in wider
-// ones (path/lobe_light.h).
+// ones (path/lights/lobe_light.h).
 constexpr float kSharpAlpha = 0.35f;
 
 // Returns whether a closure without textures has a lobe with an alpha up to `widest` that is not perfect. For
@@ -68,7 +68,7 @@ inline bool may_be_specular(const SceneTables& tables, size_t closure, float fol
 }
 
 // Returns whether a closure may throw light on other surfaces as a mirror or smooth glass, or by a narrow
-// lobe with an alpha up to `thrown` (path/thrown_light.h), which interfaces do not.
+// lobe with an alpha up to `thrown` (path/lights/thrown_light.h), which interfaces do not.
 inline bool may_throw_light(const SceneTables& tables, size_t closure, float thrown) {
     const int32_t kind = tables.closure_kind[closure];
     return may_be_specular(tables, closure, kind == kGlass || kind == kRefraction ? 0.0f : thrown);

@@ -142,9 +142,9 @@ struct SceneView {
     const float* light_tail;
     bool any_tail;
     // Mirrors and coats up to this alpha throw lights of the table on other surfaces at a fixed microfacet
-    // normal (path/thrown_light.h); 0: none.
+    // normal (path/lights/thrown_light.h); 0: none.
     float thrown_alpha;
-    // Up to this width, emitter samples of recorded paths sample lobes (path/lobe_light.h).
+    // Up to this width, emitter samples of recorded paths sample lobes (path/lights/lobe_light.h).
     float lobe_samples;
     int32_t mesh_count;        // number of meshes that rays can hit; instances have the geomIDs after them
     const int32_t* mesh_mask;  // (S) bits of the ray kinds that can hit a mesh

@@ -34,8 +34,8 @@ enum BoundaryKind : int32_t {
     kTextureBorder,          // boundary/terms/texture_border.h
     kCameraSampledShadow,    // boundary/terms/camera_sampled_shadow.h
     kContactBorder,          // boundary/terms/contact_border.h
-    kCausticOutline,         // boundary/specular/caustic_outline.h, with kernels of its own
-    kCausticEdge,            // boundary/specular/caustic_edge.h, the same
+    kCausticOutline,         // boundary/caustics/caustic_outline.h, with kernels of its own
+    kCausticEdge,            // boundary/caustics/caustic_edge.h, the same
     kBoundaryKinds
 };
 

@@ -53,8 +53,8 @@ struct alignas(64) VertexPacket {
     Floats light_b1, light_b2, light_offset[3];
     Floats light_scale[3];
     Floats light_fixed_weight, light_drift[3];  // of an emissive face, as `fixed_weight` and `drift`
-    // Bits 1 << Lobe of the lobes that throw light (path/thrown_light.h), and of the one that throws this
-    // sample, with its microfacet normal.
+    // Bits 1 << Lobe of the lobes that throw light (path/lights/thrown_light.h), and of the one that throws
+    // this sample, with its microfacet normal.
     Ints throws, thrown;
     Floats thrown_half[3];
     // From a sample of the environment's image, along environment_direction: radiance * f |cos| *

@@ -1,4 +1,4 @@
-// A grid of cells through which light beams pass (boundary/specular/traced_beams.h), which aims directions
+// A grid of cells through which light beams pass (boundary/caustics/traced_beams.h), which aims directions
 // from there.
 #pragma once
 

@@ -1,4 +1,4 @@
-// The pilot of light beams (boundary/specular/traced_beams.h), which aims samples of edges and weights these.
+// The pilot of light beams (boundary/caustics/traced_beams.h), which aims samples of edges and weights these.
 #pragma once
 
 #include <array>

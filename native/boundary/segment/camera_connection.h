@@ -79,8 +79,8 @@ EG_INLINE Vec3 followed_part(const SceneView& scene, const SurfacePoint& x, cons
     return all - scattered_by(scene, x, point, shader, w, light_kinds, followed);
 }
 
-// The part of it that x throws, with its normal towards the viewer (path/thrown_light.h). Caustics have it
-// (boundary/specular/caustic_path.h).
+// The part of it that x throws, with its normal towards the viewer (path/lights/thrown_light.h). Caustics
+// have it (boundary/caustics/caustic_path.h).
 EG_INLINE Vec3 thrown_part(const SceneView& scene, const SurfacePoint& x, const TexturePoint& point,
                            const Shader& shader, Vec3 w, Int light_kinds, Vec3 all, const Followed& thrown) {
     return followed_part(scene, x, point, shader, w, light_kinds, all, thrown.reflections()) *

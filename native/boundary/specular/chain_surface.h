@@ -12,7 +12,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 // Bits of an event: a lobe, whether it transmits, and whether it is a followed lobe. Or one of: pass
 // unscattered; go on to a light (boundary/specular/chain_light.h); scatter by other lobes towards the next
-// stored vertex, which then is in material form (boundary/specular/caustic_outline.h); end here.
+// stored vertex, which then is in material form (boundary/caustics/caustic_outline.h); end here.
 constexpr int32_t kEventLobes = 7, kEventTransmits = 8, kEventPasses = 16, kEventLit = 32, kEventFollows = 64,
                   kEventAims = 128, kEventEnds = -1;
 

@@ -1,4 +1,4 @@
-// Where stored paths of caustics go on (boundary/specular/caustic_path.h): the replay compares its rays with
+// Where stored paths of caustics go on (boundary/caustics/caustic_path.h): the replay compares its rays with
 // these places.
 #pragma once
 

@@ -1,4 +1,4 @@
-// Edges before light that narrow lobes throw on other surfaces (path/thrown_light.h).
+// Edges before light that narrow lobes throw on other surfaces (path/lights/thrown_light.h).
 //
 // These lobes have a fixed microfacet normal only for light of the table and of the environment. So at the
 // edge e the jump is that of this light behind it alone, which the edge's faces hide on one side. Light of

@@ -112,7 +112,7 @@ EG_OUTLINE void meet_face(const SceneView& scene, const BoundaryTask& task, cons
     passed = select(met, y.through, passed);
 }
 
-// The part of the light from s.towards that x throws (path/thrown_light.h).
+// The part of the light from s.towards that x throws (path/lights/thrown_light.h).
 EG_OUTLINE Vec3 thrown_share(const SceneView& scene, const ScatteringPoint& x,
                              const CameraSampledSurface& surface, Mask lit, Int kinds,
                              const BoundarySegment& s) {

@@ -31,7 +31,8 @@ constexpr float kFollowedBySize = 0.8f;
 // The slope of microfacet normals from which on emitter samples find the light of such lobes, as a multiple
 // of the same radius (shading/bsdf/distributions/tail.h).
 constexpr float kTailBySize = 1.0f;
-// Emitter samples sample lobes up to this multiple of the angular radius of some light (path/lobe_light.h).
+// Emitter samples sample lobes up to this multiple of the angular radius of some light
+// (path/lights/lobe_light.h).
 constexpr float kSampledBySize = 0.5f;
 // Number of places at which the size of lights is measured.
 constexpr size_t kPlaces = 1024, kPlacesOfMesh = 64;
@@ -133,7 +134,7 @@ std::vector<float> angular_radii(const SceneTables& tables, const LightView& lig
 }
 
 // Whether light that narrow lobes throw on other surfaces has estimators for all its jumps
-// (boundary/specular/caustic_path.h). Normal maps turn reflections at random places, and distance fields and
+// (boundary/caustics/caustic_path.h). Normal maps turn reflections at random places, and distance fields and
 // transparent surfaces are not searched before such lights.
 bool throws_lights(const SceneTables& tables, float alpha) {
     const auto& flags = tables.closure_flags;

@@ -1,4 +1,4 @@
-// The terms of outlines of lights and of edges in caustics (boundary/specular/caustic_path.h).
+// The terms of outlines of lights and of edges in caustics (boundary/caustics/caustic_path.h).
 #pragma once
 
 #include "engine/terms/boundary_terms.h"

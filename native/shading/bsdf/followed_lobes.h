@@ -42,7 +42,7 @@ EG_INLINE Int follow_lobes(Bsdf& f, Mask m, const Followed& limits) {
 }
 
 // The bits of the mirrors and coats up to this alpha, which may throw light on other surfaces
-// (path/thrown_light.h).
+// (path/lights/thrown_light.h).
 EG_INLINE Int throwing_lobes(Bsdf f, Mask m, Float widest) {
     return follow_lobes(f, m, Followed(widest).reflections()) & ~(1 << kInterfaceLobe);
 }

@@ -40,8 +40,8 @@ EG_INLINE Followed followed_for(const SceneView& scene, Mask active, Int row) {
     return select(of_table, {gather(scene.light_followed, at), gather(scene.light_tail, at)}, others);
 }
 
-// What surfaces throw (path/thrown_light.h) of light of a row or, if both are negative, of the environment,
-// of which this is `followed`. They throw no light of faces.
+// What surfaces throw (path/lights/thrown_light.h) of light of a row or, if both are negative, of the
+// environment, of which this is `followed`. They throw no light of faces.
 EG_INLINE Followed thrown_of(const SceneView& scene, Int row, Int face, const Followed& followed) {
     return select((row >= 0) | (face < 0), {min(followed.widest, splat(scene.thrown_alpha)), followed.tail},
                   Followed());

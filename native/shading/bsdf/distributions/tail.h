@@ -47,8 +47,8 @@ EG_INLINE Float share_of_rays(const RayLobe& lobe, const Followed& limits) {
     return select(lobe.alpha <= limits.widest, 1.0f / (1.0f + by_tail * by_tail), 0.0f);
 }
 
-// The part of that share at surfaces that throw the light (path/thrown_light.h). It vanishes in the plane of
-// the face, which light reaches with this cosine.
+// The part of that share at surfaces that throw the light (path/lights/thrown_light.h). It vanishes in the
+// plane of the face, which light reaches with this cosine.
 EG_INLINE Float share_above(Float cosine) {
     constexpr float kFull = 0.004f;
     const Float t = min(max(cosine * (1.0f / kFull), 0.0f), splat(1.0f));

@@ -10,6 +10,7 @@
 #pragma once
 
 #include "boundary/segment/receiver.h"
+#include "boundary/segment/scattering_chain.h"
 #include "boundary/specular/chain.h"
 #include "tasks/boundary_task.h"
 
@@ -42,7 +43,7 @@ EG_INLINE Float bent_measure(Vec3 n, Vec3 v, Vec3 w, Mask transmitted, Float eta
 }
 
 // Follows light that arrives along -w at `hit`, the last vertex of a chain of at most `most` vertices.
-// Lanes of `throws`: m may also throw it by a narrow lobe (path/thrown_light.h), and is then the only
+// Lanes of `throws`: m may also throw it by a narrow lobe (path/lights/thrown_light.h), and is then the only
 // vertex.
 EG_OUTLINE BentLight follow_bent_light(const SceneView& scene, const PathIndex& random, Mask active,
                                        const Closest& hit, Vec3 w, int most, Mask throws) {

@@ -3,11 +3,11 @@
 // (boundary/samples/aimed_direction.h).
 //
 // A point m_K of a mirror is sampled by area, and light for it as in pictures. The light is followed to x
-// (boundary/specular/bent_light.h). What lies between the light and m_K is ignored: its edges are looked for.
+// (boundary/caustics/bent_light.h). What lies between the light and m_K is ignored: its edges are looked for.
 #pragma once
 
+#include "boundary/caustics/caustic_path.h"
 #include "boundary/segment/camera_connection.h"
-#include "boundary/specular/caustic_path.h"
 #include "shading/lights/environment_samples.h"
 #include "shading/lights/lights.h"
 #include "tasks/boundary_task.h"

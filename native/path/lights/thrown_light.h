@@ -7,7 +7,7 @@
 // own: with a fixed microfacet normal h in the surface's frame, light arrives along the reflection w(v, h),
 //   L = int F(h.v) D(h) G2(v, w)/v.z (h.v) s(h, w) L_e(w(v, h)) V dh,
 // and what h shows of lights moves with the surface. It jumps at outlines of lights and at edges before them
-// (boundary/specular/caustic_path.h). Emitter samples find the rest of the light, f (1 - s). The environment
+// (boundary/caustics/caustic_path.h). Emitter samples find the rest of the light, f (1 - s). The environment
 // is found by the rays of paths; for its rest they keep their directions.
 //
 // The share s is that of rays of followed lobes (shading/bsdf/distributions/tail.h), 1 for the environment,
@@ -15,7 +15,8 @@
 // shows, and only emitter samples have an estimator for that (boundary/terms/horizon.h).
 #pragma once
 
-#include "path/lobe_light.h"
+#include "path/lights/lobe_light.h"
+#include "path/recorder.h"
 #include "shading/bsdf/perfect_lobes.h"
 
 namespace edgegrad::EDGEGRAD_ISA {

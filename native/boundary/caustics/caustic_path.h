@@ -1,12 +1,12 @@
 // Caustics: a surface x that is not perfectly smooth is lit by way of perfect mirrors and smooth glass, m_1
 // to m_K, and the radiance along the last ray, from m_K, jumps where the ray touches a curve (derivations,
-// S). Samples start at the curve. Their light is followed to x (boundary/specular/bent_light.h) and on to the
+// S). Samples start at the curve. Their light is followed to x (boundary/caustics/bent_light.h) and on to the
 // camera. The path that arrives there is stored, to be replayed from the camera and recorded
 // (boundary/specular/chain_term.h).
 #pragma once
 
+#include "boundary/caustics/bent_light.h"
 #include "boundary/segment/scattering_chain.h"
-#include "boundary/specular/bent_light.h"
 #include "tasks/scan_task.h"
 
 namespace edgegrad::EDGEGRAD_ISA {

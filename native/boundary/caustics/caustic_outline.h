@@ -1,9 +1,9 @@
-// Outlines of sized lights of the table in caustics (boundary/specular/caustic_path.h).
+// Outlines of sized lights of the table in caustics (boundary/caustics/caustic_path.h).
 //
 // In the interior term x and m_1 are in material form (x in screen form, if the camera sees it), and the ray
 // that leaves m_K, from p along D, is a function of both and of theta. Its radiance jumps where it passes the
 // light's outline, g(p, D, theta) = 1 - rho = 0 (boundary/specular/mirrored_outline.h). Lines keep their
-// measure along the chain (boundary/specular/bent_light.h). So the integral over x and m_1 is taken over m_K
+// measure along the chain (boundary/caustics/bent_light.h). So the integral over x and m_1 is taken over m_K
 // and the outline as seen from there:
 //   dI = int dA_m int dD delta(1 - rho) |n . D| (change of the measure) W(x) T L dg/dtheta.
 // For flat lights dD delta(1 - rho) = dl |n_y . D| / (r^2 |q|) at the point y of the outline, q = grad rho in
@@ -13,8 +13,8 @@
 // m_K is sampled by area, y on the outline. dp and dD are those of the recorded path.
 #pragma once
 
+#include "boundary/caustics/traced_beams.h"
 #include "boundary/segment/silhouette.h"
-#include "boundary/specular/traced_beams.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

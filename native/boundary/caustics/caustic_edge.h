@@ -1,4 +1,4 @@
-// Edges in caustics (boundary/specular/caustic_path.h): what x sees by mirrors and smooth glass of emissive
+// Edges in caustics (boundary/caustics/caustic_path.h): what x sees by mirrors and smooth glass of emissive
 // meshes, of what hides light, and of surfaces that scatter it.
 //
 // The last ray, from p = m_K along D, touches the edge of direction t through e(u) where
@@ -11,9 +11,9 @@
 // count, too, as seen from all sides. Edges across which shading continues count as silhouettes alone.
 #pragma once
 
+#include "boundary/caustics/caustic_path.h"
 #include "boundary/samples/aimed_direction.h"
 #include "boundary/segment/silhouette.h"
-#include "boundary/specular/caustic_path.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

@@ -1,4 +1,5 @@
-// Light of the table and of the environment that narrow lobes throw on other surfaces (path/thrown_light.h).
+// Light of the table and of the environment that narrow lobes throw on other surfaces
+// (path/lights/thrown_light.h).
 #pragma once
 
 #include "adjoint/incident_light.h"
@@ -8,7 +9,7 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 // The BSDF's value `all` for light from w, without the share that lobes in `throws` throw
-// (path/thrown_light.h).
+// (path/lights/thrown_light.h).
 template <typename Surface, typename Evaluate>
 EG_INLINE Vec3 without_thrown(const Surface& surface, Mask active, Int throws, Vec3 w, Vec3 all,
                               const Evaluate& evaluate) {

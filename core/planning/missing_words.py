@@ -91,14 +91,14 @@ def _mirrored(words: SceneWords) -> list[str]:
     out = []
     followed = words.computed("followed lobes")
     if followed is not None:
-        out.append(f"seen in lobes nearly as narrow as a mirror's ({words.material_names(followed)}): features "
-                   "thinner than a quarter of a pixel may be missed")
+        out.append(f"seen in lobes nearly as narrow as a mirror's ({words.material_names(followed)}): where several "
+                   "features follow each other within a quarter of a pixel, some may be missed")
     if edges.materials:
         longest = words.by_part.get("long chains")
-        out.append("seen in mirrors and through smooth glass: features thinner than a quarter of a pixel may be "
-                   "missed; left out are lines where lights pass through surfaces, borders within faces at which "
-                   "textures jump, seams of textures inside of smooth surfaces, borders of spots without blend, and "
-                   "where faces of smooth-shaded meshes turn away from lights without size"
+        out.append("seen in mirrors and through smooth glass: where several features follow each other within a "
+                   "quarter of a pixel, some may be missed; left out are lines where lights pass through surfaces, "
+                   "borders within faces at which textures jump, seams of textures inside of smooth surfaces, borders "
+                   "of spots without blend, and where faces of smooth-shaded meshes turn away from lights without size"
                    + (f", and edges seen by chains of more than {longest.limit} surfaces" if longest else ""))
     return out
 

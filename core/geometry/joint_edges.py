@@ -31,7 +31,7 @@ def joined(
     edges: Edges, vertices: NDArray[np.float32], mesh_first_vertex: NDArray[np.int64], mesh_of_edge: NDArray[np.int64],
     kind: NDArray[np.int64],
 ) -> tuple[Edges, NDArray[np.int64], NDArray[np.int64]]:
-    """Join edges of different meshes in one place.
+    """Join edges of different meshes in one place, and note which meshes have such edges.
 
     Parameters
     ----------
@@ -69,7 +69,27 @@ def joined(
     if len(rows) == 0:
         return whole, *none
     rows = eligible[rows]
-    return _with_faces_of_all(edges, rows, first), _together(edges, rows, first, label), on_line
+    together = _together(edges, rows, first, label)
+    edges = replace(edges, touching=_touching(edges, vertices, rows, first, mesh[rows]))
+    return _with_faces_of_all(edges, rows, first), together, on_line
+
+
+def _touching(
+    edges: Edges, vertices: NDArray[np.float32], rows: NDArray[np.int64], first: NDArray[np.int64],
+    mesh: NDArray[np.int64],
+) -> NDArray[np.uint32]:
+    """Pairs (k, 2) of meshes whose edges are in one place, without edges within flat or smooth surfaces.
+
+    Of many meshes in one place, those next to each other in the order of the meshes are pairs.
+    """
+    begin = edges.face_first.astype(np.int64)
+    folds = sharp(vertices, edges.vertices[rows].astype(np.int64), begin[rows], np.diff(begin)[rows], edges.opposite)
+    place = np.repeat(np.arange(len(first) - 1), np.diff(first))[folds]
+    mesh = mesh[folds]
+    order = np.lexsort((mesh, place))
+    place, mesh = place[order], mesh[order]
+    pairs = np.column_stack([mesh[:-1], mesh[1:]])[np.diff(place) == 0]
+    return np.unique(pairs[pairs[:, 0] != pairs[:, 1]], axis=0).astype(np.uint32)
 
 
 def _any_shared(label: NDArray[np.int64], mesh: NDArray[np.int64]) -> bool:

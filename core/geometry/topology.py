@@ -49,6 +49,8 @@ class Edges:
     sharing
         (E,) number of edges of different meshes in the same place, of whose faces each has all
         (`geometry/joint_edges.py`); empty: each edge has its own faces.
+    touching
+        (k, 2) pairs of meshes whose edges lie on each other, whether they move alike or not.
     """
 
     vertices: NDArray[np.uint32]
@@ -59,6 +61,7 @@ class Edges:
     collinear: NDArray[np.uint32]
     junctions: NDArray[np.uint32]
     sharing: NDArray[np.uint8] = field(default_factory=lambda: np.zeros(0, np.uint8))
+    touching: NDArray[np.uint32] = field(default_factory=lambda: np.zeros((0, 2), np.uint32))
 
     def __len__(self) -> int:
         return len(self.vertices)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+import edgegrad
 from edgegrad import Mesh, Renderer, Scene
 from edgegrad.geometry import points_on_edges
 from edgegrad.rendering.scene_edges import SceneEdges
@@ -104,6 +105,26 @@ def test_edges_are_divided_where_others_end(apart: bool) -> None:
         # Where edges lie on each other, they have the faces of both; in one mesh they are one edge
         assert (faces == 4).sum() == places * (2 if apart else 1)
         assert len(edges) == 36 + more - (0 if apart else places)
+
+
+def test_the_plan_names_meshes_that_part() -> None:
+    """Those whose edges lie on each other, where one moves against the other; not a box that rests on a floor."""
+    need_every_table()
+    scene = brick_wall(True, "sphere")
+    names = [name for name in scene.meshes if name != "floor"]
+    floor = scene.meshes["floor"]
+    height = min(scene.meshes[name].vertices[:, 1].min() for name in names)
+    scene.meshes["floor"] = replace(floor, vertices=np.column_stack([
+        floor.vertices[:, 0], np.full(4, height), floor.vertices[:, 2]]))  # fmt: skip
+
+    def named(*paths: str) -> str:
+        return " ".join(one for one in edgegrad.plan(scene, list(paths), max_depth=2).missing if "one-sided" in one)
+
+    corner = named("meshes.brick 0.vertices")
+    assert "'brick 0' and 'brick 1'" in corner and "'brick 0' and 'brick 3'" in corner
+    assert "'brick 2'" not in corner and "floor" not in corner
+    assert not named(*(f"meshes.{name}.vertices" for name in names))
+    assert not named("camera.to_world") and not named("meshes.floor.vertices")
 
 
 def test_points_in_cells_are_those_of_all_pairs(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,9 +2,9 @@
 
 With its own faces alone, such an edge counts as a border or a silhouette by itself, and rounding decides whether rays
 through it meet the other meshes. So each of them gets the faces of all, and each sample of it counts as one of their
-number. A border is divided first where other borders along it end. This is right where the meshes move alike, or stand
-still while the camera or lights move. If one of them moves against the others, a gap opens or they overlap: then each
-keeps its own faces.
+number. An edge is divided first where those of other meshes along it end, as in a wall of bricks. This is right where
+the meshes move alike, or stand still while the camera or lights move. If one of them moves against the others, a gap
+opens or they overlap: then each keeps its own faces.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .collinear import pieces
-from .junctions import lines_of_borders
+from .points_on_edges import points_on_edges, sharp
 from .topology import Edges, weld
 
 # Vertices of different meshes are in one place up to this part of the size of the scene: positions are the results of
@@ -31,7 +31,7 @@ def joined(
     edges: Edges, vertices: NDArray[np.float32], mesh_first_vertex: NDArray[np.int64], mesh_of_edge: NDArray[np.int64],
     kind: NDArray[np.int64],
 ) -> tuple[Edges, NDArray[np.int64], NDArray[np.int64]]:
-    """Join edges of different meshes in one place.
+    """Join edges of different meshes in one place, and note which meshes have such edges.
 
     Parameters
     ----------
@@ -47,26 +47,49 @@ def joined(
     Returns
     -------
     The edges, and what has to stay in place for that: pairs (k, 2) of vertices that are together, and (m, 3) vertices
-    on one line, the ends of a border and a point that divides it. Without edges in one place, the edges are the same
+    on one line, the ends of an edge and a point that divides it. Without edges in one place, the edges are the same
     object.
     """
-    near = _near_others(vertices, mesh_first_vertex, kind)
+    near, meets, slack = _near_others(vertices, mesh_first_vertex, kind)
     none = np.zeros((0, 2), np.int64), np.zeros((0, 3), np.int64)
     if not near.any():
         return edges, *none
     label = np.full(len(vertices), -1, np.int64)
-    label[near] = weld(vertices[near].astype(np.float64), TOLERANCE)
-    if not _any_shared(label[near], np.searchsorted(mesh_first_vertex, np.flatnonzero(near), side="right")):
-        return edges, *none
+    points = np.flatnonzero(near)
+    places = vertices[points].astype(np.float64)
+    label[points] = weld(places, slack / max(float(np.linalg.norm(np.ptp(places, axis=0))), slack))
     whole, mesh = edges, mesh_of_edge
-    edges, row, on_line = _divided(whole, vertices, label, kind[mesh])
+    point, divided = _points_on_others(edges, vertices, label, mesh, kind, meets, slack)
+    if len(point) == 0 and not _any_shared(label[points], np.searchsorted(mesh_first_vertex, points, side="right")):
+        return edges, *none
+    edges, row, on_line = _divided(whole, vertices, label, point, divided)
     mesh = mesh[row]
     eligible = np.flatnonzero((label[edges.vertices] >= 0).all(axis=1))
     rows, first = _in_one_place(label[edges.vertices[eligible].astype(np.int64)], mesh[eligible], kind)
     if len(rows) == 0:
         return whole, *none
     rows = eligible[rows]
-    return _with_faces_of_all(edges, rows, first), _together(edges, rows, first, label), on_line
+    together = _together(edges, rows, first, label)
+    edges = replace(edges, touching=_touching(edges, vertices, rows, first, mesh[rows]))
+    return _with_faces_of_all(edges, rows, first), together, on_line
+
+
+def _touching(
+    edges: Edges, vertices: NDArray[np.float32], rows: NDArray[np.int64], first: NDArray[np.int64],
+    mesh: NDArray[np.int64],
+) -> NDArray[np.uint32]:
+    """Pairs (k, 2) of meshes whose edges are in one place, without edges within flat or smooth surfaces.
+
+    Of many meshes in one place, those next to each other in the order of the meshes are pairs.
+    """
+    begin = edges.face_first.astype(np.int64)
+    folds = sharp(vertices, edges.vertices[rows].astype(np.int64), begin[rows], np.diff(begin)[rows], edges.opposite)
+    place = np.repeat(np.arange(len(first) - 1), np.diff(first))[folds]
+    mesh = mesh[folds]
+    order = np.lexsort((mesh, place))
+    place, mesh = place[order], mesh[order]
+    pairs = np.column_stack([mesh[:-1], mesh[1:]])[np.diff(place) == 0]
+    return np.unique(pairs[pairs[:, 0] != pairs[:, 1]], axis=0).astype(np.uint32)
 
 
 def _any_shared(label: NDArray[np.int64], mesh: NDArray[np.int64]) -> bool:
@@ -77,45 +100,55 @@ def _any_shared(label: NDArray[np.int64], mesh: NDArray[np.int64]) -> bool:
     return bool((least < most).any())
 
 
+def _points_on_others(
+    edges: Edges, vertices: NDArray[np.float32], label: NDArray[np.int64], mesh: NDArray[np.int64],
+    kind: NDArray[np.int64], meets: NDArray[np.bool_], slack: float,
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return vertices (p,) at which edges of other meshes end, and the edges (p,) along which these go.
+
+    `label` and `mesh` are labels of vertices and meshes of edges; only meshes that `meets` others count.
+    """
+    rows = np.flatnonzero(meets[mesh])
+    begin, ends = edges.face_first.astype(np.int64), edges.vertices.astype(np.int64)
+    rows = rows[sharp(vertices, ends[rows], begin[rows], np.diff(begin)[rows], edges.opposite)]
+    own = np.where(label >= 0, label, len(label) + np.arange(len(label)))
+    point, edge = points_on_edges(vertices, ends[rows], own, mesh[rows], kind[mesh[rows]], slack)
+    near = label[point] >= 0
+    return point[near], rows[edge[near]]
+
+
 def _divided(
-    edges: Edges, vertices: NDArray[np.float32], label: NDArray[np.int64], kind: NDArray[np.int64]
+    edges: Edges, vertices: NDArray[np.float32], label: NDArray[np.int64], point: NDArray[np.int64],
+    divided: NDArray[np.int64],
 ) -> tuple[Edges, NDArray[np.int64], NDArray[np.int64]]:
-    """Divide borders at points of other meshes, by the labels of vertices.
+    """Divide edges at points on them.
 
     Returns the edges, the row (E,) of each among the given ones, and vertices (m, 3) as `joined`.
     """
-    begin = edges.face_first.astype(np.int64)
-    ends = label[edges.vertices.astype(np.int64)]
     row, on_line = np.arange(len(edges)), np.zeros((0, 3), np.int64)
-    borders = np.flatnonzero((np.diff(begin) == 1) & (ends >= 0).all(axis=1) & (ends[:, 0] != ends[:, 1]))
-    if len(borders) == 0:
-        return edges, row, on_line
-    # One vertex of each label
-    known = np.flatnonzero(label >= 0)
-    at = np.zeros(int(label.max()) + 1, np.int64)
-    at[label[known]] = known
-    points = vertices[at].astype(np.float64)
-    line = lines_of_borders(points, ends[borders], kind[borders])
-    several = np.bincount(line, minlength=len(borders))[line] > 1
-    sides, of = ends[borders[several]], line[several]
+    sides = np.unique(divided)
     if len(sides) == 0:
         return edges, row, on_line
-    side, cut = pieces(points, sides.ravel(), np.repeat(of, 2), sides, of)
+    ends, begin = edges.vertices.astype(np.int64), edges.face_first.astype(np.int64)
+    at = np.zeros(int(label.max()) + 1, np.int64)  # one vertex of each label
+    at[label[point]] = point
+    used, number = np.unique(np.concatenate([ends[sides].ravel(), at[label[point]]]), return_inverse=True)
+    lines = np.arange(len(sides))
+    own = number[: 2 * len(sides)].reshape(-1, 2)
+    side, cut = pieces(vertices[used].astype(np.float64), number,
+                       np.concatenate([np.repeat(lines, 2), np.searchsorted(sides, divided)]), own, lines)
     count = np.ones(len(edges), np.int64)
-    count[borders[several]] = np.bincount(side, minlength=len(sides))
-    if (count == 1).all():
-        return edges, row, on_line
+    count[sides] = np.bincount(side, minlength=len(sides))
     row = np.repeat(row, count)
-    new = edges.vertices[row].astype(np.int64)
-    place = np.flatnonzero(np.isin(row, borders[several]))  # in the order of the sides, as the pieces are
-    new[place] = np.where(cut == label[new[place]], new[place], at[cut])
-    within = cut[:, 1] != sides[side, 1]
-    on_line = np.column_stack([edges.vertices[row[place]], new[place, 1]])[within]
+    new = ends[row]
+    new[count[row] > 1] = used[cut]  # both in the order of the edges
+    within = cut[:, 1] != own[side, 1]
+    on_line = np.column_stack([ends[sides[side[within]]], used[cut[within, 1]]])
     faces = np.diff(begin)[row]
     first = np.concatenate([[0], np.cumsum(faces)])
     source = np.arange(first[-1]) + np.repeat(begin[row] - first[:-1], faces)
     return replace(edges, vertices=new.astype(np.uint32), face_first=first.astype(np.uint32),
-                   faces=edges.faces[source], opposite=edges.opposite[source]), row, on_line.astype(np.int64)
+                   faces=edges.faces[source], opposite=edges.opposite[source]), row, on_line
 
 
 def _in_one_place(
@@ -149,24 +182,28 @@ def _together(
 
 def _near_others(
     vertices: NDArray[np.float32], mesh_first_vertex: NDArray[np.int64], kind: NDArray[np.int64]
-) -> NDArray[np.bool_]:
-    """Return which vertices are in the box of another mesh; all of a mesh that meets the boxes of many."""
-    near = np.zeros(len(vertices), bool)
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_], float]:
+    """Return which vertices are in the box of another mesh, which meshes' boxes meet others, and the tolerance.
+
+    All vertices count of a mesh that meets the boxes of many.
+    """
+    near, meets = np.zeros(len(vertices), bool), np.zeros(len(kind), bool)
     meshes = np.flatnonzero((kind >= 0) & (np.diff(mesh_first_vertex[: len(kind) + 1]) > 0))
     if len(meshes) < 2:
-        return near
+        return near, meets, 0.0
     ranges = [slice(mesh_first_vertex[m], mesh_first_vertex[m + 1]) for m in meshes]
     low, high = (np.array([limit(vertices[one], axis=0) for one in ranges]) for limit in (np.min, np.max))
     slack = TOLERANCE * float(np.linalg.norm(high.max(axis=0) - low.min(axis=0)))
     low, high = low - slack, high + slack
     for m, one in enumerate(ranges):
         others = np.flatnonzero(((low <= high[m]) & (high >= low[m])).all(axis=1))
+        meets[meshes[m]] = len(others) > 1
         if len(others) > MANY:
             near[one] = True
             continue
         for other in others[others != m]:
             near[one] |= ((vertices[one] >= low[other]) & (vertices[one] <= high[other])).all(axis=1)
-    return near
+    return near, meets, slack
 
 
 def _with_faces_of_all(edges: Edges, rows: NDArray[np.int64], places: NDArray[np.int64]) -> Edges:

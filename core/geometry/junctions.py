@@ -30,7 +30,7 @@ def junctions(points: NDArray[np.float64], borders: NDArray[np.int64]) -> NDArra
     -------
     (m, 3) points: both ends of a border, and a point on it at which other borders end that lie along it.
     """
-    line = lines_of_borders(points, borders, np.zeros(len(borders), np.int64))
+    line = _lines_of_borders(points, borders)
     several = np.bincount(line, minlength=len(borders))[line] > 1
     sides, of = borders[several], line[several]
     if len(sides) == 0:
@@ -40,11 +40,9 @@ def junctions(points: NDArray[np.float64], borders: NDArray[np.int64]) -> NDArra
     return np.column_stack([sides[side[within]], ends[within, 1]])
 
 
-def lines_of_borders(
-    points: NDArray[np.float64], borders: NDArray[np.int64], kind: NDArray[np.int64]
-) -> NDArray[np.int64]:
-    """Return a number for each border, the same for those of a kind that are joined by borders along one line."""
-    at, edge = (borders + len(points) * kind[:, None]).ravel(), np.repeat(np.arange(len(borders)), 2)
+def _lines_of_borders(points: NDArray[np.float64], borders: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return a number for each border, the same for those that are joined by borders along one line."""
+    at, edge = borders.ravel(), np.repeat(np.arange(len(borders)), 2)
     other = borders[:, ::-1].ravel()
     order = np.argsort(at, kind="stable")
     at, edge, other = at[order], edge[order], other[order]
@@ -53,7 +51,7 @@ def lines_of_borders(
         same = np.flatnonzero(at[step:] == at[:-step])
         if len(same) == 0:
             break
-        corners = np.column_stack([at[same] % len(points), other[same], other[same + step]])
+        corners = np.column_stack([at[same], other[same], other[same + step]])
         along = collinear_faces(points, corners)
         found.append(np.column_stack([edge[same], edge[same + step]])[along])
     pairs = np.concatenate(found)

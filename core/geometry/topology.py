@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .collinear import collinear_faces, lines, pieces
+from .collinear import ROUNDING, collinear_faces, lines, pieces
 from .junctions import junctions
 from .labels import merge
+from .points_on_edges import points_on_edges, sharp
 
 # Distance, as a fraction of the size of the mesh, below which vertices are welded.
 WELD_TOLERANCE = 1e-7
@@ -48,6 +49,8 @@ class Edges:
     sharing
         (E,) number of edges of different meshes in the same place, of whose faces each has all
         (`geometry/joint_edges.py`); empty: each edge has its own faces.
+    touching
+        (k, 2) pairs of meshes whose edges lie on each other, whether they move alike or not.
     """
 
     vertices: NDArray[np.uint32]
@@ -58,6 +61,7 @@ class Edges:
     collinear: NDArray[np.uint32]
     junctions: NDArray[np.uint32]
     sharing: NDArray[np.uint8] = field(default_factory=lambda: np.zeros(0, np.uint8))
+    touching: NDArray[np.uint32] = field(default_factory=lambda: np.zeros((0, 2), np.uint32))
 
     def __len__(self) -> int:
         return len(self.vertices)
@@ -197,7 +201,8 @@ def _shared_cells(cell: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[n
 
 
 def edges(
-    faces: NDArray[np.signedinteger[Any]], label: NDArray[np.int64], vertices: NDArray[np.floating[Any]] | None = None
+    faces: NDArray[np.signedinteger[Any]], label: NDArray[np.int64], vertices: NDArray[np.floating[Any]] | None = None,
+    of: NDArray[np.int64] | None = None,
 ) -> Edges:
     """Find the edges of a mesh and the faces along each, from the labels of the welded vertices.
 
@@ -210,6 +215,8 @@ def edges(
     vertices
         (n, 3) positions, by which faces with all corners on one line are left out (`geometry/collinear.py`). None:
         they count as others do.
+    of
+        (n,) index of the mesh of each vertex, as for `weld`.
 
     Returns
     -------
@@ -220,12 +227,42 @@ def edges(
     found = _edges(faces, label, vertices, np.zeros((0, 3), faces.dtype))
     if vertices is None:
         return found
+    closing = _ends_of_other_parts(found, faces, label, vertices, np.zeros(len(label), np.int64) if of is None else of)
     open_border = np.diff(found.face_first.astype(np.int64)) == 1
-    if not open_border.any():
-        return found
-    place = first_of_labels(label)
-    closing = junctions(vertices[place].astype(np.float64), label[found.vertices[open_border]])
-    return _edges(faces, label, vertices, place[closing].astype(faces.dtype)) if len(closing) else found
+    if open_border.any():
+        place = first_of_labels(label)
+        borders = junctions(vertices[place].astype(np.float64), label[found.vertices[open_border]])
+        closing = np.concatenate([closing, place[borders]])
+    return _edges(faces, label, vertices, closing.astype(faces.dtype)) if len(closing) else found
+
+
+def _ends_of_other_parts(
+    found: Edges, faces: NDArray[np.signedinteger[Any]], label: NDArray[np.int64],
+    vertices: NDArray[np.floating[Any]], of: NDArray[np.int64],
+) -> NDArray[np.int64]:
+    """Return (k, 3) ends of edges and points on these, where edges of other parts of the mesh end that go along them.
+
+    Parts have ranges of the stored vertices of their own, as bricks that were joined to one mesh.
+    """
+    none = np.zeros((0, 3), np.int64)
+    if len(faces) == 0:
+        return none
+    # A part ends behind a vertex where all faces have ended that began
+    low, high = (limit(limit(faces[:, 0], faces[:, 1]), faces[:, 2]) for limit in (np.minimum, np.maximum))
+    pending = np.cumsum(np.bincount(low, minlength=len(label)) - np.bincount(high, minlength=len(label)))
+    part = np.cumsum(np.concatenate([[0], pending[:-1] == 0]))
+    with_faces = np.bincount(part[low]) > 0
+    mesh_of_part = np.zeros(len(with_faces), np.int64)
+    mesh_of_part[part[low]] = of[low]
+    several = np.bincount(mesh_of_part[with_faces]) > 1
+    if not several.any():
+        return none
+    begin, ends = found.face_first.astype(np.int64), found.vertices.astype(np.int64)
+    rows = np.flatnonzero(several[of[ends[:, 0]]])
+    rows = rows[sharp(vertices, ends[rows], begin[rows], np.diff(begin)[rows], found.opposite)]
+    point, edge = points_on_edges(vertices, ends[rows], label, part[ends[rows, 0]], of[ends[rows, 0]],
+                                  ROUNDING * float(np.abs(vertices).max()))
+    return np.column_stack([ends[rows[edge]], point])
 
 
 def _edges(

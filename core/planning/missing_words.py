@@ -73,6 +73,10 @@ def missing(words: SceneWords, share: float | None) -> list[str]:
                                                    "moves out of the other's plane")
             out += words.pierced(part, "whether faces of {meshes} hide the light '{light}', which lies in their plane: "
                                        "its light jumps as one moves out of the other's plane")
+        elif part == "parting meshes":
+            out += words.each_pair(decision.pairs, "how the picture changes as one of {} moves away from the other or "
+                                                   "into it: edges of both lie on each other, so that only one-sided "
+                                                   "derivatives exist, and what is computed may be neither of them")
         elif part == "wide lens":
             out.append("most of what edges seen through the lens contribute: its aperture is so much larger than its "
                        "distance of focus that nearly all of their samples miss the picture")
@@ -91,14 +95,14 @@ def _mirrored(words: SceneWords) -> list[str]:
     out = []
     followed = words.computed("followed lobes")
     if followed is not None:
-        out.append(f"seen in lobes nearly as narrow as a mirror's ({words.material_names(followed)}): features "
-                   "thinner than a quarter of a pixel may be missed")
+        out.append(f"seen in lobes nearly as narrow as a mirror's ({words.material_names(followed)}): where several "
+                   "features follow each other within a quarter of a pixel, some may be missed")
     if edges.materials:
         longest = words.by_part.get("long chains")
-        out.append("seen in mirrors and through smooth glass: features thinner than a quarter of a pixel may be "
-                   "missed; left out are lines where lights pass through surfaces, borders within faces at which "
-                   "textures jump, seams of textures inside of smooth surfaces, borders of spots without blend, and "
-                   "where faces of smooth-shaded meshes turn away from lights without size"
+        out.append("seen in mirrors and through smooth glass: where several features follow each other within a "
+                   "quarter of a pixel, some may be missed; left out are lines where lights pass through surfaces, "
+                   "borders within faces at which textures jump, seams of textures inside of smooth surfaces, borders "
+                   "of spots without blend, and where faces of smooth-shaded meshes turn away from lights without size"
                    + (f", and edges seen by chains of more than {longest.limit} surfaces" if longest else ""))
     return out
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,8 +48,10 @@ class SceneEdges:
         self.current = self._all
         self._moving, self._may_be_joined = np.zeros(0, np.bool_), True
         self._pairs, self._on_lines = np.zeros((0, 2), np.int64), np.zeros((0, 3), np.int64)
+        self._touching = np.zeros((0, 2), np.uint32)  # of meshes, if all moved alike
         self._met = np.zeros(0, np.bool_)
-        self._may_be_joined = self.for_moving(()) is not self._all
+        self._touching = self.for_moving(()).touching
+        self._may_be_joined = self.current is not self._all
 
     def are_for(self, moving: Collection[int]) -> bool:
         """Return whether the current edges are those for a derivative by which some meshes move."""
@@ -66,6 +69,8 @@ class SceneEdges:
             kind = np.where(self._kind < 0, -1, 2 * self._kind + moves)
             self.current, self._pairs, self._on_lines = joined(
                 self._all, self.vertices, self._mesh_first_vertex, self._mesh, kind)  # fmt: skip
+            if len(self._touching):
+                self.current = replace(self.current, touching=self._touching)
             self._met = together(self.vertices, self._pairs)
         return self.current
 

@@ -126,7 +126,7 @@ class Tables:
             faces = self.faces[f:f_end].astype(np.int64) - v
             of = np.repeat(np.arange(last - first), counts[first:last])
             label = topology.weld(self.vertices[v:v_end].astype(np.float64), of=of)
-            parts.append(topology.edges(faces.astype(np.int32), label, self.vertices[v:v_end]))
+            parts.append(topology.edges(faces.astype(np.int32), label, self.vertices[v:v_end], of))
             vertex_first.append(int(v))
             face_first.append(int(f))
         return topology.join(parts, vertex_first, face_first)

@@ -74,7 +74,8 @@ const Bvh& Engine::bvh() const {
 
 void Engine::set_edges(std::vector<uint32_t> vertices, std::vector<uint32_t> face_first,
                        std::vector<uint32_t> faces, std::vector<uint32_t> opposite,
-                       const std::vector<uint32_t>& collinear, std::vector<uint8_t> sharing) {
+                       const std::vector<uint32_t>& collinear, std::vector<uint8_t> sharing,
+                       const std::vector<uint32_t>& touching) {
     require_settled();
     bodies_ = nullptr;
     forget_shapes();
@@ -84,6 +85,10 @@ void Engine::set_edges(std::vector<uint32_t> vertices, std::vector<uint32_t> fac
     tables_.edge_faces = std::move(faces);
     tables_.edge_opposite = std::move(opposite);
     tables_.edge_sharing = std::move(sharing);
+    tables_.touching_meshes.clear();
+    for (size_t k = 0; k + 1 < touching.size(); k += 2)
+        tables_.touching_meshes.push_back(
+            {static_cast<int32_t>(touching[k]), static_cast<int32_t>(touching[k + 1])});
     tables_.face_collinear.assign(collinear.empty() ? 0 : tables_.faces.size() / 3, 0);
     for (const uint32_t face : collinear) tables_.face_collinear[face] = 1;
     closed_ = closed_meshes(tables_);

@@ -59,7 +59,8 @@ class Engine {
     // not.
     void set_edges(std::vector<uint32_t> vertices, std::vector<uint32_t> face_first,
                    std::vector<uint32_t> faces, std::vector<uint32_t> opposite,
-                   const std::vector<uint32_t>& collinear, std::vector<uint8_t> sharing);
+                   const std::vector<uint32_t>& collinear, std::vector<uint8_t> sharing,
+                   const std::vector<uint32_t>& touching);
     // Concurrent calls must use the same camera: an equal camera is not written.
     void set_camera(const CameraView& camera) {
         if (std::memcmp(&tables_.camera, &camera, sizeof camera) != 0) tables_.camera = camera;

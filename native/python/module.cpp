@@ -135,9 +135,10 @@ class Scene {
         std::vector<uint32_t> opposite = column<uint32_t>(edges, "opposite");
         const std::vector<uint32_t> collinear = column<uint32_t>(edges, "collinear");
         std::vector<uint8_t> sharing = column<uint8_t>(edges, "sharing");
+        const std::vector<uint32_t> touching = column<uint32_t>(edges, "touching");
         const WithoutInterpreter without;
         engine_->set_edges(std::move(vertices), std::move(face_first), std::move(faces), std::move(opposite),
-                           collinear, std::move(sharing));
+                           collinear, std::move(sharing), touching);
     }
 
     void update(nb::handle tables) {

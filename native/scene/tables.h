@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -42,7 +43,8 @@ struct GeometryTables {
     std::vector<int32_t> instance_mesh;
     std::vector<float> instance_to_world;
     std::vector<uint32_t> edge_vertices, edge_face_first, edge_faces, edge_opposite;
-    std::vector<uint8_t> edge_sharing;    // of each edge: number of edges in its place; empty: one
+    std::vector<uint8_t> edge_sharing;  // of each edge: number of edges in its place; empty: one
+    std::vector<std::array<int32_t, 2>> touching_meshes;  // pairs whose edges lie on each other
     std::vector<uint8_t> face_collinear;  // of each face: its corners lie on one line; empty: none do
     std::vector<uint8_t> material_used;   // whether visible faces have the material
 

@@ -55,6 +55,7 @@ enum class Part : int32_t {
     // Parts that are not computed (engine/decisions/missing_parts.h):
     kSelfIntersections,  // of meshes of very many faces
     kCoincidentFaces,    // faces of two meshes, or a light and a face, in one plane
+    kPartingMeshes,      // edges of two meshes lie on each other, and one of them moves
     kWideLens,           // edges seen through a lens far wider than its distance of focus
     kClipBorders,        // borders that the camera's clip distances cut
     kTexelBorders,       // those of the borders of kTextureBorders that are not sampled
@@ -132,6 +133,7 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kMirroredLight, "mirrored light", kIndirectTerm},
     {Part::kSelfIntersections, "self intersections", kPrimaryTerm},
     {Part::kCoincidentFaces, "coincident faces", kPrimaryTerm},
+    {Part::kPartingMeshes, "parting meshes", kPrimaryTerm},
     {Part::kWideLens, "wide lens", kPrimaryTerm},
     {Part::kClipBorders, "clip borders", kPrimaryTerm},
     {Part::kTexelBorders, "texel borders", kPrimaryTerm},

@@ -10,7 +10,8 @@ namespace edgegrad {
 // The largest number of surfaces of a chain: mirrors, smooth glass, transparent surfaces, and its end.
 constexpr int kMostChain = 16;
 
-// Length of a segment of a scan line, pixels. Features narrower than a segment are missed.
+// Length of a segment of a scan line, pixels. Features narrower than a segment are found with a probability
+// of their width over its length.
 constexpr float kScanSegment = 0.25f;
 // The number of segments of a line across a tile whose side is `tile` pixels. A line begins up to two
 // segments before the tile.

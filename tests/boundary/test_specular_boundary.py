@@ -99,11 +99,53 @@ def test_same_bits_for_any_number_of_threads() -> None:
     check_equal_bits(make, paths, spp=8, max_depth=DEPTH)
 
 
+# Corners of flat figures, in pixels: of a square, of a slender triangle, of a rod thinner than a quarter of a pixel.
+FIGURES = {
+    "square": [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]],
+    "triangle": [[0.0, 0.45], [-0.15, -0.25], [0.15, -0.25]],
+    "rod": [[-1.5, -0.05], [1.5, -0.05], [1.5, 0.05], [-1.5, 0.05]],
+}
+
+
+@pytest.mark.parametrize("figure", list(FIGURES))
+def test_mirrored_figures_of_few_pixels_have_the_derivative_of_their_area(figure: str) -> None:
+    """A glowing figure, parallel to the mirror and to the picture: the picture's sum is the figure's area there.
+
+    Near its corners the figure is narrower than the places of scan lines are apart.
+    """
+    need("native")
+    width, distance, fov = 6, 5.0, 0.5
+    pixel = distance * 2.0 * np.tan(fov / 2.0) / width
+    corners = pixel * np.array(FIGURES[figure]) @ [[0.94, 0.34], [-0.34, 0.94]]
+    lamp = np.c_[corners + [0.05, 0.03], np.full(len(corners), 3.0)]
+    faces = np.array([[0, 2, 1], [0, 3, 2]][: len(corners) - 2])
+    floor = edgegrad.Mesh(5.0 * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]),
+                          np.array([[0, 1, 2], [0, 2, 3]]), ("mirror",))  # fmt: skip
+    place = np.eye(4)
+    place[2, 3] = 2.0
+    made = edgegrad.Scene(
+        edgegrad.Camera(place, fov, width, width),
+        {"floor": floor, "lamp": edgegrad.Mesh(lamp, faces, ("glow",))},
+        {"mirror": replace(MIRROR, base_color=np.ones(3)), "glow": edgegrad.Material(np.zeros(3), np.ones(3))},
+    )
+    grows = {"meshes.lamp.vertices": np.c_[corners, np.zeros(len(corners))]}
+    x, y = corners.T / pixel
+    exact = abs(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))  # twice the area
+    renderer = Renderer(made)
+    sums = np.array([
+        renderer.render_forward(grows, spp=128, max_depth=2, seed=seed)[..., 0].sum(dtype=np.float64)
+        for seed in range(96)
+    ])  # fmt: skip
+    error = sums.std(ddof=1) / np.sqrt(len(sums))
+    assert error < 0.07 * exact
+    assert abs(sums.mean() - exact) < 4.0 * error
+
+
 def test_plan_tells_of_it() -> None:
     need("native")
     words = str(edgegrad.plan(before_mirror("box")(0.0), ["meshes.box.vertices"], max_depth=DEPTH))
     assert "all edges that the camera sees by mirrors and smooth glass (mirror)" in words
-    assert "thinner than a quarter of a pixel" in words
+    assert "within a quarter of a pixel" in words
     assert "mirrors" not in str(edgegrad.plan(before_mirror("box")(0.0), ["materials.warm.emission"], max_depth=DEPTH))
     index = edgegrad.plan(behind_glass("ior")(0.0), ["materials.glass.ior"], max_depth=DEPTH)
     assert "smooth glass (glass)" in str(index)

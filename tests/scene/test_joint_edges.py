@@ -9,12 +9,25 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from edgegrad import Renderer, Scene
+import edgegrad
+from edgegrad import Mesh, Renderer, Scene
+from edgegrad.geometry import points_on_edges
 from edgegrad.rendering.scene_edges import SceneEdges
+from edgegrad.scene import parameters
 from edgegrad.tables import tables as flat
 from tests.support import block_statistics
-from tests.support.picture_differences import need_every_table
-from tests.support.scenes.bodies_apart import cube_above_a_floor, divided, in_pieces, room
+from tests.support.picture_differences import check_agreement, need_every_table
+from tests.support.rich_scene import turn
+from tests.support.scenes.bodies_apart import (
+    brick_wall,
+    bricks,
+    cube_above_a_floor,
+    divided,
+    in_pieces,
+    joined_meshes,
+    room,
+)
+from tests.support.small_scenes import box
 
 F64 = NDArray[np.float64]
 SHIFT = np.array([0.5, 0.2, -0.3])
@@ -56,6 +69,77 @@ def test_a_room_of_five_walls(moving: str) -> None:
     whole, apart = room(False), room(True)
     rates = [shifted_camera(one) if moving == "camera" else shifts(one) for one in (whole, apart)]
     block_statistics.check(block_statistics.means_p_value(sums(whole, rates[0], 0), sums(apart, rates[1], 100)))
+
+
+@pytest.mark.parametrize("apart", [True, False])
+@pytest.mark.parametrize(("light", "moving"), [("sphere", "bricks"), ("sky", "camera")])
+def test_a_wall_of_bricks_agrees_with_differences(light: str, moving: str, apart: bool) -> None:
+    """The edges of bricks end in the middle of those above and below."""
+    need_every_table()
+
+    def at(theta: float) -> tuple[Scene, Mapping[str, F64]]:
+        scene = brick_wall(apart, light)
+        rates = shifted_camera(scene) if moving == "camera" else shifts(scene, "floor")
+        for path, rate in rates.items():
+            parameters.put(scene, path, parameters.get(scene, path) + theta * rate)
+        return scene, rates
+
+    check_agreement(at, max_depth=3, reference_spp=256)
+
+
+@pytest.mark.parametrize("apart", [True, False])
+def test_edges_are_divided_where_others_end(apart: bool) -> None:
+    """Of a box and one above it: shifted along its edges, with one side in a plane, and smaller."""
+    turned = turn(0.3, 0.2, 0.5)
+    for low, high, places, more in (((0.4, 1.4), (0.3, 0.3), 2, 4), ((0.2, 0.8), (0.3, 0.1), 1, 2),
+                                    ((0.2, 0.8), (0.2, 0.2), 0, 0)):  # fmt: skip
+        parts = []
+        for x, y, z in (((0.0, 1.0), (0.0, 0.4), (-0.3, 0.3)), (low, (0.4, 0.8), (-high[1], high[0]))):
+            ends = np.array([x, y, z])
+            one = box(ends.mean(axis=1), 0.5 * (ends[:, 1] - ends[:, 0]), "a")
+            parts.append(Mesh(one.vertices @ turned.T, one.faces, one.materials))
+        meshes = {"low": parts[0], "high": parts[1]} if apart else {"both": joined_meshes(parts)}
+        scene = replace(brick_wall(True, "sky"), meshes=meshes)
+        edges = SceneEdges(flat.flatten(scene)).for_moving([])
+        faces = np.diff(edges.face_first.astype(int))
+        # Where edges lie on each other, they have the faces of both; in one mesh they are one edge
+        assert (faces == 4).sum() == places * (2 if apart else 1)
+        assert len(edges) == 36 + more - (0 if apart else places)
+
+
+def test_the_plan_names_meshes_that_part() -> None:
+    """Those whose edges lie on each other, where one moves against the other; not a box that rests on a floor."""
+    need_every_table()
+    scene = brick_wall(True, "sphere")
+    names = [name for name in scene.meshes if name != "floor"]
+    floor = scene.meshes["floor"]
+    height = min(scene.meshes[name].vertices[:, 1].min() for name in names)
+    scene.meshes["floor"] = replace(floor, vertices=np.column_stack([
+        floor.vertices[:, 0], np.full(4, height), floor.vertices[:, 2]]))  # fmt: skip
+
+    def named(*paths: str) -> str:
+        return " ".join(one for one in edgegrad.plan(scene, list(paths), max_depth=2).missing if "one-sided" in one)
+
+    corner = named("meshes.brick 0.vertices")
+    assert "'brick 0' and 'brick 1'" in corner and "'brick 0' and 'brick 3'" in corner
+    assert "'brick 2'" not in corner and "floor" not in corner
+    assert not named(*(f"meshes.{name}.vertices" for name in names))
+    assert not named("camera.to_world") and not named("meshes.floor.vertices")
+
+
+def test_points_in_cells_are_those_of_all_pairs(monkeypatch: pytest.MonkeyPatch) -> None:
+    wall = joined_meshes(bricks(12, 9, turn(0.3, 0.2, 0.5)))
+    ends = wall.vertices.reshape(-1, 8, 3)[:, [[0, 1], [0, 2], [0, 4], [1, 3], [1, 5], [2, 3], [2, 6], [4, 5], [4, 6]]]
+    assert ends.shape[1:] == (9, 2, 3)
+    vertices = ends.reshape(-1, 3)
+    pairs, number = np.arange(len(vertices)).reshape(-1, 2), np.arange(len(vertices))
+    body = number[: len(pairs)] // 9
+    found = []
+    for most in (0, 1 << 40):
+        monkeypatch.setattr(points_on_edges, "ALL_PAIRS", most)
+        found.append(points_on_edges.points_on_edges(vertices, pairs, number, body, np.zeros_like(body), 1e-6))
+    one, other = (set(zip(*map(np.ndarray.tolist, some), strict=True)) for some in found)
+    assert one == other and len(one) > 100
 
 
 def test_edges_are_joined_where_meshes_move_alike() -> None:

@@ -10,8 +10,12 @@
 // one that continues. If only the lights of the table differ that both rays meet, it is the outline of a
 // light (boundary/specular/mirrored_outline.h). Shadow edges are found in the same way, on the ray from the
 // chain's end to a point of a light. That point is sampled at one of the two places. The choice of the place
-// affects only the point's density. Features narrower than the spacing of the places are missed, except
-// lights of the table (boundary/specular/narrow_light.h).
+// affects only the point's density.
+//
+// A feature narrower than the spacing of the places is found with a probability of its width over the
+// spacing, and its crossings have the inverse of it as a weight (weight_of_narrow). Lights of the table that
+// lie between two places are always found (boundary/specular/narrow_light.h). Where several features follow
+// each other within the spacing, some are missed.
 //
 // Every second place of a line chooses the events of a chain, and the places on both sides of it follow them.
 // This takes three chains for two segments. Lines start at a random offset within such a pair, so that either
@@ -119,6 +123,39 @@ EG_OUTLINE Mask sees_surface(const SceneView& scene, const ChainChoices& choices
     return requested & (largest_component(seen) > 0.0f);
 }
 
+// The relative error of a feature's width at which its bisection ends.
+constexpr float kWidthError = 0.02f;
+// The least width of a feature in segments, and so the inverse of the largest weight of its crossings. A
+// lower one leaves less of the corners of features out, but rays that rounding lets slip between two faces
+// then seem to be features.
+constexpr float kLeastWidth = 1.0f / 64.0f;
+
+// A place on a line at a distance from another one.
+EG_INLINE PicturePoint along_line(const PicturePoint& from, Mask horizontal, Float distance) {
+    return {select(horizontal, from.x + distance, from.x), select(horizontal, from.y, from.y + distance),
+            from.lens_u, from.lens_v};
+}
+
+// The width, in segments, of what is seen from `inside` on for at least the distance `seen`, along the line
+// in the direction `way` (1 or -1), if `outside` is seen again within a segment; else 1.
+EG_OUTLINE Float width_of_narrow(const SceneView& scene, const ScanTask& task, Mask active,
+                                 const PicturePoint& inside, Float seen, Float way, Mask horizontal,
+                                 UInt stream, ChainChoices& choices, const SpecularChain& outside) {
+    SpecularChain chain;
+    const Float h = way * kScanSegment;
+    trace_chain<false>(scene, task, active, along_line(inside, horizontal, h), stream, choices, chain);
+    const Mask narrow = active & (first_difference(outside, chain, active) < 0);
+    Float low = max(seen / kScanSegment, splat(kLeastWidth)), high = splat(1.0f);
+    for (Mask open = narrow; any(open); open &= high - low > kWidthError * high) {
+        const Float middle = 0.5f * (low + high);
+        trace_chain<false>(scene, task, open, along_line(inside, horizontal, h * middle), stream, choices,
+                           chain);
+        const Mask within = first_difference(outside, chain, open) >= 0;
+        low = select(open & within, middle, low), high = select(open & ~within, middle, high);
+    }
+    return select(narrow, 0.5f * (low + high), 1.0f);
+}
+
 // Segments whose ends differ, collected until they fill a packet. Few segments of a packet differ, and each
 // takes many chains.
 struct IntersectedSegments {
@@ -137,6 +174,34 @@ struct IntersectedSegments {
     int spare;    // number of segments so far that have no crossing
 };
 
+// The weights of crossings between the places p and q that are due to narrow features, for segments with one
+// crossing.
+//
+// If the feature on one side has the width w, in segments, and what is on the other side follows behind it,
+// the ends of a segment differ at this crossing only if one of them is in the feature, which has the
+// probability w. The chains on both sides of the feature must agree at all later vertices, too.
+EG_OUTLINE Float weight_of_narrow(const SceneView& scene, const ScanTask& task, Mask active,
+                                  IntersectedSegments& s, const PicturePoint& p, const PicturePoint& q,
+                                  Mask to_light) {
+    const auto along = [&](const PicturePoint& at)
+                           EG_INLINE_LAMBDA { return select(s.horizontal, at.x, at.y); };
+    const Float way = select(along(s.end) > along(s.chosen), splat(1.0f), splat(-1.0f));
+    const Float beyond = width_of_narrow(scene, task, active, q, abs(along(s.end) - along(q)), way,
+                                         s.horizontal, s.stream, s.choices, s.at_chosen);
+    Float before = width_of_narrow(scene, task, active, p, abs(along(s.chosen) - along(p)), -way,
+                                   s.horizontal, s.stream, s.choices, s.at_end);
+    // By the events of p, chains beside its feature end there. They may have events of their own.
+    if (const Mask ended = active & ~to_light & (before < 1.0f); any(ended)) {
+        ChainChoices own = s.choices;
+        SpecularChain one, other;
+        trace_chain<true>(scene, task, ended, q, s.stream, own, one);
+        const PicturePoint behind = along_line(p, s.horizontal, -way * kScanSegment);
+        trace_chain<false>(scene, task, ended, behind, s.stream, own, other);
+        before = select(ended & (first_difference(one, other, ended) >= 0), splat(1.0f), before);
+    }
+    return select(active, 1.0f / (beyond * before), 1.0f);
+}
+
 // Finds the crossings of the collected segments, appends them, and empties the collection. Returns the number
 // of all crossings found.
 EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, IntersectedSegments& s,
@@ -148,6 +213,7 @@ EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, Inte
     SpecularChain &chain_p = s.at_chosen, &chain_q = s.at_end, chain_m;
     ChainChoices& choices = s.choices;
     Float weight = s.weight;
+    Mask single = max(abs(q.x - p.x), abs(q.y - p.y)) > 0.99f * kScanSegment;
     // Bisect the segments
     for (int step = 0; step < kHalvings; ++step) {
         const PicturePoint m = middle(p, q);
@@ -162,7 +228,7 @@ EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, Inte
             const UInt random = hash(s.stream ^ bits(2 * step + 1 + s.half) * splat(0x165667b1u));
             for (int i = 0; i < W; ++i)
                 if (both[i] && (random[i] & 1u)) to_first[i] = -1;
-            if (step < kApart) weight = select(both, 2.0f * weight, weight);
+            if (step < kApart) weight = select(both, 2.0f * weight, weight), single &= ~both;
         }
         const Mask to_second = active & ~to_first;
         q = select(to_first, m, q);
@@ -177,11 +243,17 @@ EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, Inte
         const Mask here = active & (level == k);
         if (any(here)) other_surface |= here & surfaces_differ(chain_p, chain_q, k);
     }
+    // Weight the crossings of narrow features
+    const Float along_p = select(s.horizontal, p.x, p.y);
+    const Mask weighted =
+        active & single & other_surface & (level >= 1) & (along_p >= s.low) & (along_p < s.high);
+    if (!task.guides && any(weighted)) {
+        weight = weight * weight_of_narrow(scene, task, weighted, s, p, q, level > choices.lit);
+    }
     for (int i = 0; i < count; ++i) {
         const int k = level[i];
         if (!active[i] || k < 1) continue;
-        const float along = s.horizontal[i] ? p.x[i] : p.y[i];
-        if (along < s.low[i] || along >= s.high[i]) continue;
+        if (along_p[i] < s.low[i] || along_p[i] >= s.high[i]) continue;
         const bool below = chain_p.key[k][i] == kBelow, horizon = below || chain_q.key[k][i] == kBelow;
         // If the two chains end on different faces, the edge between these faces is the cause.
         const bool parted = horizon && (chain_p.face[k - 1][i] != chain_q.face[k - 1][i] ||

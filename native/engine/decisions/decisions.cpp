@@ -293,6 +293,14 @@ void Decisions::found_coincident(const SceneTables& tables, const Intersections&
     if (!pairs.empty()) missing(Part::kCoincidentFaces).pairs.assign(pairs.begin(), pairs.end());
 }
 
+void Decisions::found_parting(const SceneTables& tables, const RequestedMotion& motion) {
+    std::vector<std::array<int32_t, 2>> pairs;
+    for (const auto& pair : tables.touching_meshes)
+        if (motion.moving[static_cast<size_t>(pair[0])] != motion.moving[static_cast<size_t>(pair[1])])
+            pairs.push_back(pair);
+    if (!pairs.empty()) missing(Part::kPartingMeshes).pairs = std::move(pairs);
+}
+
 bool Decisions::lists_materials(Part part, std::vector<int32_t> materials) {
     if (materials.empty()) none(part, Reason::kNone);
     (*this)[part].materials = std::move(materials);

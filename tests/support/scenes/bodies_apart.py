@@ -1,4 +1,4 @@
-"""The same bodies twice: as one mesh without, and with T-junctions, or as several meshes that meet in common edges."""
+"""The same bodies twice: as one mesh without, and with T-junctions, or as meshes whose edges lie on each other."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from edgegrad import AreaLight, Material, Mesh, PointLight, Scene, World
 from edgegrad.scene.light import Light
 from tests.support import shapes
 from tests.support.rich_scene import turn
-from tests.support.small_scenes import camera, matte, rectangle
+from tests.support.small_scenes import box, camera, matte, rectangle
 
 F64 = NDArray[np.float64]
 Faces = NDArray[np.int32]
@@ -94,3 +94,34 @@ def room(apart: bool) -> Scene:
     return Scene(camera((0.1, 1.1, 1.9), (0, 0.9, -1), 24, 1.2), walls,
                  {"a": matte(0.7, 0.7, 0.7), "b": matte(0.2, 0.4, 0.8), "c": matte(0.8, 0.3, 0.2)},
                  {"lamp": PointLight(np.array([0.3, 1.5, 0.2]), 60.0)}, World(np.full(3, 0.3)))
+
+
+def bricks(courses: int, length: int, turned: F64) -> list[Mesh]:
+    """Boxes of two colours in running bond: each course is shifted by half a brick."""
+    out: list[Mesh] = []
+    for course in range(courses):
+        for k in range(length - course % 2):
+            one = box((k + 0.5 + 0.5 * (course % 2) - 0.5 * length, 0.2 + 0.4 * course, 0), (0.5, 0.2, 0.3),
+                      "ab"[len(out) % 2])  # fmt: skip
+            out.append(Mesh(0.7 * one.vertices @ turned.T, one.faces, one.materials))
+    return out
+
+
+def joined_meshes(meshes: list[Mesh]) -> Mesh:
+    """Meshes of the materials "a" and "b" as one."""
+    first = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes])
+    return Mesh(np.concatenate([mesh.vertices for mesh in meshes]),
+                np.concatenate([mesh.faces + k for mesh, k in zip(meshes, first, strict=False)]).astype(np.int32),
+                ("a", "b"), face_material=np.repeat(["ab".index(mesh.materials[0]) for mesh in meshes],
+                                                    [len(mesh.faces) for mesh in meshes]).astype(np.int32))  # fmt: skip
+
+
+def brick_wall(apart: bool, light: str) -> Scene:
+    """A wall of bricks above a floor, each a mesh of its own if they are `apart`."""
+    parts = bricks(3, 3, turn(0.0, 0.35, 0.0))
+    meshes = {f"brick {k}": part for k, part in enumerate(parts)} if apart else {"wall": joined_meshes(parts)}
+    meshes["floor"] = rectangle((0, -0.15, 0), (0, 0, 3), (3, 0, 0), "floor")
+    lamp: dict[str, Light] = {"lamp": PointLight(np.array([1.0, 2.5, 2.0]), 100.0, radius=0.3, sphere=True)}
+    return Scene(camera((0.8, 1.3, 2.6), (0, 0.4, 0), 24, 0.8), meshes,
+                 {"a": matte(0.7, 0.3, 0.2), "b": matte(0.2, 0.5, 0.7), "floor": matte(0.6, 0.6, 0.6)},
+                 {} if light == "sky" else lamp, World(np.full(3, 1.0 if light == "sky" else 0.1)))

@@ -142,6 +142,6 @@ def depth_of(name: str) -> int:
 
 
 def options_of(name: str) -> dict[str, int]:
-    """Few samples of many pixels, since features thinner than a quarter of a pixel may be missed."""
+    """Few samples of many pixels, since several features within a quarter of a pixel may be missed."""
     few = {"spp": 128, "seeds": 16} if name.startswith("bounced") else {"spp": 64, "seeds": 8}
     return {**few, "reference_spp": 256, "max_depth": depth_of(name)}

@@ -50,7 +50,8 @@ def processor(config: str | None, display: str, view: str, look: str, exposure: 
 
     def apply(colors: F64) -> F64:
         out = np.array(colors, np.float32, order="C")
-        found.applyRGB(out)
+        if len(out):  # OpenColorIO refuses an empty list
+            found.applyRGB(out)
         return out.astype(np.float64)
 
     return apply

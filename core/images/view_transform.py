@@ -6,8 +6,9 @@ not T(mean): the gradient of |T(I) - P|² is biased at the truth, by half the cu
 difference I - T⁻¹(P) is linear in I, and hence unbiased. And a target is undone only once per fit.
 
 An inverse magnifies the noise of rounding where T is flat, in bright and in very saturated colours. Its standard
-deviation follows from the derivative of T and becomes a weight per pixel (`targets`). A pixel with a channel at its
-largest value tells only that the light was at least as bright; it gets no weight.
+deviation follows from the derivative of T, and from the distance of other lights with the same code where the tables of
+T are not monotonic. It becomes a weight per pixel (`targets`). A pixel with a channel at its largest value tells only
+that the light was at least as bright; it gets no weight.
 """
 
 from __future__ import annotations
@@ -39,6 +40,9 @@ BRIGHTEST = 2.0**12
 NOISE_STEP = (2e-3, 0.02)
 # Codes that no light yields differ by more than this number of code widths from those of the found light.
 MOST_WIDTHS_OFF = 1.5
+# Several lights have the same code only where a channel is below this fraction of the largest. The search for others
+# starts where channels are darker by so many stops.
+SATURATED, BLACK = 0.3, 8.0
 # Smallest width of a code: the accuracy of tables of colors, whose kinks Newton's method does not resolve.
 LEAST_WIDTH = 5e-4
 
@@ -132,10 +136,12 @@ class ViewTransform(CheckedAtOnce):
         code = np.stack([unique >> 32, (unique >> 16) & 0xFFFF, unique & 0xFFFF], axis=1) / 0xFFFF
         forward = self._forward()
         with np.errstate(all="ignore"):
-            light = self._closed(code) if self.plain else self._newton(forward, code)
+            light = self._closed(code) if self.plain else _solve(forward, code, self._start(code))[0]
             light[(code == 0.0).all(axis=1)] = 0.0  # curves such as AgX map all light below a limit to black
             width = max(1.0 / levels, LEAST_WIDTH)
             noise = _noise(forward, light, width)
+            if not self.plain:
+                noise = np.hypot(noise, _ambiguity(forward, code, light, width))
             off = np.abs(forward(light) - code).max(axis=1)
         noise[(code >= 1.0 - 0.5 / levels).any(axis=1) | ~(off <= MOST_WIDTHS_OFF * width)] = np.inf
         where = where.reshape(-1)
@@ -152,31 +158,56 @@ class ViewTransform(CheckedAtOnce):
     def _closed(self, code: F64) -> F64:
         return srgb_to_linear(code**self.gamma) / 2.0**self.exposure
 
-    def _newton(self, forward: Callable[[F64], F64], code: F64) -> F64:
-        """Solve forward(light) = code from the configuration's own, approximate inverse."""
+    def _start(self, code: F64) -> F64:
+        """Light of the configuration's own, approximate inverse."""
         inverse = processor(self.config, self.display, self.view, self.look, self.exposure, self.gamma, inverse=True)
-        first = self._closed(code) if inverse is None else inverse(code)
-        x = np.log2(np.clip(np.nan_to_num(first), 0.0, BRIGHTEST) + DARK)
-        best, least = x, np.full(len(x), np.inf)
-        for step in range(STEPS + 1):
-            residual = forward(_light(x)) - code
-            error = np.abs(residual).max(axis=1)
-            better = error < least
-            best, least = np.where(better[:, None], x, best), np.where(better, error, least)
-            if step == STEPS or not (least > 1e-6).any():
-                break
-            # Columns: derivative with respect to each channel.
-            slope = np.stack([(forward(_light(x + DIFFERENCE * e)) - code - residual) / DIFFERENCE for e in np.eye(3)],
-                             axis=2)  # fmt: skip
-            transposed = slope.transpose(0, 2, 1)
-            normal = transposed @ slope + 1e-9 * np.eye(3)
-            change = -np.linalg.solve(normal, transposed @ residual[..., None])[..., 0]
-            x = np.clip(x + np.clip(change, -LONGEST, LONGEST), np.log2(DARK), np.log2(BRIGHTEST))
-        return _light(best)
+        light = self._closed(code) if inverse is None else inverse(code)
+        return np.clip(np.nan_to_num(light), 0.0, BRIGHTEST)
+
+
+def _solve(forward: Callable[[F64], F64], code: F64, start: F64) -> tuple[F64, F64]:
+    """Solve forward(light) = code by Newton's method; return the light and the largest difference of its code."""
+    x = _unknown(start)
+    best, least = x, np.full(len(x), np.inf)
+    for step in range(STEPS + 1):
+        residual = forward(_light(x)) - code
+        error = np.abs(residual).max(axis=1)
+        better = error < least
+        best, least = np.where(better[:, None], x, best), np.where(better, error, least)
+        if step == STEPS or not (least > 1e-6).any():
+            break
+        # Columns: derivative with respect to each channel.
+        slope = np.stack([(forward(_light(x + DIFFERENCE * e)) - code - residual) / DIFFERENCE for e in np.eye(3)],
+                         axis=2)  # fmt: skip
+        transposed = slope.transpose(0, 2, 1)
+        normal = transposed @ slope + 1e-9 * np.eye(3)
+        change = -np.linalg.solve(normal, transposed @ residual[..., None])[..., 0]
+        x = np.clip(x + np.clip(change, -LONGEST, LONGEST), np.log2(DARK), np.log2(BRIGHTEST))
+    return _light(best), least
+
+
+def _unknown(light: F64) -> F64:
+    return np.log2(light + DARK)
 
 
 def _light(x: F64) -> F64:
     return np.maximum(2.0**x - DARK, 0.0)
+
+
+def _ambiguity(forward: Callable[[F64], F64], code: F64, light: F64, width: float) -> F64:
+    """Standard deviation of the light if another light of the same code is as likely.
+
+    The tables of AgX map dark channels of saturated colours to codes that rise and fall again. Other lights are
+    searched from those whose darkest channel, middle channel or both are almost black.
+    """
+    out = np.zeros(len(light))
+    which = np.flatnonzero(light.min(axis=1) < SATURATED * light.max(axis=1))
+    here, rank = light[which], light[which].argsort(axis=1).argsort(axis=1)
+    for black in (rank == 0, rank == 1, rank <= 1):
+        other, error = _solve(forward, code[which], np.where(black, 2.0**-BLACK * here, here))
+        distance = np.linalg.norm(other - here, axis=1) / np.sqrt(2.0)
+        out[which] = np.maximum(out[which], np.where(error < 0.5 * width, distance, 0.0))
+    return out
 
 
 def _noise(forward: Callable[[F64], F64], light: F64, width: float) -> F64:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -46,9 +47,24 @@ def test_view_transform_is_the_one_of_blender_and_its_inverse(view: Any, look: A
     decoded, noise = transform.decode(np.round(255 * codes) / 255)
     known = noise < 0.2 * light[..., :3].mean(axis=2)  # where the transform is about linear over a code
     assert known.mean() > 0.4
-    z = (decoded - light[..., :3])[known] / noise[known][:, None]
+    squares = (((decoded - light[..., :3])[known] / noise[known][:, None]) ** 2).sum(axis=1)
     # The errors are those that the noise states; Punchy has colours with a channel below its smallest value.
-    assert 0.8 < np.sqrt((z**2).sum(axis=1).mean()) < 1.5
+    assert 0.8 < np.sqrt(squares.mean()) < 1.5 and (squares > 11).mean() < 0.01
+
+
+def test_noise_tells_of_other_lights_with_the_same_code() -> None:
+    """High contrast maps many saturated colors to the same code: an error beyond 3.3 times the noise stays rare."""
+    scene = bs.empty()
+    scene.view_settings.view_transform, scene.view_settings.look = "AgX", "AgX - High Contrast"
+    transform, _ = view_of(scene, Path("saved.png"), "SCENE")
+    assert transform is not None
+    light = 2.0 ** np.random.default_rng(1).uniform(-9, 2, (2000, 3))
+    decoded, noise = transform.decode(np.round(255 * transform.encode(light)) / 255)
+    known = noise < 0.2 * light.mean(axis=1)
+    squares = (((decoded - light)[known] / noise[known][:, None]) ** 2).sum(axis=1)
+    assert known.mean() > 0.5 and (squares > 11).mean() < 0.04
+    grey = np.linspace(0.2, 0.8, 7)[:, None].repeat(3, axis=1)  # no channel of them is dark
+    assert (transform.decode(grey)[1] < 0.03 * transform.decode(grey)[0].mean(axis=1)).all()
 
 
 def test_origin_chooses_the_view(tmp_path: Any) -> None:

@@ -23,14 +23,14 @@ class ParameterList(bpy.types.UIList):
     def draw_item(self, context: Any, layout: Any, data: Any, item: Any, icon: int, active_data: Any,
                   active_property: str) -> None:  # fmt: skip
         line = lines.get(pointer(item)) or parameter(item)
-        row = layout.row(align=True)
+        # The layout is a row of this line alone, so that the line needs no row of its own.
         if not line.enabled:
-            row.active = False
-        row.prop(item, "enabled", text="")
+            layout.active = False
+        layout.prop(item, "enabled", text="")
         if line.share == 1.0:
-            row.label(text=line.words, icon_value=line.icon)
+            layout.label(text=line.words, icon_value=line.icon)
             return
-        split = row.split(factor=line.share, align=True)
+        split = layout.split(factor=line.share, align=True)
         split.label(text=line.words, icon_value=line.icon)
         if line.effect >= 0.0:
             split.progress(factor=line.effect, type="BAR", text=line.beside)
@@ -48,25 +48,25 @@ class ParameterList(bpy.types.UIList):
             return [shown if wanted in row.name.lower() else 0 for row in getattr(data, propname)], []
 
 
-class SetUpMenu(bpy.types.Menu):
-    """Tasks whose parameters and quality are set up at once"""
-
-    bl_idname = "EDGEGRAD_MT_set_up"
-    bl_label = "Set Up"
-
-    def draw(self, context: Any) -> None:
-        for name, one in setups.SETUPS.items():
-            self.layout.operator("edgegrad.set_up", text=one.label, icon=one.icon).task = name
-
-
 class AddMenu(bpy.types.Menu):
-    """Add values of what is selected or active to the list of what a fit changes"""
+    """Add values of what is selected or active, or set up a usual task with its parameters and quality"""
 
     bl_idname = "EDGEGRAD_MT_add"
-    bl_label = "Add from Selection"
+    bl_label = "Add Parameters"
 
     def draw(self, context: Any) -> None:
-        self.layout.operator_enum("edgegrad.parameters_add", "of")
+        layout = self.layout
+        layout.label(text="From Selection")
+        layout.operator_enum("edgegrad.parameters_add", "of")
+        layout.separator()
+        layout.label(text="Set Up")
+        _set_ups(layout)
+
+
+def _set_ups(layout: Any) -> None:
+    """Draw the buttons of usual tasks."""
+    for name, one in setups.SETUPS.items():
+        layout.operator("edgegrad.set_up", text=one.label, icon=one.icon).task = name
 
 
 class ParametersPanel(Tab, bpy.types.Panel):
@@ -80,9 +80,7 @@ class ParametersPanel(Tab, bpy.types.Panel):
         layout, settings = editable(self.layout), context.scene.edgegrad
         count = len(settings.parameters)
         if not count:
-            column = layout.column(align=True)
-            for name, one in setups.SETUPS.items():
-                column.operator("edgegrad.set_up", text=one.label, icon=one.icon).task = name
+            _set_ups(layout.column(align=True))
             layout.operator_menu_enum("edgegrad.parameters_add", "of", text="Add from Selection", icon="ADD")
             return
         derived.see_rows(settings, count, context.region.width)
@@ -92,7 +90,6 @@ class ParametersPanel(Tab, bpy.types.Panel):
         column = row.column(align=True)
         column.menu("EDGEGRAD_MT_add", text="", icon_value=icons.ADD)
         column.operator("edgegrad.parameter_remove", text="", icon_value=icons.REMOVE)
-        column.menu("EDGEGRAD_MT_set_up", text="", icon_value=icons.MORE)
 
 
 class ParameterDetailsPanel(Tab, bpy.types.Panel):
@@ -146,4 +143,4 @@ def _vertices(layout: Any, item: Any) -> None:
     column.prop(item, "symmetry")
 
 
-CLASSES: tuple[Any, ...] = (ParameterList, SetUpMenu, AddMenu, ParametersPanel, ParameterDetailsPanel)
+CLASSES: tuple[Any, ...] = (ParameterList, AddMenu, ParametersPanel, ParameterDetailsPanel)

@@ -18,7 +18,7 @@ from edgegrad_addon import preflight, rows, setups
 from edgegrad_addon.animated.stored import add_row, stored_wanted
 from edgegrad_addon.operators.parameters import add_of_button
 from edgegrad_addon.panel import derived
-from edgegrad_addon.panel.parameters import ParameterList
+from edgegrad_addon.panel.parameters import AddMenu, ParameterList
 from edgegrad_addon.problem import Problem
 from edgegrad_addon.properties import request
 from edgegrad_addon.targets import rows as target_rows
@@ -202,6 +202,24 @@ def test_rows_are_told_apart_in_little_room(scene: Any) -> None:
     first = scene.edgegrad.parameters[0]
     assert rows.names(first, 60)[2] == "Upper arm of the giant.L: Rotation X"
     assert rows.names(first, 20)[2] == "Upp…t.L: Rotation X"
+
+
+def test_the_menu_of_plus_offers_the_tasks(scene: Any) -> None:
+    """Where the list has rows, it is the only place that does."""
+    tasks: list[SimpleNamespace] = []
+
+    def operator(name: str, **_: Any) -> SimpleNamespace:
+        tasks.append(SimpleNamespace(name=name))
+        return tasks[-1]
+
+    def operator_enum(name: str, task: str) -> None:
+        operator(name).task = task
+
+    layout = SimpleNamespace(label=lambda **_: None, separator=lambda: None, operator=operator,
+                             operator_enum=operator_enum)  # fmt: skip
+    AddMenu.draw(SimpleNamespace(layout=layout), bpy.context)
+    assert [(one.name, one.task) for one in tasks] == [
+        ("edgegrad.parameters_add", "of"), *(("edgegrad.set_up", name) for name in setups.SETUPS)]  # fmt: skip
 
 
 def test_set_ups_choose_what_may_change(scene: Any) -> None:

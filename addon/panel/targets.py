@@ -79,7 +79,9 @@ class TargetsPanel(Tab, bpy.types.Panel):
         if found.difference:
             column = layout.column(align=True)
             wrapped(context, column, found.difference)
-            column.operator("edgegrad.match_render", icon="OUTPUT")
+            obstacle = derived.start(context, settings).obstacle
+            if obstacle is None or obstacle.operator != "edgegrad.match_render":  # else the panel Fit has the button
+                column.operator("edgegrad.match_render", icon="OUTPUT")
 
 
 def _list_buttons(layout: Any) -> None:

@@ -81,8 +81,8 @@ void decide_caustics(const BoundaryFacts& f, const std::vector<int32_t>& partly_
             part, first_of({unless(f.options.max_depth >= 3, Reason::kNotRendered),
                             unless(!smooth.empty(), Reason::kNone),
                             unless(!all_perfect(scene, f.tables), Reason::kUnshaded),
-                            unless(!scene.convex, Reason::kAlone), light,
-                            unless(moves, Reason::kStill), unless(partly_met.empty(), Reason::kRaysDiffer),
+                            unless(!scene.convex, Reason::kAlone), light, unless(moves, Reason::kStill),
+                            unless(partly_met.empty(), Reason::kRaysDiffer),
                             unless(listed, Reason::kNotEstimated)}));
         if (decided[part].reason == Reason::kNotEstimated) decided[part].limit = kMostMirrorFaces;
         if (needed) decided[part].materials = smooth;

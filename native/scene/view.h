@@ -141,8 +141,8 @@ struct SceneView {
     // (shading/bsdf/distributions/tail.h); 0: such lobes have no tail. And whether any is above 0.
     const float* light_tail;
     bool any_tail;
-    // Mirrors and coats up to this alpha throw lights of the table on other surfaces at a fixed microfacet
-    // normal (path/lights/thrown_light.h); 0: none.
+    // Mirrors and coats up to this alpha throw light of the table and of the environment on other surfaces at
+    // a fixed microfacet normal (path/lights/thrown_light.h); 0: none.
     float thrown_alpha;
     // Up to this width, emitter samples of recorded paths sample lobes (path/lights/lobe_light.h).
     float lobe_samples;

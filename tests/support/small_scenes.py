@@ -99,6 +99,11 @@ def moved(scene: edgegrad.Scene, theta: float, name: str, direction: ArrayLike) 
     return scene
 
 
+def mesh_drifts(make: Callable[[], edgegrad.Scene], mesh: str) -> tuple[Make, list[str]]:
+    """A scene whose mesh moves along all three axes, and the path of what moves."""
+    return lambda t: moved(make(), t, mesh, (0.3, 0.4, 0.2)), [f"meshes.{mesh}.vertices"]
+
+
 def translated(make: Callable[[], edgegrad.Scene], mesh: str, direction: ArrayLike) -> Moving:
     """A scene whose mesh moves along `direction`."""
 

@@ -16,7 +16,7 @@ struct FollowedAlpha {
     // do not meet; 0 for lights without size. Empty: no lobe is followed.
     std::vector<float> by_row;
     std::vector<float> tail;  // by row as well (SceneView::light_tail)
-    // The largest alpha of lobes that throw lights on other surfaces (SceneView::thrown_alpha)
+    // The largest alpha of lobes that throw light on other surfaces (SceneView::thrown_alpha)
     float thrown = 0.0f;
     float lobe_samples = 0.0f;  // largest width of lobes that emitter samples of recorded paths sample
 };

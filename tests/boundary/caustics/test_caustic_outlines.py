@@ -16,7 +16,7 @@ from tests.support.picture_differences import agreement, check_agreement, check_
 from tests.support.rich_scene import pose, turn
 from tests.support.scenes.box_under_lights import DOWN
 from tests.support.shapes import ball, sheet
-from tests.support.small_scenes import Make, along, camera, matte, moved, need, rectangle
+from tests.support.small_scenes import Make, along, camera, matte, mesh_drifts, need, rectangle
 
 MIRROR = Material(kind="GLOSSY", base_color=np.array([0.9, 0.8, 0.6]), roughness=0.0)
 GLASS = Material(kind="GLASS", base_color=np.full(3, 0.95), roughness=0.0, ior=1.3)
@@ -107,10 +107,6 @@ def light_moves(make: Callable[[Light], Scene], kind: str) -> tuple[Make, list[s
     return lambda t: make(LIGHTS[kind](t)), [f"lights.lamp.{field}" for field in FIELDS[kind]]
 
 
-def mesh_moves(make: Callable[[], Scene], mesh: str) -> tuple[Make, list[str]]:
-    return lambda t: moved(make(), t, mesh, (0.3, 0.4, 0.2)), [f"meshes.{mesh}.vertices"]
-
-
 def mesh_grows(make: Callable[[], Scene], mesh: str) -> tuple[Make, list[str]]:
     def at(t: float) -> Scene:
         scene = make()
@@ -138,20 +134,20 @@ CASES: dict[str, tuple[tuple[Make, list[str]], int]] = {
     **{f"{kind} moves, flat mirror": (light_moves(beside_mirror, kind), 3) for kind in LIGHTS},
     **{f"{kind} moves, ball": (light_moves(under_ball, kind), 3) for kind in LIGHTS},
     "ball grows: rectangle": (mesh_grows(lambda: under_ball(RECTANGLE), "ball"), 3),
-    "ball moves: sphere": (mesh_moves(lambda: under_ball(LIGHTS["sphere"](0.0)), "ball"), 3),
-    "ball moves: sun": (mesh_moves(lambda: under_ball(SUN), "ball"), 3),
-    "floor moves": (mesh_moves(lambda: under_ball(RECTANGLE), "floor"), 3),
+    "ball moves: sphere": (mesh_drifts(lambda: under_ball(LIGHTS["sphere"](0.0)), "ball"), 3),
+    "ball moves: sun": (mesh_drifts(lambda: under_ball(SUN), "ball"), 3),
+    "floor moves": (mesh_drifts(lambda: under_ball(RECTANGLE), "floor"), 3),
     "camera moves": ((camera_moves, ["camera.to_world"]), 3),
     "gloss: rectangle moves": (light_moves(lamp_on_gloss, "rectangle"), 3),
     "gloss: ball grows": (mesh_grows(lambda: lamp_on_gloss(RECTANGLE), "ball"), 3),
     "glass: rectangle moves": ((lambda t: under_glass(HIGH_LIGHTS["rectangle"](t)), ["lights.lamp.to_world"]), 4),
     "glass: sphere moves": ((lambda t: under_glass(HIGH_LIGHTS["sphere"](t)), ["lights.lamp.position"]), 4),
     "glass: sun moves": ((lambda t: under_glass(HIGH_LIGHTS["sun"](t)), SUN_FIELDS), 4),
-    "glass moves: rectangle": (mesh_moves(lambda: under_glass(HIGH_LIGHTS["rectangle"](0.0)), "ball"), 4),
+    "glass moves: rectangle": (mesh_drifts(lambda: under_glass(HIGH_LIGHTS["rectangle"](0.0)), "ball"), 4),
     "index of glass": ((lambda t: under_glass(HIGH_SUN, 1.3 + t), ["materials.body.ior"]), 4),
     "relief: sun moves": (light_moves(under_relief, "sun"), 4),
     "relief rises": ((lambda t: under_relief(SUN, 0.05 + t / 4), ["meshes.sheet.vertices"]), 4),
-    "two surfaces: mirror moves": (mesh_moves(with_wall, "mirror"), 4),
+    "two surfaces: mirror moves": (mesh_drifts(with_wall, "mirror"), 4),
 }
 
 

@@ -15,7 +15,7 @@ from tests.support.picture_differences import agreement, check_agreement, check_
 from tests.support.rich_scene import pose, turn
 from tests.support.scenes.box_under_lights import DOWN
 from tests.support.shapes import ball
-from tests.support.small_scenes import Make, along, camera, matte, moved, need, rectangle
+from tests.support.small_scenes import Make, along, camera, matte, mesh_drifts, moved, need, rectangle
 
 DARK = matte(0.0, 0.0, 0.0)
 LIGHTS: dict[str, Callable[[float], Light]] = {
@@ -89,10 +89,6 @@ def light_moves(body: Material, kind: str, floor: Material | None = None) -> tup
     return lambda t: under_ball(body, LIGHTS[kind](t), floor), [f"lights.lamp.{field}" for field in FIELDS[kind]]
 
 
-def mesh_moves(make: Callable[[], Scene], mesh: str) -> tuple[Make, list[str]]:
-    return lambda t: moved(make(), t, mesh, (0.3, 0.4, 0.2)), [f"meshes.{mesh}.vertices"]
-
-
 def polished_and_moved() -> tuple[Make, list[str]]:
     return (lambda t: moved(under_ball(metal(0.2 - t / 2), SPHERE), t, "ball", (0.3, 0.4, 0.2)),
             ["meshes.ball.vertices", "materials.body.roughness"])
@@ -102,18 +98,18 @@ SPHERE, SUN = LIGHTS["sphere"](0.0), LIGHTS["sun"](0.0)
 # Each with the depth of its paths.
 CASES: dict[str, tuple[tuple[Make, list[str]], int]] = {
     **{f"{kind} moves": (light_moves(metal(0.1), kind), 3) for kind in LIGHTS},
-    "ball moves: sphere": (mesh_moves(lambda: under_ball(metal(0.1), SPHERE), "ball"), 3),
-    "ball moves: sun": (mesh_moves(lambda: under_ball(coated(0.17), SUN), "ball"), 3),
-    "floor moves": (mesh_moves(lambda: under_ball(coated(0.1), SPHERE), "floor"), 3),
+    "ball moves: sphere": (mesh_drifts(lambda: under_ball(metal(0.1), SPHERE), "ball"), 3),
+    "ball moves: sun": (mesh_drifts(lambda: under_ball(coated(0.17), SUN), "ball"), 3),
+    "floor moves": (mesh_drifts(lambda: under_ball(coated(0.1), SPHERE), "floor"), 3),
     "ball moves and is polished": (polished_and_moved(), 3),
     "gloss: rectangle moves": (light_moves(metal(0.1), "rectangle", metal(0.5)), 3),
-    "card moves": (mesh_moves(lambda: by_panel(metal(0.1)), "card"), 3),
-    "panel moves": (mesh_moves(lambda: by_panel(coated(0.1)), "panel"), 3),
-    "screen moves": (mesh_moves(lambda: by_panel(coated(0.05)), "screen"), 3),
-    "wall: panel moves": (mesh_moves(lambda: with_wall(metal(0.1)), "panel"), 4),
-    "even sky: panel moves": (mesh_moves(lambda: under_sky(metal(0.1), image=False), "panel"), 3),
-    "image: panel moves": (mesh_moves(lambda: under_sky(coated(0.1), image=True), "panel"), 4),
-    "image: card moves": (mesh_moves(lambda: under_sky(metal(0.1), image=True), "card"), 4),
+    "card moves": (mesh_drifts(lambda: by_panel(metal(0.1)), "card"), 3),
+    "panel moves": (mesh_drifts(lambda: by_panel(coated(0.1)), "panel"), 3),
+    "screen moves": (mesh_drifts(lambda: by_panel(coated(0.05)), "screen"), 3),
+    "wall: panel moves": (mesh_drifts(lambda: with_wall(metal(0.1)), "panel"), 4),
+    "even sky: panel moves": (mesh_drifts(lambda: under_sky(metal(0.1), image=False), "panel"), 3),
+    "image: panel moves": (mesh_drifts(lambda: under_sky(coated(0.1), image=True), "panel"), 4),
+    "image: card moves": (mesh_drifts(lambda: under_sky(metal(0.1), image=True), "card"), 4),
 }
 SMALL = ("card moves", "panel moves", "screen moves", "wall: panel moves", "even sky: panel moves",
          "image: panel moves", "image: card moves")  # fmt: skip

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "boundary/curves/picture_frame.h"
-#include "boundary/meshes/placed_vertex.h"
+#include "boundary/meshes/placement.h"
 #include "boundary/meshes/seams.h"
 #include "sampling/z_order.h"
 #include "scene/lights/light_list.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "boundary/meshes/placed_vertex.h"
+#include "boundary/meshes/placement.h"
 #include "boundary/meshes/seams.h"
 #include "scene/lights/light_tree.h"
 #include "tasks/edge_tree_view.h"

@@ -11,44 +11,13 @@
 namespace edgegrad {
 namespace {
 
-Box padded(Box box) {
-    // Boxes are in single precision. They are padded on all sides by this fraction of the largest coordinate.
-    constexpr float kRounding = 1e-6f;
-    float size = 0.0f;
-    for (int c = 0; c < 3; ++c) size = std::max({size, std::abs(box.low[c]), std::abs(box.high[c])});
-    for (int c = 0; c < 3; ++c) box.low[c] -= kRounding * size, box.high[c] += kRounding * size;
-    return box;
-}
-
-void add(Box& box, Vector p) {
-    const float at[3] = {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
-    box.add(at);
-}
-
-// The bounding box of a box's corners after a map.
-template <typename Map>
-Box mapped(const Box& box, const Map& map) {
-    Box out;
-    for (int k = 0; k < 8; ++k)
-        add(out, map(Vector{k & 1 ? box.high[0] : box.low[0], k & 2 ? box.high[1] : box.low[1],
-                            k & 4 ? box.high[2] : box.low[2]}));
-    return out;
-}
-
-Box common_box(const Box& a, const Box& b) {
-    Box out;
-    for (int c = 0; c < 3; ++c)
-        out.low[c] = std::max(a.low[c], b.low[c]), out.high[c] = std::min(a.high[c], b.high[c]);
-    return out;
-}
-
 // The pairs of instances whose boxes overlap and for which requested(one, other) holds, sorted by their lower
 // bounds along the axis of largest spread.
 template <typename Requested>
 std::vector<BoxPair> meeting_pairs(const std::vector<PlacedMesh>& meshes, const Requested& requested) {
     Box middles;
     for (const PlacedMesh& placed : meshes)
-        add(middles, (vector_at(placed.box.low) + vector_at(placed.box.high)) * 0.5);
+        add_point(middles, (vector_at(placed.box.low) + vector_at(placed.box.high)) * 0.5);
     int axis = 0;
     for (int c = 1; c < 3; ++c)
         if (middles.high[c] - middles.low[c] > middles.high[axis] - middles.low[axis]) axis = c;
@@ -68,7 +37,7 @@ std::vector<BoxPair> meeting_pairs(const std::vector<PlacedMesh>& meshes, const 
 // mesh, in that mesh's space.
 void search_mesh_pair(const SceneTables& tables, const std::vector<FaceTree>& trees, const PlacedMesh* one,
                       const PlacedMesh* other, Intersections& out) {
-    const Box common = padded(common_box(one->box, other->box));
+    const Box common = common_box(*one, *other);
     const auto faces_of = [&](const PlacedMesh& placed) {
         std::vector<int32_t> faces;
         trees[static_cast<size_t>(placed.mesh)].visit(placed.local(common),
@@ -82,9 +51,7 @@ void search_mesh_pair(const SceneTables& tables, const std::vector<FaceTree>& tr
     for (int32_t face : few) {
         if (cancelled()) return;
         const Triangle3 t(tables, face, one->place);
-        Box box;
-        for (const Vector& p : t.p) add(box, other->local(p));
-        trees[static_cast<size_t>(other->mesh)].visit(padded(box), [&](int32_t f) {
+        visit_near(trees[static_cast<size_t>(other->mesh)], *other, t.p, [&](int32_t f) {
             Vector ends[2];
             if (shared_line(t, Triangle3(tables, f, other->place), ends))
                 out.add(ends, {static_cast<uint32_t>(face), one->instance},
@@ -94,34 +61,6 @@ void search_mesh_pair(const SceneTables& tables, const std::vector<FaceTree>& tr
 }
 
 }  // namespace
-
-PlacedMesh::PlacedMesh(const SceneTables& tables, int32_t of_mesh, int32_t of_instance, const Box& mesh_box)
-    : mesh(of_mesh),
-      instance(of_instance),
-      place(Placement::of(tables, of_instance)),
-      back{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
-      box(mesh_box) {
-    if (!place.matrix) return;
-    box = mapped(box, place);
-    const Vector x = vector_at(place.matrix), y = vector_at(place.matrix + 4),
-                 z = vector_at(place.matrix + 8);
-    // Scene.validate rejects singular transforms.
-    const double inverse = 1.0 / dot(x, cross(y, z));
-    const Vector column[3] = {cross(y, z) * inverse, cross(z, x) * inverse, cross(x, y) * inverse};
-    back[0] = {column[0].x, column[1].x, column[2].x};
-    back[1] = {column[0].y, column[1].y, column[2].y};
-    back[2] = {column[0].z, column[1].z, column[2].z};
-}
-
-Vector PlacedMesh::local(Vector world) const {
-    if (!place.matrix) return world;
-    const Vector d = world - Vector{place.matrix[3], place.matrix[7], place.matrix[11]};
-    return {dot(back[0], d), dot(back[1], d), dot(back[2], d)};
-}
-
-Box PlacedMesh::local(const Box& world) const {
-    return place.matrix ? padded(mapped(world, [&](Vector p) { return local(p); })) : world;
-}
 
 void place_intersections(const SceneTables& tables, const Intersections& own,
                          std::span<const int32_t> instances, Intersections& out) {

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "boundary/meshes/placed_vertex.h"
+#include "boundary/meshes/placement.h"
 #include "boundary/meshes/seams.h"
 #include "scene/mesh_edges.h"
 #include "scene/mesh_instances.h"

@@ -15,11 +15,6 @@
 namespace edgegrad {
 namespace {
 
-void add_point(Box& box, Vector p) {
-    const float at[3] = {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
-    box.add(at);
-}
-
 Box box_of(const Triangle3& t) {
     Box box;
     for (const Vector& p : t.p) add_point(box, p);

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "boundary/meshes/face_tree.h"
-#include "boundary/meshes/placed_vertex.h"
+#include "boundary/meshes/placement.h"
 
 namespace edgegrad {
 

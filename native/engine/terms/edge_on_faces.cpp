@@ -9,7 +9,7 @@
 #include "boundary/curves/instance_intersections.h"
 #include "boundary/curves/picture_frame.h"
 #include "boundary/meshes/face_tree.h"
-#include "boundary/meshes/placed_vertex.h"
+#include "boundary/meshes/placement.h"
 #include "sampling/z_order.h"
 #include "scene/mesh_instances.h"
 #include "util/parallel.h"

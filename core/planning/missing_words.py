@@ -75,7 +75,7 @@ def missing(words: SceneWords, share: float | None) -> list[str]:
                                        "its light jumps as one moves out of the other's plane")
         elif part == "parting meshes":
             out += words.each_pair(decision.pairs, "how the picture changes as one of {} moves away from the other or "
-                                                   "into it: edges of both lie on each other, so that only one-sided "
+                                                   "into it: they touch along edges or faces, so that only one-sided "
                                                    "derivatives exist, and what is computed may be neither of them")
         elif part == "wide lens":
             out.append("most of what edges seen through the lens contribute: its aperture is so much larger than its "

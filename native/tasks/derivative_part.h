@@ -55,7 +55,7 @@ enum class Part : int32_t {
     // Parts that are not computed (engine/decisions/missing_parts.h):
     kSelfIntersections,  // of meshes of very many faces
     kCoincidentFaces,    // faces of two meshes, or a light and a face, in one plane
-    kPartingMeshes,      // edges of two meshes lie on each other, and one of them moves
+    kPartingMeshes,      // two meshes touch along edges or faces, and one of them moves
     kWideLens,           // edges seen through a lens far wider than its distance of focus
     kClipBorders,        // borders that the camera's clip distances cut
     kTexelBorders,       // those of the borders of kTextureBorders that are not sampled

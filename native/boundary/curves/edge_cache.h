@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "boundary/meshes/touching_meshes.h"
 #include "scene/tables.h"
 #include "scene/view.h"
 #include "util/object_pool.h"
@@ -88,6 +89,7 @@ struct EdgeCache {
     Kept<bool, std::vector<float>> mesh_sizes, transparent_boxes;  // the same
     Kept<bool, bool> cross;  // whether any surface intersects another surface or a light
     Kept<bool, MeshBoxes> boxes;
+    Kept<MovingMeshes, MeshPairs> touching;          // boundary/meshes/touching_meshes.h
     Kept<bool, std::vector<FieldCarrier>> carriers;  // by field (sdf/carrier/carrier.h)
     Kept<bool, std::vector<uint8_t>> open_fields;    // the same (boundary/fields/field_insides.h)
     // Outlines and patches of some fields (boundary/fields/field_curves.cpp, field_key): as the camera sees
@@ -107,7 +109,7 @@ struct EdgeCache {
     // Call after vertices have changed.
     void clear() {
         mesh_sizes.clear(), intersections.clear(), boxes.clear(), not_star_shaped.clear(), carriers.clear();
-        seen_outlines.clear(), patches.clear();
+        touching.clear(), seen_outlines.clear(), patches.clear();
         clear_values();
     }
     // Call after other values have changed. What depends on vertices alone stays valid.

@@ -293,12 +293,20 @@ void Decisions::found_coincident(const SceneTables& tables, const Intersections&
     if (!pairs.empty()) missing(Part::kCoincidentFaces).pairs.assign(pairs.begin(), pairs.end());
 }
 
-void Decisions::found_parting(const SceneTables& tables, const RequestedMotion& motion) {
-    std::vector<std::array<int32_t, 2>> pairs;
-    for (const auto& pair : tables.touching_meshes)
-        if (motion.moving[static_cast<size_t>(pair[0])] != motion.moving[static_cast<size_t>(pair[1])])
-            pairs.push_back(pair);
-    if (!pairs.empty()) missing(Part::kPartingMeshes).pairs = std::move(pairs);
+void Decisions::found_parting(const BoundaryFacts& facts, const Requested& requested, int threads) {
+    const SceneTables& tables = facts.tables;
+    MovingMeshes moving{facts.motion.moving, std::vector<uint8_t>(tables.instance_mesh.size(), 0)};
+    for (size_t k = 0; k < moving.instances.size(); ++k)
+        moving.instances[k] = requested.any("instance_to_world", 12 * k, 12 * k + 12);
+    std::set<std::array<int32_t, 2>> pairs;
+    for (const auto& [a, b] : tables.touching_meshes)
+        if (moving.meshes[static_cast<size_t>(a)] != moving.meshes[static_cast<size_t>(b)])
+            pairs.insert({std::min(a, b), std::max(a, b)});
+    const auto boxes = facts.kept.boxes.get(true, [&] { return MeshBoxes(tables); });
+    const auto touching =
+        facts.kept.touching.get(moving, [&] { return touching_meshes(tables, moving, *boxes, threads); });
+    pairs.insert(touching->begin(), touching->end());
+    if (!pairs.empty()) missing(Part::kPartingMeshes).pairs.assign(pairs.begin(), pairs.end());
 }
 
 bool Decisions::lists_materials(Part part, std::vector<int32_t> materials) {

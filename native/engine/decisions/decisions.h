@@ -64,6 +64,8 @@ struct Decision {
     std::vector<ParameterEffect> by_parameter;  // of Part::kInterior, from Engine::decide
 };
 
+struct BoundaryFacts;
+
 class Decisions {
  public:
     // `alone`: nothing is computed after the decisions, so no samples are prepared.
@@ -100,8 +102,8 @@ class Decisions {
     // Names the meshes whose faces coincide, of which one or the camera moves: rounding decides what is seen.
     void found_coincident(const SceneTables& tables, const Intersections& lines,
                           const RequestedMotion& motion);
-    // Names the meshes whose edges lie on each other, of which one moves and the other does not.
-    void found_parting(const SceneTables& tables, const RequestedMotion& motion);
+    // Names the meshes that touch along edges or faces, of which one moves and the other does not.
+    void found_parting(const BoundaryFacts& facts, const Requested& requested, int threads);
     // The decision on a part without an estimator, which may have been found already.
     Decision& missing(Part part) {
         if (!at(part) || at(part)->outcome != Outcome::kMissing) decide(part, Reason::kNotEstimated);

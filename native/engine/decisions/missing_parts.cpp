@@ -383,7 +383,7 @@ void note_missing(const BoundaryFacts& facts, const Requested& requested, const 
                   int threads, Decisions& decided) {
     Search search(facts, requested, closed, threads, decided);
     search.seen_by_the_camera();
-    decided.found_parting(facts.tables, facts.motion);
+    decided.found_parting(facts, requested, threads);
     search.lit_surfaces();
     search.absorbing_surfaces();
     search.fields();

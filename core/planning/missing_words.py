@@ -80,6 +80,13 @@ def missing(words: SceneWords, share: float | None) -> list[str]:
         elif part == "wide lens":
             out.append("most of what edges seen through the lens contribute: its aperture is so much larger than its "
                        "distance of focus that nearly all of their samples miss the picture")
+        elif part == "further shadows":
+            of = " and ".join([*([words.mesh_names(decision)] if decision.meshes else []),
+                               *([words.light_names(decision)] if decision.lights else [])])
+            why = "lights without size" if decision.lights else "emissive meshes, which some rays pass"
+            out.append(f"shadows of {of} ({why}) on surfaces that mirrors and smooth glass "
+                       f"({words.material_names(decision)}) show to other surfaces, or that light those that the "
+                       "camera sees by them")
         elif part == "rim lines":
             out.append(f"lines on {words.material_names(decision)} beyond which their lobes scatter no light "
                        f"of lights without size ({words.light_names(decision)})")
@@ -119,7 +126,7 @@ def _caustics(words: SceneWords, materials: str, share: float | None) -> str:
                 f"({materials}) throw on other surfaces, since {why}: the derivative of this light may be zero or have "
                 f"the wrong sign ({much})")
     return (f"caustics, light that mirrors and smooth glass ({materials}) throw on other surfaces: left out are edges "
-            "and outlines in those that are themselves seen in mirrors or through glass, shadows on surfaces that "
-            "mirrors and glass show to others, lines where surfaces pass through each other or through lights, "
-            "horizons of smooth-shaded faces, and distance fields that are mirrors or glass or that such light passes "
-            f"({much})")
+            "and outlines in those that are themselves seen in mirrors or through glass, horizons of smooth-shaded "
+            "faces, and distance fields that are mirrors or glass or that such light passes; also lines where surfaces "
+            "pass through each other or through lights, and what distance fields hide, in them and where the camera "
+            f"sees by mirrors or glass what such surfaces light ({much})")

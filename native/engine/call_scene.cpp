@@ -1,5 +1,8 @@
 #include "engine/call_scene.h"
 
+#include <cmath>
+#include <numbers>
+
 #include "boundary/curves/edge_cache.h"
 #include "boundary/curves/texture_borders.h"
 #include "boundary/fields/field_insides.h"
@@ -19,6 +22,18 @@ namespace {
 // alpha.
 constexpr float kFixedDirectionAlpha = 0.25f;
 constexpr int kLeastFixedDirectionFaces = 8;
+
+// The mean over the cosine distribution of Cycles' least alpha behind a diffuse bounce of density p = c / pi,
+//   int_0^1 2 c sqrt(max(0, 1 - p / g)) / 2 dc = k^-2 [2/3 u^(3/2) - 2/5 u^(5/2)]_max(0, 1-k)^1,  k = 1/(pi
+//   g).
+float least_alpha_behind_diffuse(float g) {
+    if (g <= 0.0f) return 0.0f;
+    const double k = 1.0 / (std::numbers::pi * static_cast<double>(g)), u = std::max(0.0, 1.0 - k);
+    // For small k the difference would cancel
+    if (k < 1e-3) return static_cast<float>(0.5 * (1.0 - k / 3.0));
+    const double at_u = std::pow(u, 1.5) * (2.0 / 3.0 - 0.4 * u);
+    return static_cast<float>((2.0 / 3.0 - 0.4 - at_u) / (k * k));
+}
 
 }  // namespace
 
@@ -60,8 +75,8 @@ void PreparedScene::hold_directions(const SceneTables& tables, const RequestedMo
 
 PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const SceneTables& tables,
                              const RequestedMotion* motion, bool convex,
-                             std::shared_ptr<const LightList> lights, FollowedAlpha followed, EdgeCache* kept,
-                             std::vector<FieldBand> bands)
+                             std::shared_ptr<const LightList> lights, float filter_glossy,
+                             FollowedAlpha followed, EdgeCache* kept, std::vector<FieldBand> bands)
     : lights_(std::move(lights)),
       followed_(std::move(followed)),
       brute_triangles_(brute_triangles(tables)),
@@ -75,6 +90,7 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const Scene
         if (motion->fields[k]) face_moving_[static_cast<size_t>(tables.first_field_face()) + k] = kFieldMoves;
     view_.api = &api;
     view_.convex = convex;
+    view_.least_alpha = least_alpha_behind_diffuse(filter_glossy);
     view_.bvh = bvh ? bvh->handle() : nullptr;
     view_.brute_triangles = brute_triangles_.data();
     view_.brute_count = static_cast<int32_t>(brute_triangles_.size());
@@ -132,6 +148,7 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const Scene
             const int32_t flags = tables.closure_flags[static_cast<size_t>(closure)];
             view_.all_flags |= flags;
             view_.common_flags &= flags;
+            view_.any_perfect |= may_be_specular(tables, static_cast<size_t>(closure));
             const bool textured =
                 view_.textures.closure_program && (view_.textures.closure_program[closure] >= 0 ||
                                                    view_.textures.closure_weight_program[closure] >= 0);

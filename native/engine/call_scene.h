@@ -19,10 +19,12 @@ class PreparedScene {
  public:
     // `lights`: the lights that the call samples. `motion`: the requested motion; null: a picture.
     // `followed`: limits of followed lobes. Without a `bvh` (null) no ray can be traced. `kept`:
-    // cached searches for edges, which derivatives need.
+    // cached searches for edges, which derivatives need. `filter_glossy`: Cycles' Filter Glossy
+    // (shading/bsdf/filter_glossy.h).
     PreparedScene(const embree::Api& api, const Bvh* bvh, const SceneTables& tables,
                   const RequestedMotion* motion, bool convex, std::shared_ptr<const LightList> lights,
-                  FollowedAlpha followed = {}, EdgeCache* kept = nullptr, std::vector<FieldBand> bands = {});
+                  float filter_glossy = 0.0f, FollowedAlpha followed = {}, EdgeCache* kept = nullptr,
+                  std::vector<FieldBand> bands = {});
 
     const SceneView& view() const { return view_; }
 

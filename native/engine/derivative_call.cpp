@@ -86,6 +86,7 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
       geometry(requested.geometry() || chains),
       lights(e.lights_for(requested)),
       prepared(e.api_, decide_alone ? nullptr : &e.bvh(), e.tables_, &motion, e.hides_no_light(), lights,
+               options.filter_glossy,
                options.max_depth > 1 ? e.follow(motion, sides, lights) : FollowedAlpha{}, &e.kept_,
                field_bands(e.tables_, field_edges, e.threads_)),
       scene(prepared.view()),
@@ -140,8 +141,8 @@ void Engine::DerivativeCall::begin_interior(const RenderOptions& options, const 
     const Reason still = interior && rims_move(scene, t, requested) ? Reason::kNeeded : Reason::kStill;
     if (decided.decide(Part::kRims, options.max_depth < 2 ? Reason::kNotRendered : still)) {
         rims = std::make_unique<RimTerm>(scene.camera, own, recording);
-        decided[Part::kRims].materials =
-            used_materials(t, [&](size_t closure) { return may_have_rim(t, closure); });
+        decided[Part::kRims].materials = used_materials(
+            t, [&](size_t closure) { return may_have_rim(t, closure, scene.least_alpha > 0.0f); });
     }
     decided.decide(Part::kContact, interior && scene.mesh_contact ? Reason::kNeeded : Reason::kNone);
     if (interior && options.max_depth > 2)

@@ -328,7 +328,8 @@ DroppedSamples Engine::trace_picture(const ImagePlan& plan, const Progress& prog
                                      const Trace& trace) const {
     require_settled();
     const bool convex = hides_no_light();
-    const PreparedScene prepared(api_, &bvh(), tables_, nullptr, convex, lights());
+    const PreparedScene prepared(api_, &bvh(), tables_, nullptr, convex, lights(),
+                                 plan.options.filter_glossy);
     const SceneView& scene = prepared.view();
     auto memory = thread_memory();
     DropCount dropped;

@@ -32,6 +32,11 @@ EG_INLINE bool limits_matter(const BounceLimits& limits, int max_depth) {
            limits.ambient < 255;
 }
 
+// The same, or whether surfaces scatter otherwise behind diffuse bounces than behind others.
+EG_INLINE bool kinds_matter(const SceneView& scene, const BounceLimits& limits, int max_depth) {
+    return scene.least_alpha > 0.0f || limits_matter(limits, max_depth);
+}
+
 // Whether a ray that leaves by a bounce of `kind` is the last ray of its path.
 EG_INLINE Mask next_is_final(const ImageTask& task, const PathPacket& p, Int kind) {
     const Mask last =

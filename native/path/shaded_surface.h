@@ -2,6 +2,7 @@
 #pragma once
 
 #include "shading/bsdf/bsdf.h"
+#include "shading/bsdf/filter_glossy.h"
 #include "shading/receiving_normal.h"
 #include "shading/surface_shader.h"
 #include "shading/terminator_dimming.h"
@@ -160,6 +161,11 @@ inline EG_NOINLINE ShadedSurface shaded_surface(const SceneView& scene, Mask act
                        scene.any_terminator,
                        scene.any_dimming ? gather(scene.mesh_dimming, x.mesh) : splat(1.0f),
                        scene.any_dimming};
+    if (scene.least_alpha > 0.0f) {
+        const Mask behind =
+            active & has(shader, kHasGlossy | kHasRefraction) & is_behind_diffuse(point.history);
+        if (any(behind)) filter_glossy(s.bsdf, behind, splat(scene.least_alpha));
+    }
     if (bent) {
         const Mask glossy =
             active & has(shader, kHasGlossy | kHasRefraction) & ~is_kind(shader.kind, kVelvet);

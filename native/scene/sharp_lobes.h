@@ -25,11 +25,12 @@ inline bool has_sharp_lobe(const SceneTables& tables, size_t closure, float wide
     return sharp(kRoughness) || (row[kCoatWeight] > 0.0f && sharp(kCoatRoughness));
 }
 
-// Returns whether a closure may have a transmission lobe that is not perfect.
-inline bool may_refract_roughly(const SceneTables& tables, size_t closure) {
+// Returns whether a closure may have a transmission lobe that is not perfect. `widened`: perfect lobes are
+// rough behind diffuse bounces (shading/bsdf/filter_glossy.h).
+inline bool may_refract_roughly(const SceneTables& tables, size_t closure, bool widened) {
     const float* row = tables.closure_params.data() + closure * kMaterialParams;
     return (tables.closure_flags[closure] & kHasRefraction) &&
-           (row[kRoughness] > 0.0f || is_textured(tables, closure, kRoughness));
+           (widened || row[kRoughness] > 0.0f || is_textured(tables, closure, kRoughness));
 }
 
 // Returns whether a closure may have a rough diffuse lobe with a rim (shading/bsdf/diffuse_rim.h), which only
@@ -43,8 +44,8 @@ inline bool may_have_diffuse_rim(const SceneTables& tables, size_t closure) {
 }
 
 // Returns whether any lobe of a closure may have a rim (path/rim.h).
-inline bool may_have_rim(const SceneTables& tables, size_t closure) {
-    return may_refract_roughly(tables, closure) || may_have_diffuse_rim(tables, closure);
+inline bool may_have_rim(const SceneTables& tables, size_t closure, bool widened) {
+    return may_refract_roughly(tables, closure, widened) || may_have_diffuse_rim(tables, closure);
 }
 
 // Returns whether a closure may be a perfect mirror or perfectly smooth glass, or may have a followed lobe

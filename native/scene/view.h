@@ -144,6 +144,9 @@ struct SceneView {
     // Mirrors and coats up to this alpha throw light of the table and of the environment on other surfaces at
     // a fixed microfacet normal (path/lights/thrown_light.h); 0: none.
     float thrown_alpha;
+    // Least alpha of mirrors, coats and interfaces behind diffuse bounces (shading/bsdf/filter_glossy.h); 0:
+    // none.
+    float least_alpha;
     // Up to this width, emitter samples of recorded paths sample lobes (path/lights/lobe_light.h).
     float lobe_samples;
     int32_t mesh_count;        // number of meshes that rays can hit; instances have the geomIDs after them
@@ -165,6 +168,7 @@ struct SceneView {
     const float* closure_params;            // (L, kMaterialParams)
     int32_t all_flags, common_flags;        // bits of any closure, and of every closure
     bool any_mixture;
+    bool any_perfect;      // some material may be a perfect mirror or smooth glass
     bool emission_varies;  // some emission is not one constant
 
     TextureView textures;

@@ -41,9 +41,18 @@ EG_OUTLINE Vec3 displaced_normal(const SceneView& scene, Mask active, Int materi
 
 // `way`: from the last scattering event to the surface.
 EG_INLINE RayHistory ray_history(const SceneView& scene, Int bounces, Vec3 way) {
-    if (!scene.textures.reads_history) return unknown_history();
+    if (!scene.textures.reads_history && scene.least_alpha == 0.0f) return unknown_history();
     return {bounces, sqrt(max(dot(way, way), 1e-30f))};
 }
+
+// The history of paths of boundary samples. Their textures do not read it (the part kRayHistories is
+// missing).
+EG_INLINE RayHistory boundary_history(const SceneView& scene, Int bounces) {
+    if (scene.least_alpha == 0.0f) return unknown_history();
+    return {bounces, splat(0.0f)};
+}
+
+EG_INLINE RayHistory behind_diffuse(const SceneView& scene) { return boundary_history(scene, splat(1)); }
 
 EG_INLINE TexturePoint texture_point(const SceneView& scene, const SurfacePoint& x, Vec3 view, Int ray_kind,
                                      const RayHistory& history = unknown_history()) {

@@ -70,6 +70,7 @@ enum class Part : int32_t {
     kLitFromBelow,       // shadows where lights below the planes of faces light smooth meshes
     kSteppedShadows,     // shadows of borders at which a surface's transmittance jumps
     kClearAbsorption,    // absorption in meshes whose surface is transparent
+    kFurtherShadows,     // shadows that paths with both perfect and other bounces find, of some lights
     kRimLines,           // rims on rough glass, for lights without size
     kFieldBorders,       // lines where distance fields end at their boxes
     kThinFields,         // parts of distance fields that are thinner than a cell
@@ -148,6 +149,7 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kLitFromBelow, "lit from below", kShadowTerm},
     {Part::kSteppedShadows, "stepped shadows", kShadowTerm},
     {Part::kClearAbsorption, "clear absorption", kInteriorTerm},
+    {Part::kFurtherShadows, "further shadows", kShadowTerm},
     {Part::kRimLines, "rim lines", kInteriorTerm},
     {Part::kFieldBorders, "field borders", kPrimaryTerm},
     {Part::kThinFields, "thin fields", kPrimaryTerm},

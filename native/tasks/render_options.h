@@ -38,6 +38,7 @@ struct RenderOptions {
     uint32_t seed = 0;
     int32_t max_depth = 2;
     BounceLimits limits;
+    float filter_glossy = 0.0f;         // least_alpha_behind (shading/bsdf/filter_glossy.h)
     bool terms[kDerivativeTerms] = {};  // terms of a derivative to compute
     bool caustics_alone = false;        // a picture of its caustics only (path/path_queue.h)
     FieldEdges field_edges = FieldEdges::kOutlines;

@@ -26,4 +26,9 @@ struct TexturePoint {
     RayHistory history = unknown_history();
 };
 
+EG_INLINE TexturePoint without_history(TexturePoint point) {
+    point.history = unknown_history();
+    return point;
+}
+
 }  // namespace edgegrad::EDGEGRAD_ISA

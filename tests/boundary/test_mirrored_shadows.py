@@ -12,14 +12,15 @@ import pytest
 import edgegrad
 from tests.support.block_statistics import check_noticed
 from tests.support.picture_differences import agreement, check_agreement, check_transpose, need_every_table
-from tests.support.scenes.mirrored_shadows import BOX, CASES, depth_of, options_of, through
+from tests.support.scenes.mirrored_shadows import BOX, CASES, behind, depth_of, options_of, through
 from tests.support.slow_cases import slow_but
 from tests.support.small_scenes import along
 
 QUICK = ("point: box moves", "rectangle: box moves", "sky: box moves", "disk: floor moves", "point: mirror moves",
          "rectangle: light moves and turns", "mesh: light moves", "sky image: light turns",
          "slab: index under a point", "ball: ball moves under a rectangle", "veils: box moves under a point",
-         "bounced: box moves", "bounced: wall moves")
+         "bounced: box moves", "bounced: wall moves", "behind: box moves under a rectangle",
+         "behind: box moves under a mesh")
 RUNS = slow_but(CASES, QUICK)
 
 
@@ -45,6 +46,15 @@ def test_modes_are_transposes(name: str) -> None:
     need_every_table()
     spp = 256 if name == "bounced: wall moves" else 32  # few of its samples meet the light
     check_transpose(*CASES[name], spp=spp, max_depth=depth_of(name), seed=3, terms=["primary", "shadow", "indirect"])
+
+
+@pytest.mark.parametrize(("light", "lacks"), [("point", True), ("rectangle", False), ("mesh", False)])
+def test_plan_tells_of_shadows_of_lights_without_size_behind_mirrors(light: str, lacks: bool) -> None:
+    need_every_table()
+    scene = behind(light)(0.0)
+    for depth, told in ((3, False), (4, lacks)):
+        sentences = edgegrad.plan(scene, BOX, max_depth=depth).missing
+        assert any(s.startswith("shadows of lamp (lights without size)") for s in sentences) == told
 
 
 def test_plan_tells_of_them() -> None:

@@ -80,7 +80,7 @@ EG_OUTLINE int follow_caustic(const SceneView& scene, const BoundaryTask& task, 
     ChainPlaces places;
     const SeenLight seen =
         see_light(scene, task, p, active, light.x, light.along, length, splat(kScatteredRays), true, splat(0),
-                  splat(scene.followed_alpha), &places);
+                  splat(scene.followed_alpha), &places, splat(0.0f), scene.least_alpha > 0.0f);
     active &= seen.active;
     if (!any(active)) return found;
     active = may_bend(task, active, light, seen.bounces);

@@ -78,7 +78,7 @@ EG_OUTLINE ScatteringPoint scattering_point(const SceneView& scene, const ImageT
     ScatteringPoint s;
     s.x = hit_surface(scene, active, hit, p.direction);
     const Float choice = sobol_pair(path_index(task, p.path), vertex_pair(p.vertex, kVertexChoice)).u;
-    s.point = texture_point(scene, s.x, -p.direction, p.kind);
+    s.point = texture_point(scene, s.x, -p.direction, p.kind, boundary_history(scene, p.bounces));
     s.shader = surface_shader(scene, s.x, s.point, choice);
     s.normal = shading_normal(scene, s.x.active, s.shader, s.point);
     s.both_sides = scatters_on_both_sides(s.shader);
@@ -96,26 +96,21 @@ struct WalkParts {
     }
 };
 
-// Absorbs light of paths that arrive at x within a mesh.
-EG_INLINE void absorb(const SceneView& scene, PathPacket& p, WalkParts* parts, Mask active,
-                      const ScatteringPoint& s) {
-    const Vec3 kept = kept_inside(scene, s.x, s.shader.closure, length_of(s.x.position - p.origin));
-    p.throughput = select(active, p.throughput * kept, p.throughput);
-    if (parts) parts->multiply(active, kept, kept);
-}
-
 // Continues paths from their first hits to the surfaces at which their segments number `target` end. Paths
 // that end earlier, or cannot scatter there, become inactive. Transparent surfaces are passed at random. With
 // `camera_sampled` lobes, paths leave the first surface only by camera-sampled lobes
-// (camera_sampled_kinds). Fills `fixed`, if not null, with the surfaces of the path for fixed directions near
-// contact. Sets `parts`, if not null, to parts of the throughput.
+// (camera_sampled_kinds), or they are scattered by a perfect lobe somewhere, and by another one elsewhere.
+// Fills `fixed`, if not null, with the surfaces of the path for fixed directions near contact. Sets `parts`,
+// if not null, to parts of the throughput.
 EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task, PathPacket& p, Closest& hit,
                                   Int target, const CameraSampledLobes& camera_sampled = {},
                                   FixedDirectionChain* fixed = nullptr, WalkParts* parts = nullptr) {
     if (parts) *parts = {p.throughput, p.throughput};
     const bool follows = parts && scene.followed_alpha > 0.0f;
     const bool clear = scene.all_flags & kHasTransparency;
-    Mask walking = p.active & hit.hit, arrived = splat(0);
+    const bool sharp_alone = camera_sampled.widest > 0.0f, bends = sharp_alone && scene.any_perfect;
+    Mask walking = p.active & hit.hit, arrived = splat(0), bent = splat(0), led = splat(-1);
+    Vec3 sharp = p.throughput;  // by camera-sampled lobes of the first surface
     while (true) {
         const Mask there = walking & (p.segment == target);
         if (!clear) {
@@ -127,7 +122,12 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
         // Pass transparent surfaces at random
         const PathIndex index = path_index(task, p.path);
         walking &= s.x.active;
-        if (scene.all_flags & kHasAbsorption) absorb(scene, p, parts, walking, s);
+        if (scene.all_flags & kHasAbsorption) {
+            const Vec3 kept = kept_inside(scene, s.x, s.shader.closure, length_of(s.x.position - p.origin));
+            p.throughput = select(walking, p.throughput * kept, p.throughput);
+            sharp = select(walking, sharp * kept, sharp);
+            if (parts) parts->multiply(walking, kept, kept);
+        }
         Mask pass = splat(0);
         if (clear) {
             const Float chance = sobol_pair(index, vertex_pair(p.vertex, kVertexSurvival)).v;
@@ -139,6 +139,7 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
             walking &= ~pass | (bounce_count(p.bounces, kind) < task.limits.transparent);
             p.bounces = add_bounce(p.bounces, walking & pass, kind);
             p.throughput = select(walking & pass, p.throughput * color * s.shader.scale, p.throughput);
+            sharp = select(walking & pass, sharp * color * s.shader.scale, sharp);
             if (follows) parts->multiply(walking & pass, color * s.shader.scale, color * s.shader.scale);
             p.origin = select(walking & pass, leave_surface(s.x, p.direction), p.origin);
         }
@@ -153,9 +154,14 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
             walking &= pass | goes;
             Vec3 weight = next.weight;
             Int kinds = splat(kScatteredRays);
-            if (camera_sampled.widest > 0.0f) {
+            if (sharp_alone) {
                 kinds = select(p.segment == 1, camera_sampled_kinds(s.shader, camera_sampled), kinds);
-                weight = s.evaluate(scene, goes, next.wi, kinds) * (1.0f / max(next.pdf, 1e-20f));
+                const Vec3 rough =
+                    s.evaluate(scene, goes & ~next.specular, next.wi, kinds) * (1.0f / max(next.pdf, 1e-20f));
+                weight = select(next.specular, bends ? weight : zero3(), rough);
+                sharp = select(goes, sharp * rough * s.shader.scale, sharp);
+                bent |= goes & next.specular;
+                led &= ~goes | next.specular;
             }
             if (follows) {
                 const Vec3 rest =
@@ -165,7 +171,8 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
                 const Vec3 other = select(next.specular, zero3(), select(p.segment == 1, rest, weight));
                 parts->multiply(goes, part * s.shader.scale, other * s.shader.scale);
             }
-            p.throughput = select(goes, p.throughput * weight * s.shader.scale, p.throughput);
+            p.throughput =
+                select(goes, p.throughput * (bends ? next.weight : weight) * s.shader.scale, p.throughput);
             p.origin = select(goes, leave_surface(s.x, next.wi), p.origin);
             p.direction = select(goes, next.wi, p.direction);
             p.bounces = add_bounce(p.bounces, goes, next.ray_kind);
@@ -187,6 +194,10 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
             set_chain_surface(scene, walking & (fixed->length > 0), p.segment - 2, s.x, next, *fixed);
         }
         hit = select(walking, met, hit);
+    }
+    if (bends) {
+        p.throughput = select(bent, p.throughput, sharp);
+        arrived &= ~(led & bent) & (largest_component(p.throughput) > 0.0f);
     }
     p.active = arrived;
     hit.hit = arrived;

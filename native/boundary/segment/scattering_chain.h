@@ -12,10 +12,9 @@
 #pragma once
 
 #include "boundary/segment/camera_connection.h"
+#include "boundary/segment/chain_bounce.h"
 #include "boundary/segment/receiver.h"
 #include "boundary/segment/segment.h"
-#include "path/bounces.h"
-#include "path/path_queue.h"
 #include "tasks/boundary_task.h"
 #include "tasks/image_task.h"
 #include "tasks/scan_task.h"
@@ -30,6 +29,11 @@ struct Chain {
     Vec3 followed;  // the part of `weight` that followed lobes alone contribute after x
     Vec3 thrown;    // the part of `weight` that x throws
     Int bounces;    // counters by kind (path/path_queue.h)
+    // Behind diffuse bounces lobes are wider (shading/bsdf/filter_glossy.h). Then `weight` and `bounces` are
+    // those of light that a diffuse lobe between x and the camera shows, and these those of other light, of
+    // which `followed` and `thrown` are parts.
+    Vec3 sharp;
+    Int sharp_bounces;
 };
 
 // The surface point at the end of a chain, with its normal on the side from which the ray came.
@@ -44,62 +48,105 @@ EG_INLINE void turn_to(SurfacePoint& x, Vec3 viewer) {
     x.side = x.side * turned;
 }
 
-// The kind of bounce by which a camera path continues from x to w, with x seen from the side of its normal.
-// `diffuse` is the part of the scattered light `all` that is due to diffuse lobes.
-EG_INLINE Int bounce_kind(const SurfacePoint& x, Vec3 w, Vec3 all, Vec3 diffuse, Float choice) {
-    const Mask soft = choice * largest_component(all) < largest_component(diffuse);
-    const Int above = select(soft, splat(static_cast<int>(kDiffuseRay)), splat(static_cast<int>(kGlossyRay)));
-    return select(dot(x.normal, w) < 0.0f, splat(static_cast<int>(kTransmissionRay)), above);
-}
-
-// Whether a path with these bounces may scatter once more.
-EG_INLINE Mask within_limits(const BounceLimits& limits, Int bounces) {
-    return ((bounces & 255) <= limits.diffuse) & (((bounces >> 8) & 255) <= limits.glossy) &
-           (((bounces >> 16) & 255) <= limits.transmission) & ~finds_ambient(limits, bounces);
-}
-
 // The stride of vertex numbers, for random numbers, from one surface of a chain to the next. The numbers
 // before the first surface are the segment's own. Transparent surfaces on the way to the next surface use the
 // numbers in between.
 constexpr int kChainVertex = 256;
 
-// Extends chains by one surface that rays of `seers` (bits 1 << RayKind) see. Lanes whose light leaves the
-// scene, or meets only perfect lobes, become inactive. `first`: the chain ends at x, which throws what is
-// `thrown` of the light.
-EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const PathIndex& random, Int vertex,
-                       Int light_kinds, Int seers, bool count_bounces, bool first, const Followed& thrown) {
-    const auto [choice, lobe] = sobol_pair(random, vertex_pair(vertex, kVertexChoice));
-    const auto [u, v] = sobol_pair(random, vertex_pair(vertex, kVertexDirection));
-    const Int kind = splat(static_cast<int>(kDiffuseRay));
-    const Vec3 wi = -c.w;
+// A direction in which light leaves a surface of a chain, and its density; 0: none.
+struct ChainDirection {
+    Vec3 w;
+    Float pdf;
+};
 
-    // Sample a direction by the BSDF, as if the light were a camera path.
-    const SurfacePoint x = chain_point(scene, walking, c);
-    const TexturePoint from = texture_point(scene, x, wi, kind);
-    const Shader shader = surface_shader(scene, x, from, choice);
+// Samples the direction by the BSDF of x, whose closure is `shader`, as if the light from `from.view` were a
+// camera path. If lobes are wider behind diffuse bounces, half of the samples are those of the lobes as they
+// are.
+EG_OUTLINE ChainDirection sample_direction(const SceneView& scene, const SurfacePoint& x,
+                                           const TexturePoint& from, const Shader& shader, Float lobe,
+                                           const PathIndex& random, Int vertex) {
+    const auto [u, v] = sobol_pair(random, vertex_pair(vertex, kVertexDirection));
     const Vec3 normal = shading_normal(scene, x.active, shader, from);
     const Mask lambertian = x.active & has(shader, kLambertian), others = x.active & ~lambertian;
-    Vec3 wo = x.normal;
-    Float pdf = splat(0.0f);
+    ChainDirection out{x.normal, splat(0.0f)};
     if (any(lambertian)) {
         const Lambertian surface{normal, x.normal, shader.color(kBaseColor)};
         const BsdfSample s = surface.sample(lambertian, lobe, u, v);
-        wo = select(s.active, s.wi, wo);
-        pdf = select(s.active, s.pdf, pdf);
+        out.w = select(s.active, s.wi, out.w);
+        out.pdf = select(s.active, s.pdf, out.pdf);
     }
-    if (any(others)) {
-        const BsdfSample s =
-            shaded_surface(scene, others, x, from, shader, normal).sample(others, lobe, u, v);
-        const Mask rough = s.active & ~s.specular;
-        wo = select(rough, s.wi, wo);
-        pdf = select(rough, s.pdf, pdf);
+    if (!any(others)) return out;
+    const ShadedSurface surface = shaded_surface(scene, others, x, from, shader, normal);
+    const BsdfSample s = surface.sample(others, lobe, u, v);
+    const Mask rough = s.active & ~s.specular;
+    if (scene.least_alpha == 0.0f) {
+        out.w = select(rough, s.wi, out.w);
+        out.pdf = select(rough, s.pdf, out.pdf);
+        return out;
     }
+    const ShadedSurface sharp = shaded_surface(scene, others, x, without_history(from), shader, normal);
+    const BsdfSample t = sharp.sample(others, lobe, u, v);
+    const Mask second = sobol_pair(random, vertex_pair(vertex, kVertexSurvival)).v < 0.5f;
+    const Mask found = others & select(second, t.active & ~t.specular, rough);
+    out.w = select(found, select(second, t.wi, s.wi), out.w);
+    const Float density = surface.evaluate(found, out.w).pdf + sharp.evaluate(found, out.w).pdf;
+    out.pdf = select(found, 0.5f * density, out.pdf);
+    return out;
+}
+
+// Multiplies the light of camera paths without a diffuse bounce by what x scatters to them, as seen from
+// `point`: by a diffuse lobe, in front of which other lobes are wider, or by others. `behind`: the counts of
+// bounces after x. `counts`: the path bounces at x. Returns the lanes with light.
+EG_OUTLINE Mask scatter_sharply(const SceneView& scene, const SurfacePoint& x, const TexturePoint& point,
+                                const Shader& shader, Vec3 wi, Int light_kinds, bool counts, bool first,
+                                const Followed& thrown, Float choice, Int behind, Float by_density,
+                                Chain& c) {
+    const Vec3 f = scattered_by(scene, x, point, shader, wi, light_kinds);
+    Vec3 soft = zero3(), others = f;
+    PickedBounce picked{splat(0), splat(1.0f)};
+    if (counts) {
+        soft = scattered_by(scene, x, point, shader, wi, light_kinds & kSoftKinds);
+        others = ShadedSurface::without(f, soft);
+        picked = pick_bounce(soft * c.weight, others * c.sharp, choice);
+    }
+    const Vec3 sharp = picked.of(soft * c.weight, others * c.sharp) * by_density;
+    const Mask goes = x.active & (largest_component(sharp) > 0.0f);
+    if (counts)
+        c.sharp_bounces =
+            add_bounce(select(picked.soft, behind, c.sharp_bounces), goes, kind_of(picked, x, wi));
+    if (scene.followed_alpha > 0.0f) {
+        const Vec3 part =
+            first ? others
+                  : followed_part(scene, x, point, shader, wi, light_kinds, f, splat(scene.followed_alpha));
+        c.followed = c.followed * picked.of(first ? soft : zero3(), part) * by_density;
+    }
+    if (any(thrown.widest > 0.0f)) {
+        const Vec3 part = first ? thrown_part(scene, x, point, shader, wi, light_kinds, f, thrown) : others;
+        c.thrown = c.thrown * picked.of(zero3(), part) * by_density;
+    }
+    c.sharp = sharp;
+    return goes;
+}
+
+// Extends chains by one surface that rays of `seers` (bits 1 << RayKind) see. Lanes whose light leaves the
+// scene, or meets only perfect lobes, become inactive. `first`: the chain ends at x, which throws what is
+// `thrown` of the light. `counts`: the bounce at x counts.
+EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& chain, const PathIndex& random,
+                       Int vertex, Int light_kinds, Int seers, bool counts, bool first,
+                       const Followed& thrown) {
+    const auto [choice, lobe] = sobol_pair(random, vertex_pair(vertex, kVertexChoice));
+    const Int kind = splat(static_cast<int>(kDiffuseRay));
+    const Vec3 wi = -chain.w;
+    const SurfacePoint x = chain_point(scene, walking, chain);
+    const TexturePoint from = texture_point(scene, x, wi, kind, behind_diffuse(scene));
+    const Shader shader = surface_shader(scene, x, from, choice);
+    const auto [wo, pdf] = sample_direction(scene, x, from, shader, lobe, random, vertex);
 
     // Evaluate the BSDF as camera paths see it.
     SurfacePoint seen = x;
     seen.active &= pdf > 0.0f;
     turn_to(seen, wo);
-    const TexturePoint point = texture_point(scene, seen, wo, kind);
+    const TexturePoint point = texture_point(scene, seen, wo, kind, behind_diffuse(scene));
     Shader back = closure_shader(scene, seen, shader.closure, point);
     if (scene.any_mixture) {
         // The closure was chosen with the probability of its weight from the light's side.
@@ -109,23 +156,35 @@ EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const Pat
         const Float picked = closure_weight(scene, seen.active, shader.closure, from);
         back.scale = select(closures > 1, here * shader.scale / max(picked, 1e-20f), 1.0f);
     }
+    Chain c = chain;
     const Vec3 f = scattered_by(scene, seen, point, back, wi, light_kinds);
     const Float by_density = abs(dot(x.normal, wo)) / max(pdf, 1e-20f);
-    const Vec3 weight = c.weight * f * by_density;
-    Vec3 followed = c.followed * by_density;
-    if (scene.followed_alpha > 0.0f)
-        followed = followed * (first ? f
-                                     : followed_part(scene, seen, point, back, wi, light_kinds, f,
-                                                     splat(scene.followed_alpha)));
-    Vec3 throws = c.thrown * by_density;
-    if (any(thrown.widest > 0.0f))
-        throws = throws * (first ? thrown_part(scene, seen, point, back, wi, light_kinds, f, thrown) : f);
+    c.weight = c.weight * f * by_density;
+    Mask active = seen.active & (largest_component(c.weight) > 0.0f);
     // Count the bounce
-    const Mask active = seen.active & (largest_component(weight) > 0.0f);
-    if (count_bounces && any(active)) {
+    Float chance = splat(0.0f);
+    if (counts && any(seen.active)) {
         const Vec3 diffuse = scattered_by(scene, seen, point, back, wi, splat(1 << kDiffuseRay));
-        const Float chance = sobol_pair(random, vertex_pair(vertex, kVertexSurvival)).u;
+        chance = sobol_pair(random, vertex_pair(vertex, kVertexSurvival)).u;
         c.bounces = add_bounce(c.bounces, active, bounce_kind(seen, wi, f, diffuse, chance));
+    }
+    // Scatter the parts
+    if (scene.least_alpha > 0.0f) {
+        Chain parts = chain;
+        active |= scatter_sharply(scene, seen, without_history(point), back, wi, light_kinds, counts, first,
+                                  thrown, chance, chain.bounces, by_density, parts);
+        c.sharp = parts.sharp, c.sharp_bounces = parts.sharp_bounces;
+        c.followed = parts.followed, c.thrown = parts.thrown;
+    } else {
+        c.followed = c.followed * by_density;
+        if (scene.followed_alpha > 0.0f)
+            c.followed = c.followed * (first ? f
+                                             : followed_part(scene, seen, point, back, wi, light_kinds, f,
+                                                             splat(scene.followed_alpha)));
+        c.thrown = c.thrown * by_density;
+        if (any(thrown.widest > 0.0f))
+            c.thrown =
+                c.thrown * (first ? thrown_part(scene, seen, point, back, wi, light_kinds, f, thrown) : f);
     }
     // Find the next surface
     const ReceiverRays rays = {splat(kScatteredRays), seers, kDiffuseRay, vertex + 1};
@@ -136,11 +195,14 @@ EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const Pat
     Vec3 through = next.through;
     if (scene.all_flags & kHasAbsorption)
         through = through * kept_inside(scene, seen, shader.closure, hit.distance);
-    c.at = select(walking, hit, c.at);
-    c.w = select(walking, wo, c.w);
-    c.weight = select(walking, weight * through, c.weight);
-    c.followed = select(walking, followed * through, c.followed);
-    c.thrown = select(walking, throws * through, c.thrown);
+    chain.at = select(walking, hit, chain.at);
+    chain.w = select(walking, wo, chain.w);
+    chain.weight = select(walking, c.weight * through, chain.weight);
+    chain.followed = select(walking, c.followed * through, chain.followed);
+    chain.thrown = select(walking, c.thrown * through, chain.thrown);
+    chain.sharp = select(walking, c.sharp * through, chain.sharp);
+    chain.bounces = select(walking, c.bounces, chain.bounces);
+    chain.sharp_bounces = select(walking, c.sharp_bounces, chain.sharp_bounces);
 }
 
 // The probability of one more surface in a chain, if the picture's depth allows it.
@@ -163,19 +225,6 @@ EG_INLINE Int chain_length(const SegmentSample& p, int most, Float& probability)
         if (!any(goes_on)) break;
     }
     return length;
-}
-
-// Whether paths may continue after lobes of `kinds` scatter them at x towards w; counts the bounce. `vertex`
-// selects the random numbers of x, and evaluate(kinds) returns the value of lobes.
-template <typename Value>
-EG_INLINE Mask scatters_within_limits(const BoundaryTask& task, Mask active, const SurfacePoint& x, Vec3 w,
-                                      Int kinds, const PathIndex& random, Int vertex, const Value& evaluate,
-                                      Int& bounces) {
-    if (!limits_matter(task.limits, task.max_depth) || !any(active)) return active;
-    const Float choice = sobol_pair(random, vertex_pair(vertex, kVertexSurvival)).u;
-    const Vec3 all = evaluate(kinds), diffuse = evaluate(kinds & (1 << kDiffuseRay | kOfTable));
-    bounces = add_bounce(bounces, active, bounce_kind(x, w, all, diffuse, choice));
-    return active & within_limits(task.limits, bounces);
 }
 
 // The light that x scatters, as the camera sees it.
@@ -213,15 +262,16 @@ struct ChainPlaces {
 // contribution of followed lobes alone, which scan lines estimate (boundary/specular/chain_term.h): where the
 // camera sees x, what is followed of the light (`light_followed`), and elsewhere what x throws of it
 // (`thrown`), unless followed lobes show the rest of the chain. `places`, if not null, receives the surfaces
-// of chains of less than kMostChain.
+// of chains of less than kMostChain. `sharp_alone`: leaves out what diffuse lobes show.
 EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
                                Mask active, const Closest& x, Vec3 w, Int length, Int light_kinds,
                                bool x_goes_on, Mask camera_sampled, const Followed& light_followed,
-                               ChainPlaces* places = nullptr, const Followed& thrown = splat(0.0f)) {
-    const bool limited = limits_matter(task.limits, task.max_depth);
+                               ChainPlaces* places = nullptr, const Followed& thrown = splat(0.0f),
+                               bool sharp_alone = false) {
+    const bool counted = kinds_matter(scene, task.limits, task.max_depth);
     const Vec3 one = {splat(1.0f), splat(1.0f), splat(1.0f)};
     const bool throws = any(thrown.widest > 0.0f);
-    Chain chain{x, w, one, one, one, splat(0)};
+    Chain chain{x, w, sharp_alone ? zero3() : one, one, one, splat(0), one, splat(0)};
     chain.at.hit = active;
     SeenLight seen;
     if (places) places->set(0, x);
@@ -235,7 +285,7 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
         if (fixes) before = chain_point(scene, walking, chain);
         const Int seers = select(length == k + 1, splat(1 << kCameraRay), splat(kScatteredRays));
         extend(scene, walking, chain, p.random, splat((k + 1) * kChainVertex),
-               k == 0 ? light_kinds : splat(kScatteredRays), seers, limited && (k > 0 || x_goes_on), k == 0,
+               k == 0 ? light_kinds : splat(kScatteredRays), seers, counted && (k > 0 || x_goes_on), k == 0,
                thrown);
         if (places && k + 1 < kMostChain) places->set(k + 1, chain.at);
         if (fixes) {
@@ -250,26 +300,38 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
     end.active &= seen.view.active;
     turn_to(end, -seen.view.direction);
     const Float choice = sobol_pair(p.random, kPairStrategy).u;
-    const Int kind = splat(static_cast<int>(kCameraRay));
     const Int kinds = select(length == 0, light_kinds, splat(kScatteredRays));
+    const auto towards_camera = [&](Int some, Vec3* part) EG_INLINE_LAMBDA {
+        return scattered_towards(scene, end, -seen.view.direction, -chain.w,
+                                 splat(static_cast<int>(kCameraRay)), some, choice, camera_sampled,
+                                 {task.camera_sampled, splat(task.kind == kShadowBoundary ? -1 : 0)}, part,
+                                 select(length == 0, light_followed, Followed(splat(scene.followed_alpha))));
+    };
     Vec3 followed = zero3();
-    Vec3 f =
-        scattered_towards(scene, end, -seen.view.direction, -chain.w, kind, kinds, choice, camera_sampled,
-                          {task.camera_sampled, splat(task.kind == kShadowBoundary ? -1 : 0)},
-                          scene.followed_alpha > 0.0f ? &followed : nullptr,
-                          select(length == 0, light_followed, Followed(splat(scene.followed_alpha))));
+    Vec3 f = towards_camera(kinds, scene.followed_alpha > 0.0f ? &followed : nullptr);
     end.active &= largest_component(f) > 0.0f;
+    seen.scattered = scene.followed_alpha > 0.0f ? without_followed(f, followed) : f;
     // Count its bounce and test the bounce limits
     seen.bounces = chain.bounces;
-    const Mask counts = x_goes_on ? end.active : end.active & (length > 0);
-    if (limited && any(counts)) {
-        const Vec3 soft = scattered_towards(scene, end, -seen.view.direction, -chain.w, kind,
-                                            splat(1 << kDiffuseRay), choice);
+    const Mask counts = counted ? x_goes_on ? end.active : end.active & (length > 0) : splat(0);
+    if (any(counts)) {
+        const Vec3 soft = towards_camera(kinds & kSoftKinds, nullptr);
         const Float chance = sobol_pair(p.random, vertex_pair(length, kVertexSurvival)).u;
-        seen.bounces = add_bounce(seen.bounces, counts, bounce_kind(end, -chain.w, f, soft, chance));
+        Int bounce = bounce_kind(end, -chain.w, f, soft, chance);
+        if (scene.least_alpha > 0.0f) {
+            const Vec3 others = ShadedSurface::without(f, soft);
+            const PickedBounce picked = pick_bounce(soft * chain.weight, others * chain.sharp, chance);
+            bounce = kind_of(picked, end, -chain.w);
+            const Mask sharp = counts & ~picked.soft;
+            f = select(counts, picked.of(soft, others), f);
+            followed = select(counts, picked.of(zero3(), followed), followed);
+            chain.weight = select(sharp, chain.sharp, chain.weight);
+            chain.thrown = select(sharp, chain.thrown, zero3());
+            seen.bounces = select(sharp, chain.sharp_bounces, seen.bounces);
+        }
+        seen.bounces = add_bounce(seen.bounces, counts, bounce);
         end.active &= within_limits(task.limits, seen.bounces);
     }
-    seen.scattered = scene.followed_alpha > 0.0f ? without_followed(f, followed) : f;
     // Weight by visibility and by the picture's area
     if (any(end.active)) {
         const Vec3 through = seen_by_camera(scene, end.active, end, seen.view, task.limits.transparent);

@@ -117,10 +117,10 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
             throughput = select(aims, gray(splat(1.0f)), throughput);
             passed = select(aims, gray(splat(1.0f)), passed);
             waiting = waiting & ~aims;
-            ray = select(aims, ray_to(x, stored_place(scene, c, at, aims, level + 1)), ray);
+            ray = select(aims, ray_to(scene, x, stored_place(scene, c, at, aims, level + 1)), ray);
             from_normal = select(aims, x.normal, from_normal);
             from_mesh = select(aims, x.mesh, from_mesh);
-            counted.add(aims, splat(static_cast<int>(kDiffuseRay)));
+            counted.add(aims, aimed_kind(scene));
             aimed |= aims;
         }
         if (!any(scatters)) continue;
@@ -194,7 +194,7 @@ EG_OUTLINE Mask append_surfaces(const SceneView& scene, const BoundaryTask& task
     const ChainLightRay way = see_chain_light(scene, active, light, x.x.position);
     Int bounces = p.bounces & 0xffffff;
     active = scatters_within_limits(
-        task, active, x.x, way.w, splat(kScatteredRays), s.random, splat(0),
+        scene, task, active, x.x, way.w, splat(kScatteredRays), s.random, splat(0),
         [&](Int kinds) EG_INLINE_LAMBDA { return x.evaluate(scene, active, way.w, kinds); }, bounces);
     Closest y;
     y.hit = active;

@@ -26,10 +26,16 @@ EG_INLINE Vec3 unit_way(Vec3 from, Vec3 to) {
     return way * (1.0f / max(sqrt(dot(way, way)), 1e-30f));
 }
 
+// The kind of bounce by which paths go on from a surface: any is possible, but where lobes are wider behind
+// diffuse bounces, none behind these is as narrow as those of caustics.
+EG_INLINE Int aimed_kind(const SceneView& scene) {
+    return splat(static_cast<int>(scene.least_alpha > 0.0f ? kGlossyRay : kDiffuseRay));
+}
+
 // The ray from a surface towards a point.
-EG_INLINE ChainRay ray_to(const SurfacePoint& x, Vec3 to) {
+EG_INLINE ChainRay ray_to(const SceneView& scene, const SurfacePoint& x, Vec3 to) {
     const Vec3 w = unit_way(x.position, to);
-    return {leave_surface(x, w), w, x.position, splat(static_cast<int>(kDiffuseRay)), splat(0.0f)};
+    return {leave_surface(x, w), w, x.position, aimed_kind(scene), splat(0.0f)};
 }
 
 // Whether a replayed ray goes to a point, up to rounding.

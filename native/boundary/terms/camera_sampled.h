@@ -343,7 +343,7 @@ EG_OUTLINE int sample_from_camera(const SceneView& scene, const BoundaryTask& ta
         s.active &= (gather(scene.mesh_mask, mesh_of(scene, edge_face(scene, s.edge))) & kScatteredRays) != 0;
     Int bounces = path.bounces & 0xffffff;
     s.active &= scatters_within_limits(
-        task, s.active, x.x, s.towards, kinds, walk, path.vertex,
+        scene, task, s.active, x.x, s.towards, kinds, walk, path.vertex,
         [&](Int some) EG_INLINE_LAMBDA { return surface.evaluate(s.active, s.towards, some); }, bounces);
     if (!any(s.active)) return queued;
 

@@ -181,14 +181,30 @@ inline bool has_face_of(const SceneTables& tables, size_t mesh, const std::vecto
 std::vector<int32_t> partly_met_meshes(const SceneTables& tables, int32_t rays);
 
 // Materials that may have camera-sampled lobes (boundary/segment/camera_sampled_lobes.h): the limits of alpha
-// are those of lobes that reflect and that transmit.
+// are those of lobes that reflect and that transmit. `perfect`: paths may have both perfect and other lobes
+// before the segment.
 std::vector<int32_t> camera_sampled_materials(const SceneView& scene, const SceneTables& tables,
-                                              float reflected, float transmitted);
+                                              float reflected, float transmitted, bool perfect);
 
 // The emissive meshes whose shadows are sampled from the camera, too
 // (boundary/terms/camera_sampled_shadow.h). There are none if scattered rays differ in the meshes that they
 // meet, or if emissive surfaces are transparent: then both kinds of samples would not find the same light.
 std::vector<int32_t> camera_sampled_emitters(const SceneView& scene, const SceneTables& tables);
+
+// The lights without size that rays of some of the kinds `seen_by` find.
+std::vector<int32_t> lights_without_size(const SceneTables& tables, int32_t seen_by);
+
+// Lights and emissive meshes whose shadows are left out on surfaces that paths reach by both perfect and
+// other lobes: samples that start at the camera do not find them, or may not share them with samples from
+// edges.
+struct FurtherShadows {
+    std::vector<int32_t> lights, meshes;
+};
+FurtherShadows missing_further_shadows(const SceneView& scene, const SceneTables& tables);
+
+// The least depth with shadows on surfaces that paths reach by both a perfect and another lobe. Light that a
+// surface scatters needs one segment more.
+constexpr int kShadowSegments = 4;
 
 // Whether the requested parameters turn or shift the camera's rays. The focus of a pinhole and the rotation
 // of a round aperture do not.

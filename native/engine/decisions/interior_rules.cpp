@@ -240,7 +240,7 @@ bool rims_move(const SceneView& scene, const SceneTables& tables, const Requeste
     const bool textures = requested.any("texture_pixels") || requested.any("texture_attributes") ||
                           requested.any("texture_lookups") || requested.any("texture_constants");
     for (size_t closure = 0; closure < tables.closure_flags.size(); ++closure) {
-        if (!may_have_rim(tables, closure)) continue;
+        if (!may_have_rim(tables, closure, scene.least_alpha > 0.0f)) continue;
         if (requested.geometry()) return true;
         // Rims depend on the closure's index and normal map.
         const auto is_requested = [&](size_t first, size_t last) {

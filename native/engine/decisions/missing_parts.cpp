@@ -10,6 +10,7 @@
 #include "boundary/meshes/face_tree.h"
 #include "boundary/meshes/star_shaped.h"
 #include "engine/decisions/clip_borders.h"
+#include "engine/decisions/decisions.h"
 #include "engine/decisions/interior_rules.h"
 #include "engine/decisions/mirrored_edges.h"
 #include "engine/decisions/value_sources.h"
@@ -146,6 +147,13 @@ class Search {
         const bool none = caustics && caustics->reason == Reason::kUnshaded;
         if (f_.options.max_depth > 2 && (any_moves_ || f_.chains) && !none)
             materials(Part::kCaustics, smooth);
+        if ((any_moves_ || f_.chains) && f_.options.terms[kShadowTerm] &&
+            f_.options.max_depth >= kShadowSegments) {
+            FurtherShadows left = missing_further_shadows(f_.scene, tables_);
+            if (!left.lights.empty() || !left.meshes.empty()) materials(Part::kFurtherShadows, smooth);
+            lights(Part::kFurtherShadows, std::move(left.lights));
+            meshes(Part::kFurtherShadows, std::move(left.meshes));
+        }
     }
 
  private:
@@ -354,11 +362,7 @@ class Search {
 
     // For lights without size, rims of lobes are lines on the surface.
     void rim_lines() {
-        std::vector<int32_t> found;
-        for (size_t row = 0; row < tables_.lights.kind.size(); ++row)
-            if (!is_sized(tables_.lights.kind[row]) &&
-                (tables_.lights.visible_to[row] & (1 << kTransmissionRay | 1 << kDiffuseRay)))
-                found.push_back(static_cast<int32_t>(row));
+        std::vector<int32_t> found = lights_without_size(tables_, 1 << kTransmissionRay | 1 << kDiffuseRay);
         if (found.empty()) return;
         lights(Part::kRimLines, std::move(found));
         decided_[Part::kRimLines].materials = decided_[Part::kRims].materials;

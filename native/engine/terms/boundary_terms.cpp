@@ -55,7 +55,7 @@ class TermBuilder {
         // Samples that start at the camera look for edges in a tree, which needs all of them.
         const bool needs_all = (decided.computes(Part::kCameraSampledIndirect) ||
                                 decided.computes(Part::kCameraSampledShadows)) &&
-                               !camera_sampled_materials().empty();
+                               !camera_sampled_materials(kShadowSegments).empty();
         in_windows_ = edges.windows > 1 && !decided.alone() && !needs_all;
     }
 
@@ -77,12 +77,14 @@ class TermBuilder {
         return learned_ ? learned_->share[kBoundaryTable[kind].term()] : 1.0;
     }
     bool chains(BoundaryKind kind) const { return kBoundaryTable[kind].chains(options_.max_depth); }
-    // `part`: of the widest alpha, that of lobes that reflect
-    std::vector<int32_t> camera_sampled_materials(float part = 1.0f) const {
+    // `segments`: of the shortest paths with a perfect and another bounce before the segment. `part`: of the
+    // widest alpha, that of lobes that reflect.
+    std::vector<int32_t> camera_sampled_materials(int segments, float part = 1.0f) const {
         const float widest = options_.camera_sampled_alpha;
         if (!(widest > 0.0f)) return {};
         return edgegrad::camera_sampled_materials(scene_, edges_.tables, part * widest,
-                                                  kCameraSampledThrough * widest);
+                                                  kCameraSampledThrough * widest,
+                                                  options_.max_depth >= segments);
     }
     template <typename Key, typename Search>
     FoundEdges search(Kept<Key, Candidates>& kept, const std::type_identity_t<Key>& key, const Search& find) {
@@ -256,11 +258,12 @@ std::shared_ptr<const EdgeTree> TermBuilder::edge_tree(const FoundEdges& found) 
 void TermBuilder::add_camera_sampled_shadows() {
     constexpr Part kPart = Part::kCameraSampledShadows;
     if (!decided_.computes(kPart)) return;
-    auto lobes = camera_sampled_materials();
+    auto lobes = camera_sampled_materials(kShadowSegments);
     std::vector<int32_t> faces;
     if (!lobes.empty() && decided_.computes(Part::kLightShadows))
         faces = camera_sampled_emitters(scene_, edges_.tables);
-    if (!scene_.has_environment && faces.empty()) lobes = camera_sampled_materials(kReflectedShadows);
+    if (!scene_.has_environment && faces.empty())
+        lobes = camera_sampled_materials(kShadowSegments, kReflectedShadows);
     const bool behind = !lobes.empty(), table = scene_.lights.sized_count + scene_.lights.sized_distant > 0;
     const bool lit = !faces.empty() || (table && options_.max_depth > 2);
     if (!scene_.has_environment && !(behind && lit)) return decided_.none(kPart, Reason::kNone);
@@ -321,7 +324,7 @@ void TermBuilder::add_indirect_edges() {
     const bool any = has_edges(Part::kIndirectEdges, found.size(), found.counts());
     if (!any) decided_.none(Part::kCameraSampledIndirect, decided_[Part::kIndirectEdges].reason);
     if (any && decided_.computes(Part::kCameraSampledIndirect) &&
-        decided_.lists_materials(Part::kCameraSampledIndirect, camera_sampled_materials()))
+        decided_.lists_materials(Part::kCameraSampledIndirect, camera_sampled_materials(kShadowSegments + 1)))
         add_from_camera(kCameraSampledIndirect, [&] { return edge_tree(found); });
     add_between(kIndirectBoundary, found);
 }

@@ -14,8 +14,8 @@ import numpy as np
 import edgegrad
 from tests.support import shapes
 from tests.support.motions import camera_moves
-from tests.support.scenes.box_under_lights import ABOVE, LIGHTS, light_changes, mesh_moves, scene_under, sky_turns
-from tests.support.small_scenes import Make, box, camera, rectangle
+from tests.support.scenes.box_under_lights import ABOVE, LIGHTS, at, light_changes, mesh_moves, scene_under, sky_turns
+from tests.support.small_scenes import Make, box, camera, glowing, rectangle
 
 MIRROR = edgegrad.Material(np.array([0.9, 0.8, 0.7]), kind="GLOSSY", roughness=0.0, multiscatter=False)
 GLASS = edgegrad.Material(np.ones(3), kind="GLASS", roughness=0.0, ior=1.4, multiscatter=False)
@@ -107,6 +107,31 @@ def bounced(moving: str) -> Make:
     return make
 
 
+def behind(light: str, moving: str = "box") -> Make:
+    """A box whose shadow falls on a wall, which lights what the mirror shows."""
+
+    def make(theta: float) -> edgegrad.Scene:
+        scene = in_mirror(scene_under("sky" if light == "sky" else "point"), theta if moving == "mirror" else 0.0)
+        scene.meshes["wall"] = rectangle((1.1, 0.8, 0.1), (0, 0.8, 0), (0, 0, 0.9), "floor")
+        place = np.array([-1.3, 0.9, 0.1])
+        along_x = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])  # turns what shines along -Z
+        if light == "rectangle":
+            scene.lights = {"lamp": edgegrad.AreaLight(at(along_x, place), np.array([0.3, 0.3]), power=100.0,
+                                                       receivers=("wall",))}
+        elif light == "point":
+            scene.lights = {"lamp": edgegrad.PointLight(place, 90.0, receivers=("wall",))}
+        elif light == "mesh":
+            scene.lights = {}
+            scene.meshes["lamp"] = rectangle((-1.3, 0.9, 0.1), (0, 0.15, 0), (0, 0, 0.15), "lamp")
+            scene.materials["lamp"] = glowing(400.0)
+        if moving in scene.meshes and moving != "mirror":
+            mesh = scene.meshes[moving]
+            mesh.vertices = mesh.vertices + theta * np.array([0.8, 0.4, 0.3])
+        return scene
+
+    return make
+
+
 BOX, FLOOR, SPIN = ["meshes.box.vertices"], ["meshes.floor.vertices"], np.array([0.4, 0.3, -0.2])
 CASES: dict[str, tuple[Make, list[str]]] = {
     **{f"{light}: box moves": (box_moves(light), BOX) for light in (*LIGHTS, "mesh", "sky", "sky image")},
@@ -133,15 +158,17 @@ CASES: dict[str, tuple[Make, list[str]]] = {
     "bounced: floor moves": (bounced("floor"), FLOOR),
     "bounced: mirror moves": (bounced("mirror"), ["meshes.mirror.vertices"]),
     "bounced: veil moves": (bounced("veil"), BOX),
+    **{f"behind: box moves under a {light}": (behind(light), BOX) for light in ("rectangle", "sky", "mesh")},
+    "behind: mirror moves": (behind("rectangle", "mirror"), ["meshes.mirror.vertices"]),
 }
 
 
 def depth_of(name: str) -> int:
     """Segments of the longest path: to the glass, through it, to the lit point and to its light."""
-    return 4 if name.startswith(("slab", "ball", "bounced")) else 3
+    return 4 if name.startswith(("slab", "ball", "bounced", "behind")) else 3
 
 
 def options_of(name: str) -> dict[str, int]:
     """Few samples of many pixels, since several features within a quarter of a pixel may be missed."""
-    few = {"spp": 128, "seeds": 16} if name.startswith("bounced") else {"spp": 64, "seeds": 8}
+    few = {"spp": 128, "seeds": 16} if name.startswith(("bounced", "behind")) else {"spp": 64, "seeds": 8}
     return {**few, "reference_spp": 256, "max_depth": depth_of(name)}

@@ -140,7 +140,7 @@ def _sizes(case: Case, path: str) -> F64:
 
 def _check_plan(case: Case, renderer: Renderer, tangent: dict[str, F64], found: Findings) -> None:
     """Whether terms that the plan calls zero are."""
-    said = plan(case.scene, case.wrt, max_depth=case.options["max_depth"])
+    said = plan(case.scene, case.wrt, max_depth=case.options["max_depth"], bounces=case.options.get("bounces"))
     for term in said.terms:
         if term.computed or NOT_COMPUTED in term.why:
             continue

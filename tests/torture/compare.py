@@ -75,7 +75,7 @@ def compare(c: Comparison, seed: int, scale: int = 1, absent: tuple[str, ...] = 
     absent
         Beginnings of the plan's sentences on parts that the scene does not have.
     """
-    said = plan(c.scene, [c.path], max_depth=c.max_depth).missing
+    said = plan(c.scene, [c.path], max_depth=c.max_depth, bounces=c.bounces).missing
     missing = tuple(part for part in said if not part.startswith(absent))
     if missing:
         return Outcome(missing=missing)
@@ -95,7 +95,7 @@ def _round(c: Comparison, rng: np.random.Generator, seeds: int, rounds: int) -> 
     for theta in (c.step, -c.step):
         parameters.put(c.scene, c.path, c.curve(theta)[0])
         renderer = Renderer(c.scene, threads=1)
-        ends.append([renderer.render(spp=PICTURE_SPP, max_depth=c.max_depth, seed=seed)
+        ends.append([renderer.render(spp=PICTURE_SPP, max_depth=c.max_depth, bounces=c.bounces, seed=seed)
                      for seed in range(1000 * rounds, 1000 * rounds + seeds)])
     differences = _sums((np.asarray(ends[0], np.float64) - np.asarray(ends[1], np.float64)) / (2.0 * c.step))
     pictures = _sums(np.asarray(ends[0], np.float64)).mean(axis=0)
@@ -104,7 +104,7 @@ def _round(c: Comparison, rng: np.random.Generator, seeds: int, rounds: int) -> 
         value, rate = c.curve(theta)
         parameters.put(c.scene, c.path, value)
         renderer = Renderer(c.scene, threads=1)
-        found.append(renderer.render_forward({c.path: rate}, spp=SPP, max_depth=c.max_depth,
+        found.append(renderer.render_forward({c.path: rate}, spp=SPP, max_depth=c.max_depth, bounces=c.bounces,
                                              seed=int(rng.integers(1 << 31))))
     derivatives = _sums(np.asarray(found, np.float64))
     parameters.put(c.scene, c.path, c.curve(0.0)[0])

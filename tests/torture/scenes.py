@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -67,6 +67,10 @@ def case(seed: int) -> Case:
     if more.chance(FIELDS):
         additions.add_fields(more, scene, scale, shift)
     additions.turn_lights_negative(Draw((seed, 2)), scene)
+    bounds = Draw((seed, 3))
+    if bounds.chance(0.3):
+        filtered = bounds.one((0.05, 0.3, 1.0, 10.0, 1e30))
+        options["bounces"] = replace(options.get("bounces", Bounces()), filter_glossy=filtered)
     paths = paths_of(scene)
     new = [path for path in paths if path not in before]
     all_asked = len(asked) == len(before)

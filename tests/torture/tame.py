@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from edgegrad import (
     AreaLight,
+    Bounces,
     Camera,
     Field,
     Image,
@@ -28,6 +29,7 @@ from edgegrad import (
 )
 from edgegrad import expression as e
 from edgegrad.scene import parameters
+from edgegrad.scene.bounces import UNLIMITED
 from edgegrad.scene.light import Light
 from tests.support import shapes as solids
 from tests.support.fields.splines import exact_sphere, points, sampled, torus
@@ -93,6 +95,8 @@ class Comparison:
         Its value and rate at theta in [-step, step].
     step
         Half the interval over which derivatives are averaged and differences taken.
+    bounces
+        Limits and filter of bounces.
     """
 
     scene: Scene
@@ -102,6 +106,7 @@ class Comparison:
     max_depth: int
     shader: str
     parameter: str
+    bounces: Bounces = UNLIMITED
 
 
 def comparison(seed: int) -> Comparison:
@@ -120,7 +125,12 @@ def comparison(seed: int) -> Comparison:
         _put_field(draw, scene, shader)
     path = _path(draw, scene, shader, parameter)
     curve, step = curve_of(draw, scene, path)
-    return Comparison(scene, path, curve, step, draw.one((2, 2, 3, 4)), shader, _words(path, parameter))
+    return Comparison(scene, path, curve, step, draw.one((2, 2, 3, 4)), shader, _words(path, parameter),
+                      drawn_bounces(seed))
+
+
+def drawn_bounces(seed: int) -> Bounces:
+    return Bounces(filter_glossy=Draw((seed, 3)).one((0.0, 0.0, 1.0)))
 
 
 def _words(path: str, parameter: str) -> str:

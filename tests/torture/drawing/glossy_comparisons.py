@@ -18,7 +18,16 @@ from tests.support import shapes as solids
 from tests.support.rich_scene import turn
 from tests.torture.drawing.draw import Draw
 from tests.torture.tame import ABSENT as TAME
-from tests.torture.tame import Comparison, curve_of, drawn_camera, drawn_images, drawn_light, drawn_world, lamp_paths
+from tests.torture.tame import (
+    Comparison,
+    curve_of,
+    drawn_bounces,
+    drawn_camera,
+    drawn_images,
+    drawn_light,
+    drawn_world,
+    lamp_paths,
+)
 
 # Beginnings of the plan's sentences on parts that do not keep derivatives from being compared.
 ABSENT = (*TAME, "seen in mirrors", "seen in lobes")
@@ -54,7 +63,8 @@ def comparison(seed: int) -> Comparison:
     scene = Scene(camera, meshes, materials, lights, drawn_world(draw, parameter), drawn_images(draw))
     path = _path(draw, scene, parameter)
     curve, step = curve_of(draw, scene, path)
-    return Comparison(scene, path, curve, step, draw.one((2, 2, 3, 4)), f"{names['body']}, {names['floor']}", parameter)
+    return Comparison(scene, path, curve, step, draw.one((2, 2, 3, 4)), f"{names['body']}, {names['floor']}", parameter,
+                      drawn_bounces(seed))
 
 
 def _material(draw: Draw, name: str) -> Material:

@@ -386,8 +386,7 @@ class Run:
         paths = dict.fromkeys(item.path for item in self.unknowns)
         for of_view in () if self.placement is None else self.placement.paths:
             paths |= dict.fromkeys(of_view)
-        return plan(self.renderer, list(paths), max_depth=self.limits["max_depth"], measure=CAUSTIC_SAMPLES,
-                    field_edges=self.field_edges)
+        return plan(self.renderer, list(paths), **self.limits, measure=CAUSTIC_SAMPLES, field_edges=self.field_edges)
 
     @cached_property
     def missing(self) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ from ..rendering.engine import engine_class
 from ..rendering.one_shot import caustic_share, prepared
 from ..rendering.options import FIELD_EDGES, TERMS
 from ..rendering.renderer import MAX_DERIVATIVE_DEPTH, Renderer
-from ..scene.bounces import MAX_DEPTH
+from ..scene.bounces import MAX_DEPTH, Bounces
 from ..scene.scene import Scene
 from . import boundary_words
 from .interior import interior, unchanged
@@ -80,8 +80,8 @@ class Plan:
 
 
 def plan(
-    scene: Scene | Renderer, wrt: Sequence[str] = (), *, max_depth: int = MAX_DERIVATIVE_DEPTH, measure: int = 0,
-    field_edges: str = FIELD_EDGES[0],
+    scene: Scene | Renderer, wrt: Sequence[str] = (), *, max_depth: int = MAX_DERIVATIVE_DEPTH,
+    bounces: Bounces | None = None, measure: int = 0, field_edges: str = FIELD_EDGES[0],
 ) -> Plan:  # fmt: skip
     """Say what the picture, and its derivatives with respect to some parameters, need.
 
@@ -94,8 +94,8 @@ def plan(
         The scene, or a renderer that has it.
     wrt
         Parameter paths; empty: a plan of the picture only.
-    max_depth
-        Path segments, as for `edgegrad.render`.
+    max_depth, bounces
+        Path segments, and how paths bounce, as for `edgegrad.render`.
     measure
         Samples per pixel for a measurement of the fraction of the picture with an incomplete derivative (caustics); 0:
         nothing is rendered. Scenes without caustics are not rendered.
@@ -115,14 +115,14 @@ def plan(
         diffuse_tables.check(wrt)
     with nullcontext(scene) if isinstance(scene, Renderer) else prepared(scene) as renderer:
         given = renderer.scene
-        decided = renderer.decide(wrt, max_depth=max_depth, field_edges=field_edges) if wrt else ()
+        decided = renderer.decide(wrt, max_depth=max_depth, bounces=bounces, field_edges=field_edges) if wrt else ()
         picture = picture_plan(given, renderer.picture_facts(settled=bool(wrt)), max_depth)
         if not wrt:
             return Plan(picture, (), ())
         words = SceneWords.of(given, renderer.tables, decided)
     share = None
     if measure and "caustics" in words.by_part:
-        share = caustic_share(given, spp=measure, max_depth=max_depth)
+        share = caustic_share(given, spp=measure, max_depth=max_depth, bounces=bounces)
     made = {"interior": interior(words, wrt), "primary": boundary_words.primary(words),
             "shadow": boundary_words.shadow(words), "indirect": boundary_words.indirect(words, max_depth)}
     left_out = _simplified(given, max_depth) if narrow else missing(words, share)

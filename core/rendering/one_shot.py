@@ -10,6 +10,7 @@ import os
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -197,8 +198,9 @@ def render_backward(
 
 
 def caustic_share(
-    scene: Scene, *, spp: int = CAUSTIC_SAMPLES, max_depth: int, seed: int = 0, threads: int = 0
-) -> float:
+    scene: Scene, *, spp: int = CAUSTIC_SAMPLES, max_depth: int, seed: int = 0, bounces: Bounces | None = None,
+    threads: int = 0,
+) -> float:  # fmt: skip
     """Measure the fraction of the picture's light that is caustics; see `Renderer.render_caustics`.
 
     Returns
@@ -206,6 +208,7 @@ def caustic_share(
     0 … 1: the sum of the caustics' radiance over pixels and colours by that of the picture; 0 for a black picture.
     """
     renderer = Renderer(scene, threads=threads)  # not kept, since a caller of `plan` may not render
-    whole = renderer.render(spp=spp, max_depth=max_depth, seed=seed).sum(dtype=np.float64)
-    part = renderer.render_caustics(spp=spp, max_depth=max_depth, seed=seed).sum(dtype=np.float64)
+    options: dict[str, Any] = {"spp": spp, "max_depth": max_depth, "seed": seed, "bounces": bounces}
+    whole = renderer.render(**options).sum(dtype=np.float64)
+    part = renderer.render_caustics(**options).sum(dtype=np.float64)
     return float(part / whole) if whole > 0.0 else 0.0

@@ -137,9 +137,9 @@ class Checkpoints:
         for name, now in self.options.items():
             before = stored.get(name, "missing")
             if before != now:
+                was, is_now = _apart(before, now)
                 raise CheckpointError(f"checkpoint '{self.path}': belongs to a fit with other options: {name} was "
-                                      f"{_short(before)} and is {_short(now)}; resume with equal options, or begin "
-                                      "anew")  # fmt: skip
+                                      f"{was} and is {is_now}; resume with equal options, or begin anew")  # fmt: skip
 
 
 def state_of(run: Run) -> State:
@@ -222,6 +222,15 @@ def _part(path: str | Path, tree: Mapping[str, Any], name: str) -> Any:
 
 def _damaged(path: str | Path) -> CheckpointError:
     return CheckpointError(f"checkpoint '{path}': is damaged; remove it, or name another file")
+
+
+def _apart(before: str, now: str) -> tuple[str, str]:
+    """Return two different texts in short form, with the first place where they differ."""
+    same = next((k for k, (a, b) in enumerate(zip(before, now, strict=False)) if a != b), min(len(before), len(now)))
+    # From the beginning of the item on that differs
+    start = 0 if same < 40 else max(before.rfind(", ", 0, same) + 2, same - 40, 0)
+    was, is_now = (("..." if start else "") + text[start:] for text in (before, now))
+    return _short(was), _short(is_now)
 
 
 def _short(text: str) -> str:

@@ -64,5 +64,7 @@ def let_normals_follow(export: Export, paths: Sequence[str]) -> list[str]:
 
 def not_computed(export: Export, paths: list[str]) -> list[str]:
     """Sentences that name terms of the derivative which are not computed although they may be non-zero."""
-    missing = edgegrad.plan(export.scene, paths, max_depth=export.settings.max_depth, measure=CAUSTIC_SAMPLES).missing
+    limits = export.settings
+    missing = edgegrad.plan(export.scene, paths, max_depth=limits.max_depth, bounces=limits.bounces,
+                            measure=CAUSTIC_SAMPLES).missing  # fmt: skip
     return [f"not computed: {sentence}" for sentence in missing]

@@ -32,6 +32,7 @@ from .geometry.memory import Memory
 from .geometry.meshes import PlacedMeshes
 from .geometry.object_types import RENDERED, OtherGeometry, warn_about_type
 from .geometry.visibility import is_holdout, visible_to, warn_about_visibility
+from .inventory.blurred_lobes import name_filter_glossy
 from .inventory.missing_layers import warn_of_missing_layers
 from .inventory.naming import name_scene, name_settings
 from .materials.caustics import drop_caustics
@@ -143,6 +144,7 @@ def export_evaluated(evaluation: Evaluation, more_cameras: Sequence[Any], bake: 
     bake_lamps(out, bake)
     out.scene.lights = {**out.scene.lights, **world.suns}
     name_fast_gi(scene, out.scene, report)
+    name_filter_glossy(scene, out)
     expose(out.scene, out.settings.exposure)
     drop_caustics(out.scene, out.settings, report)
     if memory is None:

@@ -32,5 +32,6 @@ def planned(context: Any, names: Names, wanted: Sequence[Wanted]) -> tuple[Expor
 
 def lines(export: Export, paths: Sequence[str]) -> list[str]:
     """Return the plan's lines; those with a leading space are details."""
-    found = edgegrad.plan(export.scene, list(paths), max_depth=export.settings.max_depth)
+    limits = export.settings
+    found = edgegrad.plan(export.scene, list(paths), max_depth=limits.max_depth, bounces=limits.bounces)
     return [line.replace("  - ", " ", 1) if line.startswith("  - ") else line for line in str(found).splitlines()]

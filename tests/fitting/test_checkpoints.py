@@ -149,6 +149,18 @@ def test_checkpoints_of_other_fits_are_refused_by_name(name: str, tmp_path: Path
     assert path.read_bytes() == content and same(before, state(scene))
 
 
+def test_options_with_long_texts_are_named_by_what_differs(tmp_path: Path) -> None:
+    scene, path = ball(), tmp_path / "fit.npz"
+    options: dict[str, Any] = {"wrt": [COLOR], "iterations": 2, "spp": 1, "checkpoint": path}
+    target = Target(picture(scene))
+    edgegrad.fit(ball(), target, **options, bounces=edgegrad.Bounces(glossy=2))
+    for bounces, words in ((edgegrad.Bounces(glossy=2, filter_glossy=1.0), ("filter_glossy=0.0", "filter_glossy=1.0")),
+                           (edgegrad.Bounces(glossy=3), ("glossy=2", "glossy=3"))):  # fmt: skip
+        with pytest.raises(ValueError, match="bounces was") as caught:
+            edgegrad.fit(ball(), target, **options, bounces=bounces, resume=True)
+        assert all(word in str(caught.value) for word in words)
+
+
 def archive(path: Path, **parts: Any) -> None:
     with path.open("wb") as file:
         np.savez(file, **parts)

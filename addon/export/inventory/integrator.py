@@ -26,7 +26,7 @@ _CULLED = "objects far from the camera's view are rendered, although culling is 
 INTEGRATOR = Table(
     read="max_bounces diffuse_bounces glossy_bounces transmission_bounces transparent_max_bounces pixel_filter_type "
          "filter_width film_exposure caustics_reflective caustics_refractive use_fast_gi fast_gi_method "
-         "ao_bounces_render texture_limit_render",
+         "ao_bounces_render texture_limit_render blur_glossy",
     named={
         "film_transparent_glass": Named("the world is seen through glass, although 'Transparent Glass' is on",
                                         acts=_transparent),
@@ -38,8 +38,6 @@ INTEGRATOR = Table(
         "sample_clamp_direct": Named("direct light is not clamped; Cycles clamps it to {value}", 0.0, warns=False),
         "sample_clamp_indirect": Named("indirect light is not clamped; Cycles clamps it to {value}", 0.0,
                                        warns=False),
-        "blur_glossy": Named("caustics are sharp; Cycles blurs glossy reflections behind rough ones ('Filter Glossy' "
-                             "{value})", 0.0, warns=False),
     },
     without={
         NOISE: "device shading_system feature_set *samples use_sample_subset sample_offset sample_subset_length "

@@ -29,7 +29,7 @@ class RenderSettings:
     max_depth
         Largest number of path segments (`edgegrad.render`).
     bounces
-        Bounce limits by kind of scattering event.
+        Bounce limits by kind of scattering event, and Filter Glossy.
     exposure
         Factor of the picture (Blender's film exposure), by which all light of the exported scene is multiplied.
     reflective_caustics, refractive_caustics
@@ -71,6 +71,7 @@ def read_settings(scene: Any) -> RenderSettings:
             transmission=limit("transmission_bounces", 12),
             transparent=limit("transparent_max_bounces", 8),
             ambient=_ambient_limit(cycles),
+            filter_glossy=max(float(getattr(cycles, "blur_glossy", 1.0)), 0.0),
         ),
         exposure=max(float(getattr(cycles, "film_exposure", 1.0)), 0.0),
         reflective_caustics=bool(getattr(cycles, "caustics_reflective", True)),

@@ -20,8 +20,9 @@ F32 = NDArray[np.float32]
 def prepare(scene: Any, samples: int, bounces: int, limits: Mapping[str, float]) -> None:
     """Settings with which Cycles estimates the same integral as Edgegrad, without bias.
 
-    Its defaults clamp indirect light at 10, blur glossy paths, skip lights that add less than 1 %, and stop where
-    the noise is low; none of these has a counterpart in Edgegrad. Transparent surfaces don't count as bounces.
+    Its defaults clamp indirect light at 10, skip lights that add less than 1 %, and stop where the noise is low; none
+    of these has a counterpart in Edgegrad. Filter Glossy is off, since Edgegrad has a part of it only; scenes that show
+    it have it in `limits`. Transparent surfaces don't count as bounces.
     """
     scene.render.engine = "CYCLES"
     scene.render.use_compositing = scene.render.use_sequencer = False

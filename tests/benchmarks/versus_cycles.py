@@ -113,7 +113,8 @@ def of_same_scene(
 
 
 def by_edgegrad(samples: int, seeds: int) -> tuple[NDArray[np.float32], float, list[str]]:
-    """(seeds, H, W, 3) pictures of the open scene, the median of their seconds, and the export's lines."""
+    """(seeds, H, W, 3) pictures of the open scene, the median of their seconds, and what the export says of
+    differences: its warnings, and its lines on settings of the scene."""
     export = export_scene(bpy.context.scene)
     renderer, limits = edgegrad.Renderer(export.scene), export.settings
     pictures, seconds = [], []
@@ -121,7 +122,8 @@ def by_edgegrad(samples: int, seeds: int) -> tuple[NDArray[np.float32], float, l
         start = time.perf_counter()
         pictures.append(renderer.render(spp=samples, seed=seed, max_depth=limits.max_depth, bounces=limits.bounces))
         seconds.append(time.perf_counter() - start)
-    return np.stack(pictures), float(np.median(seconds)), export.report.lines
+    settings = [line for line in export.report.readings if line.startswith("scene '")]
+    return np.stack(pictures), float(np.median(seconds)), export.report.lines + settings
 
 
 def compare(

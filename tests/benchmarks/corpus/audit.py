@@ -163,7 +163,7 @@ def measure(name: str, seed: int, scale: float) -> Audit:
     row.first = compared(make, found, FIRST, options)
     if row.first.p_value < LEVEL:
         row.second = compared(make, found, SECOND, options)
-        row.missing = edgegrad.plan(make(0.0), [found.path], max_depth=limits.max_depth).missing
+        row.missing = edgegrad.plan(make(0.0), [found.path], **options).missing
     row.seconds = time.process_time() - start
     return row
 

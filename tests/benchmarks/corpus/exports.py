@@ -14,7 +14,9 @@ def exported(case: Case, scale: float) -> Export:
     """The case's scene and settings, in a picture of `scale` times its width and height."""
     stage.empty()
     case.build()  # may open a file, which replaces the scene
-    cycles_peer.prepare(bpy.context.scene, case.samples, case.bounces, case.limits)
-    render = bpy.context.scene.render
+    scene = bpy.context.scene
+    own = scene.cycles.blur_glossy  # derivatives are measured as users see them, and not beside Cycles
+    cycles_peer.prepare(scene, case.samples, case.bounces, {"blur_glossy": own, **case.limits})
+    render = scene.render
     render.resolution_percentage = max(round(render.resolution_percentage * scale), 1)
-    return export_scene(bpy.context.scene)
+    return export_scene(scene)

@@ -29,7 +29,8 @@ class Case:
     bounces
         Cycles' max_bounces, and the limit of every kind of bounce that `limits` doesn't name.
     limits
-        Limits of kinds of bounces: Cycles' settings "diffuse_bounces", "glossy_bounces", "transmission_bounces".
+        Limits of kinds of bounces, and other settings of Cycles, by their names: "diffuse_bounces", "glossy_bounces",
+        "transmission_bounces", "blur_glossy" (0 in scenes that don't name it).
     samples
         Per pixel and seed, for Cycles; Edgegrad takes as many.
     differs

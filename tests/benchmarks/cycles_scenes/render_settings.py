@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import bpy
@@ -112,6 +113,57 @@ def without_reflected_caustics() -> None:
 def fast_global_illumination() -> None:
     """Ambient occlusion after one bounce."""
     _room()
+
+
+def _closed_room(floor: Any, balls: Sequence[Any]) -> None:
+    """A closed room of matte walls, with three balls on its floor, under a lamp."""
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y = 96, 72
+    walls = stage.diffuse("Walls", (0.75, 0.7, 0.6))
+    stage.add("Room", stage.cube("Room", walls, size=1.0), (0, 0, 1.5), scale=[5.0, 6.0, 3.0])
+    stage.add("Floor", stage.plane("Floor", floor, size=4.8), (0, 0, 0.02))
+    stage.row(balls, z=0.62, segments=48)
+    stage.lamp("AREA", "Lamp", 60.0, (0.8, -0.5, 2.9), (0.8, -0.5, 0), size=0.6)
+    stage.camera((0, -2.8, 1.6), (0, 0.2, 0.6), 24.0)
+
+
+@case("Filter Glossy: a mirror, polished metals and a coated floor between matte walls", bounces=6, samples=128,
+      blur_glossy=1.0)  # fmt: skip
+def filtered_mirrors() -> None:
+    """Its value in new files."""
+    floor = stage.principled("Floor", (0.4, 0.25, 0.15), Specular_IOR_Level=0.0, Coat_Weight=1.0, Coat_Roughness=0.05)
+    _closed_room(floor, [stage.principled("Silver", (0.9, 0.9, 0.9), Metallic=1.0, Roughness=0.05),
+                         stage.simple("Mirror", "ShaderNodeBsdfAnisotropic", {"Roughness": 0.0}),
+                         stage.principled("Gold", (0.9, 0.65, 0.25), Metallic=1.0, Roughness=0.15)])  # fmt: skip
+
+
+@case("Filter Glossy: glass on a matte table", bounces=8, samples=128, blur_glossy=1.0)
+def filtered_glass() -> None:
+    """Smooth and slightly rough glass, and water."""
+    _closed_room(stage.diffuse("Table", (0.5, 0.5, 0.55)), [
+        stage.simple("Glass", "ShaderNodeBsdfGlass", {"IOR": 1.5, "Roughness": 0.0}),
+        stage.simple("Green", "ShaderNodeBsdfGlass", {"Color": (0.5, 0.9, 0.6), "IOR": 1.6, "Roughness": 0.1}),
+        stage.principled("Water", (0.8, 0.9, 1.0), Transmission_Weight=1.0, Roughness=0.0, IOR=1.33),
+    ])  # fmt: skip
+
+
+@case("Filter Glossy: polished metal beside plastic of the default roughness", bounces=6, samples=128, blur_glossy=1.0)
+def filtered_plastic() -> None:
+    """Gloss over a diffuse base reflects little."""
+    plastic = stage.principled("Plastic", (0.2, 0.4, 0.7))
+    _closed_room(stage.principled("Floor", (0.6, 0.5, 0.4)), [
+        plastic, stage.principled("Silver", (0.9, 0.9, 0.9), Metallic=1.0, Roughness=0.05),
+        stage.principled("Clear", (0.8, 0.3, 0.2), Coat_Weight=1.0)])  # fmt: skip
+
+
+@case("Filter Glossy: rough metal beside polished metal", bounces=6, samples=128, blur_glossy=1.0, differs=[
+    "behind rough glossy bounces lobes stay as they are, which the export says"])  # fmt: skip
+def filtered_metals() -> None:
+    """A floor of rough metal shows polished balls."""
+    floor = stage.principled("Floor", (0.8, 0.8, 0.8), Metallic=1.0, Roughness=0.5)
+    _closed_room(floor, [stage.principled("Silver", (0.9, 0.9, 0.9), Metallic=1.0, Roughness=0.05),
+                         stage.principled("Gold", (0.9, 0.65, 0.25), Metallic=1.0, Roughness=0.15),
+                         stage.principled("Copper", (0.9, 0.5, 0.4), Metallic=1.0, Roughness=0.4)])  # fmt: skip
 
 
 @case("Motion blur of a moving ball", bounces=2, differs=["motion blur is left out, which the export says"])

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from edgegrad import Image, Material, Mesh, Renderer, Scene, SunLight, expression, plan
+from edgegrad import Bounces, Image, Material, Mesh, Renderer, Scene, SunLight, expression, plan
 from edgegrad.derivatives.decisions import Decision, Decisions
 from edgegrad.rendering import one_shot
 from edgegrad.rendering import renderer as module
@@ -243,3 +243,17 @@ def test_images_that_keep_a_surface_rough_make_no_mirror_of_it() -> None:
         mirrored = next(d for d in renderer.last_decisions if d.part == "mirrored edges")
         assert mirrored.outcome == outcome
         assert (outcome == "computed") == any("in mirrors" in said for said in plan(scene, list(tangent)).missing)
+
+
+def test_plans_know_how_paths_bounce() -> None:
+    """Filter Glossy makes smooth glass rough, and rough glass has directions behind which it scatters nothing."""
+    need("native")
+    scene = shapes.scene(*shapes.ball(2))
+    scene.materials = dict.fromkeys(scene.materials, Material(kind="GLASS", roughness=0.0))
+    path = "meshes.object.vertices"
+
+    def with_rims(filter_glossy: float) -> bool:
+        found = plan(scene, [path], max_depth=4, bounces=Bounces(filter_glossy=filter_glossy))
+        return any("scatter no light" in why for term in found.terms for why in term.why)
+
+    assert with_rims(1.0) and not with_rims(0.0)

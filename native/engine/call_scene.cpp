@@ -23,9 +23,9 @@ namespace {
 constexpr float kFixedDirectionAlpha = 0.25f;
 constexpr int kLeastFixedDirectionFaces = 8;
 
-// The mean over the cosine distribution of Cycles' least alpha behind a diffuse bounce of density p = c / pi,
-//   int_0^1 2 c sqrt(max(0, 1 - p / g)) / 2 dc = k^-2 [2/3 u^(3/2) - 2/5 u^(5/2)]_max(0, 1-k)^1,  k = 1/(pi
-//   g).
+// The mean of Cycles' least alpha behind a diffuse bounce over the cosines c of its directions (derivations,
+// U). With k = 1/(pi g),
+//   int_0^1 2 c sqrt(max(0, 1 - k c)) / 2 dc = k^-2 [2/3 u^(3/2) - 2/5 u^(5/2)] from max(0, 1 - k) to 1.
 float least_alpha_behind_diffuse(float g) {
     if (g <= 0.0f) return 0.0f;
     const double k = 1.0 / (std::numbers::pi * static_cast<double>(g)), u = std::max(0.0, 1.0 - k);

@@ -10,12 +10,20 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
+// The kinds of scattered light that diffuse lobes have.
+constexpr int32_t kSoftKinds = 1 << kDiffuseRay | kOfTable;
+
 // The kind of bounce by which a camera path continues from x to w, with x seen from the side of its normal.
-// `diffuse` is the part of the scattered light `all` that is due to diffuse lobes.
-EG_INLINE Int bounce_kind(const SurfacePoint& x, Vec3 w, Vec3 all, Vec3 diffuse, Float choice) {
-    const Mask soft = choice * largest_component(all) < largest_component(diffuse);
+// Lanes of `soft` are scattered by diffuse lobes.
+EG_INLINE Int bounce_kind(const SurfacePoint& x, Vec3 w, Mask soft) {
     const Int above = select(soft, splat(static_cast<int>(kDiffuseRay)), splat(static_cast<int>(kGlossyRay)));
     return select(dot(x.normal, w) < 0.0f, splat(static_cast<int>(kTransmissionRay)), above);
+}
+
+// The same, chosen at random. `diffuse` is the part of the scattered light `all` that is due to diffuse
+// lobes.
+EG_INLINE Int bounce_kind(const SurfacePoint& x, Vec3 w, Vec3 all, Vec3 diffuse, Float choice) {
+    return bounce_kind(x, w, choice * largest_component(all) < largest_component(diffuse));
 }
 
 // Whether a path with these bounces may scatter once more.
@@ -32,13 +40,10 @@ EG_INLINE Mask scatters_within_limits(const SceneView& scene, const BoundaryTask
                                       Int vertex, const Value& evaluate, Int& bounces) {
     if (!kinds_matter(scene, task.limits, task.max_depth) || !any(active)) return active;
     const Float choice = sobol_pair(random, vertex_pair(vertex, kVertexSurvival)).u;
-    const Vec3 all = evaluate(kinds), diffuse = evaluate(kinds & (1 << kDiffuseRay | kOfTable));
+    const Vec3 all = evaluate(kinds), diffuse = evaluate(kinds & kSoftKinds);
     bounces = add_bounce(bounces, active, bounce_kind(x, w, all, diffuse, choice));
     return active & within_limits(task.limits, bounces);
 }
-
-// The kinds of scattered light that diffuse lobes have.
-constexpr int32_t kSoftKinds = 1 << kDiffuseRay | kOfTable;
 
 // A choice between the light of diffuse lobes and that of all others.
 struct PickedBounce {
@@ -57,13 +62,6 @@ EG_INLINE PickedBounce pick_bounce(Vec3 by_soft, Vec3 by_others, Float choice) {
     r.soft = choice < chance;
     r.inverse = 1.0f / max(select(r.soft, chance, 1.0f - chance), 1e-20f);
     return r;
-}
-
-// The kind of a chosen bounce from x to w.
-EG_INLINE Int kind_of(const PickedBounce& picked, const SurfacePoint& x, Vec3 w) {
-    const Int above =
-        select(picked.soft, splat(static_cast<int>(kDiffuseRay)), splat(static_cast<int>(kGlossyRay)));
-    return select(dot(x.normal, w) < 0.0f, splat(static_cast<int>(kTransmissionRay)), above);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -113,7 +113,7 @@ EG_OUTLINE Mask scatter_sharply(const SceneView& scene, const SurfacePoint& x, c
     const Mask goes = x.active & (largest_component(sharp) > 0.0f);
     if (counts)
         c.sharp_bounces =
-            add_bounce(select(picked.soft, behind, c.sharp_bounces), goes, kind_of(picked, x, wi));
+            add_bounce(select(picked.soft, behind, c.sharp_bounces), goes, bounce_kind(x, wi, picked.soft));
     if (scene.followed_alpha > 0.0f) {
         const Vec3 part =
             first ? others
@@ -321,7 +321,7 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
         if (scene.least_alpha > 0.0f) {
             const Vec3 others = ShadedSurface::without(f, soft);
             const PickedBounce picked = pick_bounce(soft * chain.weight, others * chain.sharp, chance);
-            bounce = kind_of(picked, end, -chain.w);
+            bounce = bounce_kind(end, -chain.w, picked.soft);
             const Mask sharp = counts & ~picked.soft;
             f = select(counts, picked.of(soft, others), f);
             followed = select(counts, picked.of(zero3(), followed), followed);

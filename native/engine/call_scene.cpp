@@ -148,7 +148,6 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const Scene
             const int32_t flags = tables.closure_flags[static_cast<size_t>(closure)];
             view_.all_flags |= flags;
             view_.common_flags &= flags;
-            view_.any_perfect |= may_be_specular(tables, static_cast<size_t>(closure));
             const bool textured =
                 view_.textures.closure_program && (view_.textures.closure_program[closure] >= 0 ||
                                                    view_.textures.closure_weight_program[closure] >= 0);
@@ -184,6 +183,7 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const Scene
     view_.camera = tables.camera;
     view_.camera.filter = tables.filter.empty() ? nullptr : tables.filter.data();
     if (!motion) return;
+    view_.any_perfect = !used_materials(tables, [&](size_t k) { return may_be_specular(tables, k); }).empty();
     view_.lobe_samples = followed_.lobe_samples;
     view_.followed_alpha = view_.least_followed = followed_.all;
     view_.thrown_alpha = followed_.thrown;

@@ -168,7 +168,7 @@ struct SceneView {
     const float* closure_params;            // (L, kMaterialParams)
     int32_t all_flags, common_flags;        // bits of any closure, and of every closure
     bool any_mixture;
-    bool any_perfect;      // some material may be a perfect mirror or smooth glass
+    bool any_perfect;      // some material may be a perfect mirror or smooth glass; set for derivatives
     bool emission_varies;  // some emission is not one constant
 
     TextureView textures;

@@ -94,6 +94,24 @@ EG_OUTLINE ChainDirection sample_direction(const SceneView& scene, const Surface
     return out;
 }
 
+// Multiplies the parts of a chain by what x scatters of them: all lobes scatter f, of which `picked` chooses
+// `others` or, if the path has had no diffuse bounce, `soft`.
+EG_INLINE void scatter_parts(const SceneView& scene, const SurfacePoint& x, const TexturePoint& point,
+                             const Shader& shader, Vec3 wi, Int light_kinds, Vec3 f, Vec3 soft, Vec3 others,
+                             const PickedBounce& picked, bool first, const Followed& thrown, Float by_density,
+                             Chain& c) {
+    if (scene.followed_alpha > 0.0f) {
+        const Vec3 part =
+            first ? others
+                  : followed_part(scene, x, point, shader, wi, light_kinds, f, splat(scene.followed_alpha));
+        c.followed = c.followed * picked.of(first ? soft : zero3(), part) * by_density;
+    }
+    if (any(thrown.widest > 0.0f)) {
+        const Vec3 part = first ? thrown_part(scene, x, point, shader, wi, light_kinds, f, thrown) : others;
+        c.thrown = c.thrown * picked.of(zero3(), part) * by_density;
+    }
+}
+
 // Multiplies the light of camera paths without a diffuse bounce by what x scatters to them, as seen from
 // `point`: by a diffuse lobe, in front of which other lobes are wider, or by others. `behind`: the counts of
 // bounces after x. `counts`: the path bounces at x. Returns the lanes with light.
@@ -114,16 +132,8 @@ EG_OUTLINE Mask scatter_sharply(const SceneView& scene, const SurfacePoint& x, c
     if (counts)
         c.sharp_bounces =
             add_bounce(select(picked.soft, behind, c.sharp_bounces), goes, bounce_kind(x, wi, picked.soft));
-    if (scene.followed_alpha > 0.0f) {
-        const Vec3 part =
-            first ? others
-                  : followed_part(scene, x, point, shader, wi, light_kinds, f, splat(scene.followed_alpha));
-        c.followed = c.followed * picked.of(first ? soft : zero3(), part) * by_density;
-    }
-    if (any(thrown.widest > 0.0f)) {
-        const Vec3 part = first ? thrown_part(scene, x, point, shader, wi, light_kinds, f, thrown) : others;
-        c.thrown = c.thrown * picked.of(zero3(), part) * by_density;
-    }
+    scatter_parts(scene, x, point, shader, wi, light_kinds, f, soft, others, picked, first, thrown,
+                  by_density, c);
     c.sharp = sharp;
     return goes;
 }
@@ -176,15 +186,9 @@ EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& chain, const
         c.sharp = parts.sharp, c.sharp_bounces = parts.sharp_bounces;
         c.followed = parts.followed, c.thrown = parts.thrown;
     } else {
-        c.followed = c.followed * by_density;
-        if (scene.followed_alpha > 0.0f)
-            c.followed = c.followed * (first ? f
-                                             : followed_part(scene, seen, point, back, wi, light_kinds, f,
-                                                             splat(scene.followed_alpha)));
-        c.thrown = c.thrown * by_density;
-        if (any(thrown.widest > 0.0f))
-            c.thrown =
-                c.thrown * (first ? thrown_part(scene, seen, point, back, wi, light_kinds, f, thrown) : f);
+        const PickedBounce all{splat(0), splat(1.0f)};
+        scatter_parts(scene, seen, point, back, wi, light_kinds, f, zero3(), f, all, first, thrown,
+                      by_density, c);
     }
     // Find the next surface
     const ReceiverRays rays = {splat(kScatteredRays), seers, kDiffuseRay, vertex + 1};

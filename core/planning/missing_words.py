@@ -81,10 +81,10 @@ def missing(words: SceneWords, share: float | None) -> list[str]:
             out.append("most of what edges seen through the lens contribute: its aperture is so much larger than its "
                        "distance of focus that nearly all of their samples miss the picture")
         elif part == "further shadows":
-            of = " and ".join([*([words.mesh_names(decision)] if decision.meshes else []),
-                               *([words.light_names(decision)] if decision.lights else [])])
-            why = "lights without size" if decision.lights else "emissive meshes, which some rays pass"
-            out.append(f"shadows of {of} ({why}) on surfaces that mirrors and smooth glass "
+            of = [f"{words.light_names(decision)} (lights without size)"] if decision.lights else []
+            if decision.meshes:
+                of.append(f"{words.mesh_names(decision)} (emissive meshes, which some rays pass)")
+            out.append(f"shadows of {' and '.join(of)} on surfaces that mirrors and smooth glass "
                        f"({words.material_names(decision)}) show to other surfaces, or that light those that the "
                        "camera sees by them")
         elif part == "rim lines":

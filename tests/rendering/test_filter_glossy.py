@@ -17,7 +17,7 @@ from tests.support.picture_differences import (
     need_every_table,
 )
 from tests.support.scenes.box_under_lights import at
-from tests.support.small_scenes import Floats, Make, along, camera, moved, rectangle
+from tests.support.small_scenes import Floats, along, camera, mesh_drifts, rectangle
 
 MATTE = edgegrad.Material(np.array([0.8, 0.7, 0.6]), kind="DIFFUSE")
 POLISHED = edgegrad.Material(np.array([0.7, 0.6, 0.5]), roughness=0.1, specular_ior_level=1.0)
@@ -107,17 +107,14 @@ def test_it_cannot_be_negative() -> None:
         edgegrad.render(room(gloss(0.1)), spp=1, bounces=Bounces(filter_glossy=-1.0))
 
 
-def shifted(mesh: str, wall: edgegrad.Material, floor: edgegrad.Material, light: str) -> tuple[Make, list[str]]:
-    return lambda t: moved(room(wall, floor, light), t, mesh, (0.3, 0.4, 0.2)), [f"meshes.{mesh}.vertices"]
-
-
+ON = Bounces(filter_glossy=1.0)
 CASES = {
-    "mirror over matte": (shifted("card", gloss(0.0), MATTE, "area"), Bounces(filter_glossy=1.0)),
-    "mirror over polished": (shifted("card", gloss(0.0), POLISHED, "area"), Bounces(filter_glossy=1.0)),
-    "gloss over rough": (shifted("card", gloss(0.1), ROUGH, "point"), Bounces(filter_glossy=1.0)),
-    "glass over matte": (shifted("card", glass(0.0), MATTE, "point"), Bounces(filter_glossy=1.0)),
-    "coat over polished": (shifted("wall", coat(0.1), POLISHED, "sky"), Bounces(filter_glossy=1.0)),
-    "limits": (shifted("card", gloss(0.1), POLISHED, "area"), Bounces(diffuse=1, glossy=2, filter_glossy=1.0)),
+    "mirror over matte": (mesh_drifts(lambda: room(gloss(0.0), MATTE, "area"), "card"), ON),
+    "mirror over polished": (mesh_drifts(lambda: room(gloss(0.0), POLISHED, "area"), "card"), ON),
+    "gloss over rough": (mesh_drifts(lambda: room(gloss(0.1), ROUGH, "point"), "card"), ON),
+    "glass over matte": (mesh_drifts(lambda: room(glass(0.0), MATTE, "point"), "card"), ON),
+    "coat over polished": (mesh_drifts(lambda: room(coat(0.1), POLISHED, "sky"), "wall"), ON),
+    "limits": (mesh_drifts(lambda: room(gloss(0.1), POLISHED, "area"), "card"), replace(ON, diffuse=1, glossy=2)),
 }
 
 

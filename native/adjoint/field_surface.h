@@ -11,10 +11,12 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// A packet's points on fields.
+// A packet's points on fields. Derivatives of the fields are multiplied by a power of two that brings
+// gradients near 1: values of fields have any scale, and squares of small floats are 0.
 struct FieldPoints {
     const FieldView* field[W];  // null: not on a field
-    FieldJet jet[W];
+    FieldJet jet[W];            // unscaled
+    raw::Float scale;
     RawVec3 g;           // gradients in the world
     raw::Float h[6];     // xx, yy, zz, yz, xz, xy
     raw::Float inverse;  // 1 / |g|^2
@@ -25,17 +27,29 @@ struct FieldPoints {
     }
 };
 
+// A power of two times which the largest component of a gradient is between 1 and 2, as far as floats reach.
+inline float gradient_scale(const float (&g)[3]) {
+    float most = 0.0f;
+    for (float c : g) most = __builtin_fmaxf(most, __builtin_fabsf(c));
+    if (!(most > 0.0f)) return 1.0f;
+    const int exponent = __builtin_ilogbf(most);
+    return __builtin_ldexpf(1.0f, exponent < -126 ? 126 : -exponent);
+}
+
 inline void find_field_points(const SceneView& scene, Mask lanes, Int face, const RawVec3& at,
                               FieldPoints& out) {
     out.g = raw_zero3();
+    out.scale = raw::splat(1.0f);
     for (raw::Float& h : out.h) h = raw::splat(0.0f);
     for (int i = 0; i < W; ++i) {
         out.field[i] = lanes[i] ? &field_of_face(scene, face[i]) : nullptr;
         if (!lanes[i]) continue;
         const float position[3] = {at.x[i], at.y[i], at.z[i]};
         const FieldJet& jet = out.jet[i] = field_jet(*out.field[i], position);
-        out.g.x[i] = jet.gradient[0], out.g.y[i] = jet.gradient[1], out.g.z[i] = jet.gradient[2];
-        for (int k = 0; k < 6; ++k) out.h[k][i] = jet.hessian[k];
+        const float scale = out.scale[i] = gradient_scale(jet.gradient);
+        const auto& g = jet.gradient;
+        out.g.x[i] = scale * g[0], out.g.y[i] = scale * g[1], out.g.z[i] = scale * g[2];
+        for (int k = 0; k < 6; ++k) out.h[k][i] = scale * jet.hessian[k];
     }
     out.inverse = finite_inverse(dot(out.g, out.g));
 }
@@ -62,8 +76,8 @@ struct FieldTriangle {
         }
         for (int i = 0; i < W; ++i) {
             if (!live[i] || !x.field[i] || !derivatives->moves(*x.field[i])) continue;
-            const float b[3] = {beta.x[i], beta.y[i], beta.z[i]};
-            field_backward(*x.field[i], *derivatives, x.jet[i], alpha[i], b);
+            const float k = x.scale[i], b[3] = {k * beta.x[i], k * beta.y[i], k * beta.z[i]};
+            field_backward(*x.field[i], *derivatives, x.jet[i], k * alpha[i], b);
         }
     }
     void forward(raw::Float* a) const {
@@ -73,8 +87,9 @@ struct FieldTriangle {
             if (!x.field[i] || !derivatives->moves(*x.field[i])) continue;
             float value, s[3];
             field_forward(*x.field[i], *derivatives, x.jet[i], value, s);
-            change[i] = value;
-            slope.x[i] = s[0], slope.y[i] = s[1], slope.z[i] = s[2];
+            const float k = x.scale[i];
+            change[i] = k * value;
+            slope.x[i] = k * s[0], slope.y[i] = k * s[1], slope.z[i] = k * s[2];
         }
         const raw::Mask live = (change != 0.0f) | nonzero(slope);
         const RawVec3 m = x.g * (raw::splat(0.0f) - change * x.inverse);

@@ -44,13 +44,16 @@ EG_INLINE void for_each_field_point(const SceneView& scene, const FieldDerivativ
         const FieldJet x = field_jet(field, {at.x[i], at.y[i], at.z[i]});
         const auto& n = x.gradient;
         const float by[3] = {g.x[i], g.y[i], g.z[i]};
-        const float square = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
-        const float inverse = 1.0f / (square > 1e-30f ? square : 1e-30f);
-        const float along = (by[0] * n[0] + by[1] * n[1] + by[2] * n[2]) * inverse;
+        // In double precision: values of fields have any scale, and squares of floats may fall below all
+        // floats.
+        const double gx = n[0], gy = n[1], gz = n[2];
+        const double square = __builtin_fmax(gx * gx + gy * gy + gz * gz, 1e-300);
+        const double along = (by[0] * gx + by[1] * gy + by[2] * gz) / square;
         float beta[3] = {};
         if (motion == FieldMotion::kNormal)
-            for (int k = 0; k < 3; ++k) beta[k] = (by[k] - along * n[k]) * __builtin_sqrtf(inverse);
-        block(i, field, x, motion == FieldMotion::kSurface ? -along : 0.0f, beta);
+            for (int k = 0; k < 3; ++k)
+                beta[k] = static_cast<float>((by[k] - along * n[k]) / __builtin_sqrt(square));
+        block(i, field, x, motion == FieldMotion::kSurface ? -static_cast<float>(along) : 0.0f, beta);
     }
 }
 

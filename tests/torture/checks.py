@@ -29,6 +29,8 @@ STEP = 0.1
 # Rounding of both modes relative to what they sum (chains of glass multiply it by a hundred), and to the picture where
 # it cancels within samples. A part that one mode lacks is far larger.
 SUMS, CANCELLED = 1e-4, 1e-5 * STEP
+# Below this part of the picture, a derivative that is not 0 is rounding.
+NOTHING = 1e-9
 # The part of the brightest light that counts as one of the picture's values.
 UNSEEN = 1e-3
 # Errors for limits that the author of a scene cannot know in advance.
@@ -215,8 +217,8 @@ def _check_size(case: Case, first: dict[str, Any], tangent: dict[str, F64], foun
     Floats then differ by their exponents alone: what else differs is a length in metres in the code. Places and
     lengths of rays that textures read are such lengths, and so is the least size of the boxes that radial tangents
     are relative to. Where a derivative is far below the picture's rounding, its samples fall below the least
-    numbers of a float, and a first pass that sees nothing else sends the second one elsewhere. So does one that sees
-    outlines of suns in mirrors, which move by angles, beside edges, which move by lengths.
+    numbers of a float, and a first pass that sees nothing else sends the second one elsewhere: that is left out. So
+    does one that sees outlines of suns in mirrors, which move by angles, beside edges, which move by lengths.
     """
     textures = [value for material in case.scene.materials.values() for value in material.textures.values()]
     in_metres = any(isinstance(node, (Bump, Coordinates, RayLength)) for value in textures for node in nodes_of(value))
@@ -231,5 +233,7 @@ def _check_size(case: Case, first: dict[str, Any], tangent: dict[str, F64], foun
     for name, other in others.items():
         size = float(np.abs(first[name].astype(np.float64)).sum())
         gap = float(np.abs(first[name].astype(np.float64) - other).sum())
+        if 0.0 < min(size, float(np.abs(other.astype(np.float64)).sum())) < NOTHING * picture:
+            continue
         if gap > SUMS * size + CANCELLED * picture:
             found.wrong["size"] = f"{name} changes by {gap / size:.2g} in a world that is {LARGER:g} times as large"

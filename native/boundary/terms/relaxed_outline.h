@@ -19,7 +19,7 @@ inline void pull_to_surface(const FieldView& f, double (&grid)[3], SplineJet& je
     constexpr int kSteps = 4;
     for (int k = 0; k < kSteps; ++k) {
         const auto& g = jet.gradient;
-        const double step = jet.value / __builtin_fmax(g[0] * g[0] + g[1] * g[1] + g[2] * g[2], 1e-30);
+        const double step = jet.value / __builtin_fmax(g[0] * g[0] + g[1] * g[1] + g[2] * g[2], 1e-300);
         for (int a = 0; a < 3; ++a) grid[a] -= step * g[a];
         jet = spline_jet(f, grid);
     }
@@ -44,7 +44,7 @@ inline void set_near_miss(const SceneView& scene, const PictureRay& ray, NearMis
         double g[3];
         f.gradient_in_world(jet.gradient, g);
         slope = __builtin_sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
-        for (int c = 0; c < 3; ++c) normal[c] = static_cast<float>(g[c] / __builtin_fmax(slope, 1e-30));
+        for (int c = 0; c < 3; ++c) normal[c] = static_cast<float>(g[c] / __builtin_fmax(slope, 1e-150));
     };
     // The velocity of the surface is -dphi/|g| along its normal
     normal_of(m.jet);

@@ -95,6 +95,7 @@ struct BoundaryTask {
     // kCameraSampledShadow) if their alpha is at most this. Camera-sampled samples find edges in the tree.
     float camera_sampled;
     EdgeTreeView tree;
+    float from_camera;    // samples of kCameraSampledShadow per sample of the picture
     bool shares_faces;    // samples from edges and from the camera share the shadows of emissive meshes
     MirrorFaces mirrors;  // of kCausticEdge
     // Of kCausticEdge, by edge: shading continues across it, so that nothing jumps but at a silhouette.

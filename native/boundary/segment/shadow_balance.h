@@ -39,19 +39,18 @@ EG_INLINE Float emitter_density(const SceneView& scene, Mask active, Vec3 e, Int
 // The weight of samples from edges; those from the camera have the rest. `w` is the unit direction to the
 // light, of the `density` above, `along` the edge, and `scattered` the largest component of
 // f |n_s . w|/|n . w| at x, `reach` away. `mass` is m. Both a_k are divided by the picture's samples per
-// pixel.
+// pixel, of which each has `from_camera` samples from the camera.
 EG_INLINE Float share_of_edges(const SceneView& scene, const SurfacePoint& x, const Projection& view, Vec3 w,
-                               Float density, Vec3 along, Float reach, Float scattered, float mass) {
+                               Float density, Vec3 along, Float reach, Float scattered, float mass,
+                               float from_camera) {
     static_assert(kBoundaryTable[kEnvironmentShadow].share == kBoundaryTable[kShadowBoundary].share);
-    constexpr float kEdges = static_cast<float>(kBoundaryTable[kEnvironmentShadow].share),
-                    kCamera =
-                        static_cast<float>(kWithoutSharpLobes * kBoundaryTable[kCameraSampledShadow].share);
+    constexpr auto kEdges = static_cast<float>(kBoundaryTable[kEnvironmentShadow].share);
     const float pixels = static_cast<float>(scene.camera.width) * static_cast<float>(scene.camera.height);
     const Vec3 across = cross(along, w);
     const Float sine = sqrt(dot(across, across) / max(dot(along, along), 1e-37f));
     const Float seen = view.area * abs(dot(x.normal, view.across_of));
     const Float edges = density * (kEdges * pixels / mass);
-    return edges / (edges + 0.5f * kCamera * seen * reach * sine * scattered);
+    return edges / (edges + 0.5f * from_camera * seen * reach * sine * scattered);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

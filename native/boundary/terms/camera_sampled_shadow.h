@@ -231,8 +231,8 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
             density = select(on_face,
                              emitter_density(scene, balanced & on_face, s.point, face, s.towards, s.distance),
                              density);
-        const Float edges =
-            share_of_edges(scene, x.x, s.view, s.towards, density, p.t, s.reach, scattered, task.tree.mass);
+        const Float edges = share_of_edges(scene, x.x, s.view, s.towards, density, p.t, s.reach, scattered,
+                                           task.tree.mass, task.from_camera);
         s.color = select(balanced, s.color * (1.0f - edges), s.color);
     }
     color_of_jump(scene, p, edge, s);

@@ -109,8 +109,9 @@ struct LightAtEdge {
         const Float density = environment ? environment_density(scene, s.towards)
                                           : emitter_density(scene, balanced, s.point, light.sample.face,
                                                             s.towards, light.sample.r);
-        const Float weight = share_of_edges(scene, s.x, seen.view, s.towards, density, p.t, s.reach,
-                                            largest_component(seen.scattered), task.tree.mass);
+        const Float weight =
+            share_of_edges(scene, s.x, seen.view, s.towards, density, p.t, s.reach,
+                           largest_component(seen.scattered), task.tree.mass, task.from_camera);
         return select(balanced, weight, 1.0f);
     }
     EG_INLINE void meet(const SceneView& scene, BoundarySegment& s) const { meet_round_light(scene, s); }

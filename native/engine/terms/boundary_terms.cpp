@@ -99,8 +99,8 @@ class TermBuilder {
     template <typename Segments>
     void add(BoundaryKind kind, const Candidates& found, const Segments& segments, double cells,
              double samples, BoundaryTerm::Lines lines = {}, double factor = 1.0);
-    template <typename Tree>
-    void add_from_camera(BoundaryKind kind, const Tree& tree, bool further = true, bool shares_faces = false);
+    void add_from_camera(BoundaryKind kind, const BoundaryTerm::Lines& lines, bool further = true,
+                         double share = 1.0);
     void add_shadows(BoundaryKind kind, const FoundEdges& found, double directions,
                      BoundaryTerm::Lines lines = {});
     void add_between(BoundaryKind kind, const FoundEdges& found);
@@ -119,9 +119,8 @@ class TermBuilder {
     SharedCandidates mirrors_[2];  // null: not listed yet
     std::optional<std::shared_ptr<const LightBeams>> beams_;
     std::shared_ptr<const Intersections> seen_;
-    // Of the silhouettes, if shadows of the environment are sampled from the camera, too
-    std::shared_ptr<const EdgeTree> shadow_tree_;
-    bool shares_faces_ = false;  // BoundaryTask::shares_faces
+    // Of shadows of the environment and of emissive meshes, if they are sampled from the camera, too
+    BoundaryTerm::Lines shared_;
     BoundaryTerms terms_;
 };
 
@@ -151,15 +150,13 @@ void TermBuilder::add(BoundaryKind kind, const Candidates& found, const Segments
          std::move(lines), weights);
 }
 
-// The same for kinds whose samples start at the camera. `further`: also at surfaces behind the first, which
-// sharp lobes show.
-template <typename Tree>
-void TermBuilder::add_from_camera(BoundaryKind kind, const Tree& tree, bool further, bool shares_faces) {
-    if (decided_.alone()) return;
-    const double samples = (further ? 1.0 : kWithoutSharpLobes) * most_samples(kind);
-    add(kind, whole_picture(),
-        [&] { return over_picture(kPictureSegments * samples, further && chains(kind)); }, 0.0, samples,
-        {nullptr, tree(), shares_faces});
+// The same for kinds whose samples start at the camera, with a `share` of the samples. `further`: also at
+// surfaces behind the first, which sharp lobes show.
+void TermBuilder::add_from_camera(BoundaryKind kind, const BoundaryTerm::Lines& lines, bool further,
+                                  double share) {
+    const double samples = share * most_samples(kind);
+    const auto cells = [&] { return over_picture(kPictureSegments * samples, further && chains(kind)); };
+    add(kind, whole_picture(), cells, 0.0, samples, lines);
 }
 
 // Edges that are silhouettes from some point. Several parts share one search.
@@ -250,8 +247,9 @@ void TermBuilder::add_shadows(BoundaryKind kind, const FoundEdges& found, double
     });
 }
 
-// The tree of all edges, in which samples that start at the camera look for edges.
+// The tree of all edges, in which samples that start at the camera look for edges; null if none are taken.
 std::shared_ptr<const EdgeTree> TermBuilder::edge_tree(const FoundEdges& found) const {
+    if (decided_.alone()) return nullptr;
     return edges_.kept.tree.get(mesh_sides_, [&] { return EdgeTree(scene_, edges_.tables, *found.whole); });
 }
 
@@ -273,10 +271,13 @@ void TermBuilder::add_camera_sampled_shadows() {
     const bool few = edges_.windows == 1 && found.counts().kept <= kMostTreeEdges;
     if (!behind && !few) return decided_.none(kPart, Reason::kNone);
     decided_[kPart].materials = std::move(lobes);
-    shares_faces_ = !faces.empty();
-    if (shares_faces_) decided_[kPart].meshes = std::move(faces);
-    if (scene_.has_environment || shares_faces_) shadow_tree_ = edge_tree(found);
-    add_from_camera(kCameraSampledShadow, [&] { return edge_tree(found); }, behind, shares_faces_);
+    const bool shares_faces = !faces.empty();
+    if (shares_faces) decided_[kPart].meshes = std::move(faces);
+    const double share = behind ? 1.0 : kWithoutSharpLobes;
+    const auto from_camera = static_cast<float>(share * kBoundaryTable[kCameraSampledShadow].share);
+    const BoundaryTerm::Lines lines{nullptr, edge_tree(found), from_camera, shares_faces};
+    if (scene_.has_environment || shares_faces) shared_ = lines;
+    add_from_camera(kCameraSampledShadow, lines, behind, share);
 }
 
 void TermBuilder::add_light_shadows() {
@@ -284,7 +285,7 @@ void TermBuilder::add_light_shadows() {
     add_shadows(kShadowBoundary,
                 search(edges_.kept.shadow, {edges_.lights, mesh_sides_},
                        [&](const EdgeList& part) { return shadow_candidates(scene_, part, false); }),
-                0.0, {nullptr, shares_faces_ ? shadow_tree_ : nullptr, shares_faces_});
+                0.0, shared_.shares_faces ? shared_ : BoundaryTerm::Lines{});
 }
 
 void TermBuilder::add_environment_shadows() {
@@ -292,15 +293,15 @@ void TermBuilder::add_environment_shadows() {
     // Directions to an environment image are sampled by the image, not in cells.
     const double directions =
         scene_.environment_image.sampled ? 0.0 : kDirectionSegments * most_samples(kEnvironmentShadow);
-    add_shadows(kEnvironmentShadow, silhouettes(), directions, {nullptr, shadow_tree_});
+    add_shadows(kEnvironmentShadow, silhouettes(), directions, shared_);
 }
 
 void TermBuilder::add_emitter_outlines() {
     if (!decided_.computes(Part::kEmitterOutlines) || !scene_.face_fixed_direction) return;
     const Candidates outlines = emitter_candidates(scene_, edges_);
-    if (has_edges(Part::kEmitterOutlines, outlines.size(), outlines.counts))
+    if (has_edges(Part::kEmitterOutlines, outlines.size(), outlines.counts) && !decided_.alone())
         add_from_camera(kEmitterOutline,
-                        [&] { return std::make_shared<EdgeTree>(scene_, edges_.tables, outlines, true); });
+                        {nullptr, std::make_shared<EdgeTree>(scene_, edges_.tables, outlines, true)});
 }
 
 // Samples along edges between surfaces, in directions of learned cells.
@@ -325,7 +326,7 @@ void TermBuilder::add_indirect_edges() {
     if (!any) decided_.none(Part::kCameraSampledIndirect, decided_[Part::kIndirectEdges].reason);
     if (any && decided_.computes(Part::kCameraSampledIndirect) &&
         decided_.lists_materials(Part::kCameraSampledIndirect, camera_sampled_materials(kShadowSegments + 1)))
-        add_from_camera(kCameraSampledIndirect, [&] { return edge_tree(found); });
+        add_from_camera(kCameraSampledIndirect, {nullptr, edge_tree(found)});
     add_between(kIndirectBoundary, found);
 }
 
@@ -371,6 +372,7 @@ void BoundaryTerm::run_samples(TermRun& run, int pass, int64_t first, int64_t co
     BoundaryTask task = plan_.task(pass, first, count);
     task.dropped = &lost;
     if (lines_.tree) task.tree = lines_.tree->view();
+    task.from_camera = lines_.from_camera;
     task.shares_faces = lines_.shares_faces;
     if (beams_) task.beams = beams_->towards_mirrors();
     const BoundaryKernels& kernels = run.kernels.boundary[task.kind];

@@ -24,6 +24,7 @@ class BoundaryTerm : public SampledTerm {
         // In which samples that start at the camera find edges; null: there are none, also of other kinds
         // that share the same shadows.
         std::shared_ptr<const EdgeTree> tree;
+        float from_camera = 0.0f;   // BoundaryTask::from_camera
         bool shares_faces = false;  // BoundaryTask::shares_faces
     };
     // `learned`: sample weights of earlier calls, which the call uses and updates; null: none. `beams`: at

@@ -188,6 +188,37 @@ def test_tails_of_highlights_agree_with_differences(moving: str, seen: str) -> N
     check_agreement(along(beside_highlight(moving, seen), [BESIDE[moving]]), max_depth=4, **options)
 
 
+def far_from_highlight(theta: float) -> edgegrad.Scene:
+    """A part of a polished sheet far beside the highlight of a wide lamp, which moves."""
+    pose = np.array([[1, 0, 0, 0.4 + theta], [0, 0, 1, 2.5], [0, -1, 0, -0.2], [0, 0, 0, 1.0]])
+    return edgegrad.Scene(
+        replace(camera((-0.9, 2.2, 1.4), (0, 0, 0), 12, 0.2), crop=(0, 0, 12, 6)),
+        {"sheet": rectangle((0, 0, 0), (0, 0, 0.6), (0.6, 0, 0), "metal")},
+        {"metal": edgegrad.Material(np.array([0.9, 0.7, 0.5]), metallic=1.0, roughness=0.06)},
+        {"lamp": edgegrad.AreaLight(pose, size=np.ones(2), power=60.0)},
+        edgegrad.World(np.zeros(3)),
+    )
+
+
+def test_tails_of_wide_lamps() -> None:
+    """Lobes much narrower than a lamp: rays with slopes near its angular radius are as rare as beside a small lamp.
+
+    The rays that are left have 2 % of the derivative there, at most.
+    """
+    need("native")
+    step, shift = 0.02, np.zeros((4, 4))
+    shift[0, 3] = 1.0
+    options = {"max_depth": 2}
+    ends = [edgegrad.Renderer(far_from_highlight(side * step)) for side in (1.0, -1.0)]
+    pictures = [np.array([end.render(spp=1024, seed=k, **options).sum() for k in range(8)]) for end in ends]
+    differences = (pictures[0] - pictures[1]) / (2.0 * step)
+    renderer = edgegrad.Renderer(far_from_highlight(0.0))
+    found = np.array([renderer.render_forward({"lights.lamp.to_world": shift}, spp=64, seed=k, **options).sum()
+                      for k in range(16)])  # fmt: skip
+    error = np.sqrt(found.var(ddof=1) / 16 + differences.var(ddof=1) / 8)
+    assert abs(found.mean() - differences.mean()) < 5.0 * error + 0.02 * abs(differences.mean())
+
+
 def coated(coat_roughness: float, moving: str) -> Make:
     """A coat over a rough base, and a box, under a lamp without size; `moving` moves."""
 

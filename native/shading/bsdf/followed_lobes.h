@@ -35,7 +35,7 @@ EG_INLINE Int follow_lobes(Bsdf& f, Mask m, const Followed& limits) {
                          : k == kInterfaceLobe ? ~f.glass.refracts_only & splat(limits.interfaces ? -1 : 0)
                                                : splat(-1);
         g.followed = m & may & (f.probability[k] > 0.0f) & ~is_smooth(g) & (widest_alpha(g) <= limits.widest);
-        g.tail = limits.tail;
+        g.tail = tail_of_lobe(limits.tail, widest_alpha(g));
         bits = bits | (g.followed & (1 << k));
     });
     return bits;
@@ -55,7 +55,8 @@ EG_INLINE void follow_lobes(Bsdf& f, Int bits) {
 // Keeps of the followed lobes those within the limits.
 EG_INLINE void follow_up_to(Bsdf& f, const Followed& limits) {
     for_each_facets(f, [&](Lobe, Microfacets& g) EG_INLINE_LAMBDA {
-        g.followed &= widest_alpha(g) <= limits.widest, g.tail = limits.tail;
+        g.followed &= widest_alpha(g) <= limits.widest;
+        g.tail = tail_of_lobe(limits.tail, widest_alpha(g));
     });
 }
 

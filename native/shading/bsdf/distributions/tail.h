@@ -14,7 +14,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 // What scan lines and rays find of a light: lobes up to an alpha, without their tails.
 struct Followed {
     Float widest;
-    Float tail;  // 1/m_0^2; 0: they have no tail
+    Float tail;  // 1/theta^2 of the light (tail_of_lobe); 0: they have no tail
     bool interfaces = true;
 
     EG_INLINE Followed(Float most = splat(0.0f), Float by_tail = splat(0.0f)) : widest(most), tail(by_tail) {}
@@ -41,9 +41,16 @@ EG_INLINE RayLobe select(Mask m, const RayLobe& a, const RayLobe& b) {
     return {select(m, a.alpha, b.alpha), select(m, a.slope2, b.slope2)};
 }
 
+// 1/m_0^2 of a lobe, from that of the light. Rays of a lobe that is much narrower than the light have slopes
+// near the light's radius only with a probability of about (alpha/m)^2. There emitter samples have less
+// variance from (2 m)^4 = alpha theta^2 on (derivations, Q).
+EG_INLINE Float tail_of_lobe(Float tail, Float alpha) {
+    return max(tail, 4.0f * sqrt(tail / max(detach(alpha), splat(1e-6f))));
+}
+
 // The share of a light that rays of a lobe meet.
 EG_INLINE Float share_of_rays(const RayLobe& lobe, const Followed& limits) {
-    const Float by_tail = lobe.slope2 * limits.tail;
+    const Float by_tail = lobe.slope2 * tail_of_lobe(limits.tail, lobe.alpha);
     return select(lobe.alpha <= limits.widest, 1.0f / (1.0f + by_tail * by_tail), 0.0f);
 }
 

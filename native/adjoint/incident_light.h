@@ -110,9 +110,8 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
     // (derivations, K).
     Mask may_fix = splat(0);
     if (geometry && scene.face_fixed_direction)
-        may_fix = receives_held(
-            scene, stays & (~load(v.screen_form) | (load(v.kind) == splat(static_cast<int>(kCameraRay)))),
-            material);
+        may_fix = receives_held(scene, stays & (~load(v.screen_form) | (load(v.kind) == splat(kCameraRay))),
+                                material);
     // Collect light from emitter samples
     const auto take = [&](Mask m, const LightArrival& a) {
         s.light_w = select(m, a.w, s.light_w);
@@ -209,8 +208,7 @@ inline void pass_transparent_surfaces(const SceneView& scene, const VertexMemory
         if (p.ray == kRayToLight) {
             const Int kind = load(v.light_kind);
             const Mask distant =
-                (load(v.light_row) >= 0) & ((kind == splat(static_cast<int>(kDirectionLight))) |
-                                            (kind == splat(static_cast<int>(kConeLight))));
+                (load(v.light_row) >= 0) & ((kind == splat(kDirectionLight)) | (kind == splat(kConeLight)));
             dim(s.light, s.light_w, s.light_value, ~distant, detach(position) + load3(v.light_offset));
         }
         if (p.ray == kRayToEnvironment)

@@ -51,7 +51,7 @@ EG_INLINE LightArrival light_of_face(const SceneView& scene, Mask active, const 
 EG_INLINE LightArrival light_of_row(const SceneView& scene, Mask active, Int row, Int kind, Vec3 offset,
                                     Vec3 x) {
     const LightRow l = gather_light(scene.lights, select(active, row, splat(0)));
-    const auto is = [&](LightKind k) { return active & (kind == splat(static_cast<int>(k))); };
+    const auto is = [&](LightKind k) { return active & (kind == splat(k)); };
     // `place` is relative to the light's centre.
     const Vec3 center = detach(l.position), place = detach(x) + offset - center;
     // Find the position y and the area normal m of shapes in material form

@@ -47,7 +47,7 @@ struct LambertianStep {
         s.weight = f.value * (1.0f / max(f.pdf, 1e-30f));
         s.lobe = splat(0);
         s.specular = s.transmitted = splat(0);
-        s.ray_kind = splat(static_cast<int>(kDiffuseRay));
+        s.ray_kind = splat(kDiffuseRay);
         return s;
     }
 };
@@ -69,7 +69,7 @@ EG_OUTLINE int scatter_step(const SceneView& scene, const ImageTask& task, Works
     };
     LambertianStep surface{
         normal, {point.normal, x.normal, albedo[0]}, {beside.normal, y.normal, albedo[1]}, splat(0)};
-    const Int diffuse = splat(static_cast<int>(kDiffuseRay));
+    const Int diffuse = splat(kDiffuseRay);
     if (scene.has_environment && !scene.environment_image.pixels) {
         surface.environment_is_known = p.active & flat(point.normal, x.normal) &
                                        flat(beside.normal, y.normal) & next_is_final(task, p, diffuse);

@@ -14,7 +14,7 @@ EG_INLINE PathPacket first_segment(int max_depth) {
     p.pdf = splat(0.0f);
     p.segment = splat(1);
     p.vertex = p.bounces = splat(0);
-    p.kind = splat(static_cast<int>(kCameraRay));
+    p.kind = splat(kCameraRay);
     p.both_sides = p.from_mesh = p.touched = p.unlit = p.caustic = p.past_rim = splat(0);
     p.led = p.rough = splat(-1);
     p.final_ray = splat(max_depth <= 1 ? -1 : 0);

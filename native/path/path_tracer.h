@@ -94,8 +94,8 @@ EG_INLINE void add_environment(const SceneView& scene, Workspace& work, const Pa
         weight = select(p.pdf > 0.0f, power_heuristic(p.pdf, environment_pdf(scene, p.direction)), weight);
     if (vertex) return put(vertex->environment_weight, missed, weight);
     if (work.values)
-        return record_own(*work.values, missed, splat(static_cast<int>(kEnvironmentSource)),
-                          splat3(scene.environment), environment_gain(scene, p.direction) * weight);
+        return record_own(*work.values, missed, splat(kEnvironmentSource), splat3(scene.environment),
+                          environment_gain(scene, p.direction) * weight);
     add_radiance(work, p, missed, p.throughput * environment_radiance(scene, p.direction) * weight);
 }
 
@@ -171,7 +171,7 @@ EG_INLINE int pass_through(const ImageTask& task, Workspace& work, PathPacket p,
     if (vertex) put(vertex->passes, p.active, splat(-1));
     if (work.values) record_passing(*work.values, p.active, color);
     // Continue the transmitted paths behind the surface
-    const Int kind = splat(static_cast<int>(kShadowRay));  // the fourth count: transparent surfaces
+    const Int kind = splat(kShadowRay);  // the fourth count: transparent surfaces
     p.active &= bounce_count(p.bounces, kind) < task.limits.transparent;
     p.bounces = add_bounce(p.bounces, p.active, kind);
     p.throughput = p.throughput * color * shader.scale;
@@ -230,7 +230,7 @@ EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspac
         if (vertex && work.vertices->requested.lobes) {
             const RequestedSurfaces& requested = work.vertices->requested;
             favour(surface.bsdf, part.active & is_requested(requested, shader.closure), requested.lobes,
-                   next_is_final(task, p, splat(static_cast<int>(kGlossyRay))));
+                   next_is_final(task, p, splat(kGlossyRay)));
         }
         alive = scatter(scene, task, work, part, x, surface, index, lobe_u, alive, vertex);
     }

@@ -96,8 +96,7 @@ EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Wor
     p.active &= largest_component(f) > 0.0f;
     if (!any(p.active | diffuse)) return alive;
     put(vertex.rim, p.active | diffuse, splat(-1));
-    const Int kind =
-        select(r.diffuse, splat(static_cast<int>(kDiffuseRay)), splat(static_cast<int>(kTransmissionRay)));
+    const Int kind = select(r.diffuse, splat(kDiffuseRay), splat(kTransmissionRay));
     // Sample the lights of the table along the rim: those that the ray meets, or, on a diffuse rim, the arc
     // in which a light meets its plane
     const Mask through = p.active & ~r.diffuse;

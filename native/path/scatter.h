@@ -238,7 +238,7 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
                        int alive, Vertex* vertex) {
     // The last ray from a Lambertian surface finds only the environment.
     Mask alone = splat(0);
-    if constexpr (Surface::kSmooth) alone = next_is_final(task, p, splat(static_cast<int>(kDiffuseRay)));
+    if constexpr (Surface::kSmooth) alone = next_is_final(task, p, splat(kDiffuseRay));
     p.both_sides = surface.both_sides();
     const Mask scattered = p.active;
     const ValueMemory* values = work.values;

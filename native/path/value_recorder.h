@@ -9,9 +9,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 using Values = ValuePacket<W>;
 
-EG_INLINE Int light_source(LightSource table, Int row) {
-    return (row << kSourceBits) | splat(static_cast<int>(table));
-}
+EG_INLINE Int light_source(LightSource table, Int row) { return (row << kSourceBits) | splat(table); }
 
 // Which light sources contribute to a requested derivative.
 EG_INLINE bool requests_environment(const ValueMemory& m) { return m.colors || m.environment; }

@@ -11,8 +11,7 @@ EG_INLINE Vec3 closure_emission(const SurfacePoint& x, const Shader& shader, con
     const Mask emits =
         x.active & has(shader, kHasEmission) & ((x.side > 0.0f) | has(shader, kEmissionTwoSided));
     Vec3 emission = shader.color(kEmission) * shader.scale;
-    const Mask covered =
-        emits & has(shader, kHasGlossy) & (shader.kind == splat(static_cast<int>(kPrincipled)));
+    const Mask covered = emits & has(shader, kHasGlossy) & (shader.kind == splat(kPrincipled));
     if (any(covered))
         emission = emission *
                    emission_share(covered, material_values(shader.row), point.normal, x.normal, point.view);

@@ -54,7 +54,7 @@ EG_OUTLINE BentLight follow_bent_light(const SceneView& scene, const PathIndex& 
     out.along = -w;
     out.weight = gray(splat(1.0f));
     const UInt stream = hash(random.stream ^ hash(random.sample + splat(0x51ed270bu)));
-    const Int kind = splat(static_cast<int>(kDiffuseRay));
+    const Int kind = splat(kDiffuseRay);
     Closest at = hit;
     Mask going = active, thrown = splat(0);
     for (int level = 0; level <= most && any(going); ++level) {

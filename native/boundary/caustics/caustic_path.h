@@ -19,8 +19,7 @@ EG_INLINE Mask may_bend(const BoundaryTask& task, Mask active, const BentLight& 
         const Mask here = active & (level < light.count);
         if (!any(here)) continue;
         const Int kind =
-            select((light.event[level] & kEventTransmits) != 0, splat(static_cast<int>(kTransmissionRay)),
-                   splat(static_cast<int>(kGlossyRay)));
+            select((light.event[level] & kEventTransmits) != 0, splat(kTransmissionRay), splat(kGlossyRay));
         bounces = add_bounce(bounces, here, kind);
     }
     return active & within_limits(task.limits, bounces);

@@ -43,8 +43,7 @@ EG_INLINE Vec3 stopped_by(const SceneView& scene, Mask active, Int face, Int ins
     place_in_face(t.triangle, at, b1, b2);
     set_places(scene, on_field(scene, active, face), face, at, b1, b2);
     const SurfacePoint i = surface_point(scene, active, face, t, b1, b2, w, instance);
-    const Vec3 through =
-        surface_transmittance(scene, i, texture_point(scene, i, -w, splat(static_cast<int>(rays))));
+    const Vec3 through = surface_transmittance(scene, i, texture_point(scene, i, -w, splat(rays)));
     return {1.0f - through.x, 1.0f - through.y, 1.0f - through.z};
 }
 

@@ -34,7 +34,7 @@ struct LightCut {
 // The intersection at `point` of the line `tangent` through a light that is no disk. face_normal is unit.
 EG_INLINE LightCut light_cut(const LightRow& l, Int kind, Vec3 point, Vec3 tangent, Vec3 face_normal) {
     LightCut cut{splat(-1), point, tangent, l.direction};
-    const Mask sphere = kind == splat(static_cast<int>(kSphereLight));
+    const Mask sphere = kind == splat(kSphereLight);
     if (!any(sphere)) return cut;
     const Float height = dot(face_normal, point - l.position);
     const Vec3 middle = l.position + face_normal * height, way = point - middle;

@@ -195,7 +195,7 @@ struct Behind : PassedSurfaces {
 EG_OUTLINE Mask passes(const SceneView& scene, Mask blocked, const Closest& hit, Vec3 direction, RayKind kind,
                        const PathIndex& random, PassedSurfaces& before, Float& near) {
     const SurfacePoint x = hit_surface(scene, blocked, hit, direction);
-    const TexturePoint point = texture_point(scene, x, -direction, splat(static_cast<int>(kind)));
+    const TexturePoint point = texture_point(scene, x, -direction, splat(kind));
     const Float choice = sobol_pair(random, vertex_pair(before.passed, kVertexChoice)).u;
     const Float chance = sobol_pair(random, vertex_pair(before.passed, kVertexSurvival)).v;
     const Shader shader = surface_shader(scene, x, point, choice);

@@ -97,8 +97,8 @@ EG_OUTLINE Vec3 transparent_jump(const SceneView& scene, const SegmentSample& p,
         Float b1, b2;
         edge_place(scene, select(here, p.edge, splat(0)), u, gather_triangle(scene, face), opposite, b1, b2);
         const SurfacePoint x = surface_point(scene, here, face, b1, b2, towards, p.instance);
-        const Vec3 through = surface_transmittance(
-            scene, x, texture_point(scene, x, -towards, splat(static_cast<int>(kShadowRay))));
+        const Vec3 through =
+            surface_transmittance(scene, x, texture_point(scene, x, -towards, splat(kShadowRay)));
         plus = select(here & above, plus * through, plus);
         minus = select(here & ~above, minus * through, minus);
     }

@@ -15,8 +15,8 @@ namespace edgegrad::EDGEGRAD_ISA {
 // one of e and x is inside: the edge would see another side of the surface than x does.
 EG_INLINE void meet_round_light(const SceneView& scene, BoundarySegment& s) {
     const Mask on_row = s.active & (s.y.row >= 0);
-    const Mask disk = on_row & (s.y.kind == splat(static_cast<int>(kDiskLight)));
-    const Mask sphere = on_row & (s.y.kind == splat(static_cast<int>(kSphereLight)));
+    const Mask disk = on_row & (s.y.kind == splat(kDiskLight));
+    const Mask sphere = on_row & (s.y.kind == splat(kSphereLight));
     if (!any(disk | sphere)) return;
     const LightRow l = gather_light(scene.lights, select(disk | sphere, s.y.row, splat(0)));
     Float pdf;

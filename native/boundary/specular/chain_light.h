@@ -31,11 +31,9 @@ struct ChainLight {
     Int blockers, visible_to;
     Float density;  // of y with respect to dM
 
-    EG_INLINE Mask is(LightKind k) const { return (row >= 0) & (kind == splat(static_cast<int>(k))); }
+    EG_INLINE Mask is(LightKind k) const { return (row >= 0) & (kind == splat(k)); }
     EG_INLINE Mask environment() const { return (row < 0) & (face < 0); }
-    EG_INLINE Mask distant() const {
-        return environment() | ((row >= 0) & (kind >= splat(static_cast<int>(kDirectionLight))));
-    }
+    EG_INLINE Mask distant() const { return environment() | ((row >= 0) & (kind >= splat(kDirectionLight))); }
 };
 
 EG_INLINE ChainLight no_chain_light() {

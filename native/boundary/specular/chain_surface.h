@@ -154,10 +154,7 @@ EG_OUTLINE Mask scatter_chain(const SceneView& scene, const ChainSurface& s, Mas
     ray.origin = select(scatters, leave_surface(s.x, next.wi), ray.origin);
     ray.direction = select(scatters, next.wi, ray.direction);
     ray.from = select(scatters, s.x.position, ray.from);
-    ray.kind = select(
-        scatters,
-        select(transmitted, splat(static_cast<int>(kTransmissionRay)), splat(static_cast<int>(kGlossyRay))),
-        ray.kind);
+    ray.kind = select(scatters, select(transmitted, splat(kTransmissionRay), splat(kGlossyRay)), ray.kind);
     ray.lobe = select(scatters, lobe, ray.lobe);
     return fine;
 }

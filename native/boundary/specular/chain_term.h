@@ -203,7 +203,7 @@ EG_OUTLINE Mask append_surfaces(const SceneView& scene, const BoundaryTask& task
     y.distance = way.distance - s.view.distance;
     queued = append_scattering(work, queued, active, lane_index() + at, s.point, way.w, y, zero3(),
                                kept_before_start(scene, active, y, way.w, s.view.distance), splat(0),
-                               p.segment + 1, bounces, splat(static_cast<int>(kDiffuseRay)));
+                               p.segment + 1, bounces, splat(kDiffuseRay));
     return active;
 }
 

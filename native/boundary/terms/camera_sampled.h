@@ -369,7 +369,7 @@ EG_OUTLINE int sample_from_camera(const SceneView& scene, const BoundaryTask& ta
     color_of_jump(scene, p, edge, s);
     return append_scattering(work, queued, s.active, path.path, s.point, s.towards, y.hit, y.aside,
                              y.through * kept_before_start(scene, s.active, y.hit, s.towards, s.reach),
-                             y.passed, begun.length + 2, bounces, splat(static_cast<int>(kDiffuseRay)));
+                             y.passed, begun.length + 2, bounces, splat(kDiffuseRay));
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -56,12 +56,11 @@ EG_INLINE ShadowSource choose_source(const SceneView& scene, const BoundaryTask&
     source.kinds =
         select(source.table, splat(kScatteredRays | kOfTable),
                select(source.faces, splat(kScatteredRays), splat(kScatteredRays & scene.environment_mask)));
-    source.ray_kind = splat(static_cast<int>(kDiffuseRay));
+    source.ray_kind = splat(kDiffuseRay);
     source.which = which;
     if (scene.lights.any_hidden && any(source.table)) {
-        const Int chosen = select(kind < 1.0f / 3.0f, splat(static_cast<int>(kDiffuseRay)),
-                                  select(kind < 2.0f / 3.0f, splat(static_cast<int>(kGlossyRay)),
-                                         splat(static_cast<int>(kTransmissionRay))));
+        const Int chosen = select(kind < 1.0f / 3.0f, splat(kDiffuseRay),
+                                  select(kind < 2.0f / 3.0f, splat(kGlossyRay), splat(kTransmissionRay)));
         source.ray_kind = select(source.table, chosen, source.ray_kind);
         source.kinds = select(source.table, ray_mask(chosen) | kOfTable, source.kinds);
         source.scale = select(source.table, source.scale * 3.0f, source.scale);

@@ -55,8 +55,8 @@ EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryT
     const Vec3 normal = out_of_axis * cosine - l.direction * sine;
     Float area = splat(1.0f);
     s.point = l.position;
-    const Mask sphere = s.y.kind == splat(static_cast<int>(kSphereLight));
-    const Mask sized = sphere | (s.y.kind == splat(static_cast<int>(kDiskLight)));
+    const Mask sphere = s.y.kind == splat(kSphereLight);
+    const Mask sized = sphere | (s.y.kind == splat(kDiskLight));
     if (any(sized)) {
         const auto [u, v] = sobol_pair(p.random, kPairLight);
         Float x, y;

@@ -49,7 +49,7 @@ EG_INLINE int append_side(const SceneView& scene, Workspace& work, int queued, c
     const Vec3 step = near_point(scene, e, near, e.normal, y.b1, y.b2);
     const Vec3 kept = kept_before_start(scene, active, y, s.towards, s.reach) * blend;
     return append_scattering(work, queued, active, path, s.point, s.towards, y, step, kept, splat(0), segment,
-                             bounces, splat(static_cast<int>(kDiffuseRay)));
+                             bounces, splat(kDiffuseRay));
 }
 
 // Samples the term without L+ and L-.

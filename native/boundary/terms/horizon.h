@@ -141,7 +141,7 @@ EG_OUTLINE int cut_beyond(const SceneView& scene, const HorizonTask& task, const
     met &= cut.active;
     if (!any(met)) return queued;
     // Choose the kind of the bounce at x by the BSDF, and test the bounce limits.
-    Int kind = splat(static_cast<int>(kDiffuseRay)), bounces = p.bounces & 0xffffff;
+    Int kind = splat(kDiffuseRay), bounces = p.bounces & 0xffffff;
     if (kinds_matter(scene, task.image.limits, task.image.max_depth)) {
         const Float chance = sobol_pair(random, kPairStrategy).v;
         const Vec3 soft = scattered_at_horizon(scene, s, met, side, w, splat(1 << kDiffuseRay));

@@ -84,7 +84,7 @@ struct CutLight {
     Arc arc;
 
     EG_INLINE Float distance(Vec3 w) const {
-        const auto is = [&](LightKind k) { return kind == splat(static_cast<int>(k)); };
+        const auto is = [&](LightKind k) { return kind == splat(k); };
         const Mask flat = is(kRectangleLight) | is(kEllipseLight), disk = is(kDiskLight);
         const Vec3 normal = select(flat, light.direction, center);
         const Float way = dot(center, normal) / dot(w, normal);
@@ -99,7 +99,7 @@ EG_INLINE CutLight cut_light(const LightView& lights, Mask active, Int row, Int 
     cut.center = l.position - x;
     const Vec3 c = cut.center;
     const auto take = [&](LightKind k, const auto& arc_of) {
-        const Mask here = active & (kind == splat(static_cast<int>(k)));
+        const Mask here = active & (kind == splat(k));
         if (!(lights.kinds >> k & 1) || !any(here)) return;
         const Arc arc = arc_of(here);
         cut.arc.active |= arc.active;

@@ -226,6 +226,9 @@ EG_INLINE void gather_row(const float* base, int stride, const R& row, Float (&o
 // Single operations are always inlined, as for raw packets, because most of them have constant operands and
 // reduce to a test and an instruction. The compiler decides about larger functions; inlining them all would
 // make compilation very slow.
+namespace edgegrad::EDGEGRAD_ISA {
+inline Float sqrt(Float a);
+}
 #include "simd/vector.h"
 
 #undef EG_INLINE

@@ -108,7 +108,7 @@ struct RimOfSurface {
 // Radiance of lights of the table along specular and camera rays.
 EG_INLINE Vec3 lights_met(const SceneView& scene, const Vertex& v, Mask active, Vec3 from, Vec3 direction) {
     Vec3 sum = zero3();
-    const Vec3 w = direction * (1.0f / max(sqrt(dot(direction, direction)), 1e-30f));
+    const Vec3 w = unit_vector(direction);
     for_each_met_light(
         scene, active, from, load(v.from_mesh), w, load(v.near), load(v.far), load(v.kind),
         load(v.bounces_before_last), [&](int row, Mask seen, const LightRow& l, Float distance, Float) {

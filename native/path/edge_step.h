@@ -62,8 +62,7 @@ EG_OUTLINE int scatter_step(const SceneView& scene, const ImageTask& task, Works
     const TexturePoint beside = texture_point(scene, y, -p.direction, p.kind, point.history);
     const Vec3 albedo[2] = {shader.color(kBaseColor),
                             surface_shader(scene, y, beside, lobe_u).color(kBaseColor)};
-    Vec3 normal = x.normal + y.normal;
-    normal = normal * (1.0f / max(sqrt(dot(normal, normal)), 1e-30f));
+    const Vec3 normal = unit_vector(x.normal + y.normal);
     const auto flat = [](Vec3 smooth, Vec3 n) {
         return (smooth.x == n.x) & (smooth.y == n.y) & (smooth.z == n.z);
     };

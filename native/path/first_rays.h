@@ -10,7 +10,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 // Initializes a packet of camera paths. The caller sets `active`, `path`, the rays and `touched`.
 EG_INLINE PathPacket first_segment(int max_depth) {
     PathPacket p;
-    p.throughput = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    p.throughput = one3();
     p.pdf = splat(0.0f);
     p.segment = splat(1);
     p.vertex = p.bounces = splat(0);

@@ -198,7 +198,7 @@ EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspac
         part.active = lambertian;
         if (work.values) {
             record_color(*work.values, lambertian, shader.closure, albedo);
-            albedo = gray(splat(1.0f));
+            albedo = one3();
         }
         if (!vertex) part.active &= largest_component(albedo) > 0.0f;
         const Vec3* smooth = scene.all_flags & kHasNormalMap ? &point.normal : nullptr;

@@ -123,7 +123,7 @@ EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Wor
                 transmittance(scene, s.active & s.casts_shadow, start, select(s.distant, s.w, s.end - start),
                               select(s.distant, splat(__builtin_inff()), 0.99999f),
                               shadow_rays(work, &vertex, kRayToLight, s.blockers));
-            record_light(vertex, s, select(s.casts_shadow, seen, gray(splat(1.0f))) * light);
+            record_light(vertex, s, select(s.casts_shadow, seen, one3()) * light);
         }
     }
     p.active &= ~followed;

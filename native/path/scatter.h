@@ -204,7 +204,7 @@ EG_INLINE void add_final_environment(const SceneView& scene, Workspace& work, co
                  : work.values ? s.weight * environment_gain(scene, s.wi)
                                : p.throughput * s.weight * environment_radiance(scene, s.wi);
     if (scene.environment_image.sampled) light = light * power_heuristic(s.pdf, environment_pdf(scene, s.wi));
-    Vec3 through = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    Vec3 through = one3();
     if (!scene.convex)
         through = transmittance(scene, active, leave_surface(x, s.wi), s.wi, splat(__builtin_inff()),
                                 shadow_rays(work, vertex, kLastRay, ray_mask(s.ray_kind)));

@@ -65,7 +65,7 @@ EG_INLINE int append_start(Workspace& work, int n, Mask active, Int path, Vec3 o
 // starts on the way.
 EG_INLINE Vec3 kept_before_start(const SceneView& scene, Mask active, const Closest& hit, Vec3 w,
                                  Float distance) {
-    const Vec3 all = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    const Vec3 all = one3();
     if (!(scene.all_flags & kHasAbsorption)) return all;
     const SurfacePoint y = surface_point(scene, active, select(active, hit.face, splat(0)), hit.b1, hit.b2, w,
                                          select(active, hit.instance, splat(-1)));

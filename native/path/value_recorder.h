@@ -64,7 +64,7 @@ EG_INLINE void record_met_light(ValueMemory& memory, const PathPacket& p, Mask s
                                 Float gain) {
     Values& v = record_values(memory, p, seen);
     record_own(memory, seen, light_source(kRowSource, splat(row)), radiance, gray(gain));
-    set3(v.next_gain, seen, gray(splat(1.0f)));
+    set3(v.next_gain, seen, one3());
 }
 
 // Records that paths pass a transparent surface, which multiplies their light by `color`.

@@ -155,8 +155,8 @@ EG_INLINE Vec3 shading_normal(const SceneView& scene, Mask active, const Shader&
 
 // Share of light that passes the surface unscattered; `color` is its tint.
 EG_INLINE Float passing_share(const Shader& s, Vec3& color) {
-    const Mask clear = s.kind == splat(static_cast<int>(kTransparent));
-    const Vec3 white = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    const Mask clear = s.kind == splat(kTransparent);
+    const Vec3 white = one3();
     color = select(clear, s.color(kBaseColor), white);
     return select(clear, splat(1.0f), select(has(s, kHasTransparency), 1.0f - s.row[kAlpha], 0.0f));
 }

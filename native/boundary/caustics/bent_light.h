@@ -52,7 +52,7 @@ EG_OUTLINE BentLight follow_bent_light(const SceneView& scene, const PathIndex& 
     out.x = hit;
     out.x.hit = splat(0);
     out.along = -w;
-    out.weight = gray(splat(1.0f));
+    out.weight = one3();
     const UInt stream = hash(random.stream ^ hash(random.sample + splat(0x51ed270bu)));
     const Int kind = splat(kDiffuseRay);
     Closest at = hit;

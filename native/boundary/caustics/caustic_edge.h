@@ -69,8 +69,7 @@ EG_OUTLINE MirrorDirection mirror_direction(const SceneView& scene, const Bounda
         }
         const Float root = sqrt(min(max(rest, 0.0f), splat(1.0f)));
         const Triangle t = placed_triangle(scene, select(by_area, d.face, splat(0)), d.instance).triangle;
-        const Vec3 way = interpolate(t, 1.0f - root, v * root) - point;
-        d.w = select(by_area, way * (1.0f / max(sqrt(dot(way, way)), 1e-30f)), d.w);
+        d.w = select(by_area, unit_vector(interpolate(t, 1.0f - root, v * root) - point), d.w);
     }
     if (any(aimed)) d.w = select(aimed, -aimed_direction(task.beams, d.aim, u, aimed_v), d.w);
     d.wedge = density_about(scene, task, p, crease, d.w, d.wedge * cells);

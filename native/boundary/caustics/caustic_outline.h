@@ -63,7 +63,7 @@ EG_INLINE SeenOutline see_outline_of(const LightRow& l, int kind, Vec3 m, Float 
     Vec3 across, normal = l.direction;
     Float area;
     if (kind == kDiskLight) {
-        normal = way * (1.0f / max(sqrt(dot(way, way)), 1e-30f));
+        normal = unit_vector(way);
         Vec3 a, b;
         basis(normal, a, b);
         across = (a * c + b * s) * l.radius;

@@ -20,10 +20,7 @@ EG_INLINE void part_normals(Vec3 g, Vec3 n1, Vec3 n2, Float& mu1, Float& mu2) {
     mu2 = (other - cosine * one) * inverse;
 }
 
-EG_INLINE Vec3 unit_normal(const Triangle& t) {
-    const Vec3 m = area_normal(t);
-    return m * (1.0f / max(sqrt(dot(m, m)), 1e-30f));
-}
+EG_INLINE Vec3 unit_normal(const Triangle& t) { return unit_vector(area_normal(t)); }
 
 // Barycentrics of a point in a face's plane.
 EG_INLINE void place_in_face(const Triangle& t, Vec3 at, Float& b1, Float& b2) {
@@ -37,7 +34,7 @@ EG_INLINE void place_in_face(const Triangle& t, Vec3 at, Float& b1, Float& b2) {
 // Transmitted light is not occluded.
 EG_INLINE Vec3 stopped_by(const SceneView& scene, Mask active, Int face, Int instance, Vec3 at, Vec3 w,
                           RayKind rays) {
-    if (!(scene.all_flags & kHasTransparency)) return {splat(1.0f), splat(1.0f), splat(1.0f)};
+    if (!(scene.all_flags & kHasTransparency)) return one3();
     Float b1, b2;
     const PlacedTriangle t = placed_triangle(scene, face, instance);
     place_in_face(t.triangle, at, b1, b2);

@@ -52,8 +52,7 @@ EG_INLINE LightCut light_cut(const LightRow& l, Int kind, Vec3 point, Vec3 tange
 EG_INLINE LightCut facing_disk_cut(const LightRow& l, const Triangle& t, Vec3 face_normal, Vec3 x, Float u) {
     constexpr float kParallel = 1e-6f;  // as in boundary/meshes/face_cut.h
     // Find the line of the two planes
-    const Vec3 way = x - l.position;
-    const Vec3 axis = way * (1.0f / max(sqrt(dot(way, way)), 1e-30f));
+    const Vec3 axis = unit_vector(x - l.position);
     const Vec3 along = cross(face_normal, axis);
     const Float sine2 = dot(along, along);
     LightCut cut{sine2 > kParallel, l.position, zero3(), axis};

@@ -179,7 +179,7 @@ EG_INLINE Sides visible_faces(const SceneView& scene, const EdgeSample& s) {
 
 // The transmittance and the number of the transparent surfaces that rays have passed.
 struct PassedSurfaces {
-    Vec3 through = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    Vec3 through = one3();
     Int passed = splat(0);
 };
 
@@ -308,8 +308,7 @@ EG_INLINE Vec3 beside_in_plane(const EdgeSample& s, const Triangle& t, Vec3 outw
     const Float inverse = 1.0f / max(dot(m, m), 1e-37f);
     b1 = dot(m, cross(d, e2)) * inverse;
     b2 = dot(m, cross(e1, d)) * inverse;
-    Vec3 across = cross(m, s.tangent);
-    across = across * (1.0f / max(sqrt(dot(across, across)), 1e-30f));
+    const Vec3 across = unit_vector(cross(m, s.tangent));
     return select(dot(across, outwards) < 0.0f, -across, across) * aside(t);
 }
 

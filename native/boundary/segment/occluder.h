@@ -69,7 +69,7 @@ EG_INLINE Mask on_edge_face(const SceneView& scene, const SegmentSample& p, cons
 // have equal transmittance.
 EG_OUTLINE Vec3 transparent_jump(const SceneView& scene, const SegmentSample& p, Mask active, Float u,
                                  Vec3 across, Vec3 towards) {
-    const Vec3 white = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    const Vec3 white = one3();
     Vec3 plus = white, minus = white;
     // Find the largest number of faces in any lane
     uint32_t most = 0;

@@ -73,8 +73,7 @@ EG_INLINE ChainLightRay see_chain_light(const SceneView& scene, Mask active, con
     // Find the point and the light's normal
     const Mask disk = on_row & light.is(kDiskLight);
     if (any(disk)) {
-        const Vec3 way = l.position - x;
-        const Vec3 axis = way * (1.0f / max(sqrt(dot(way, way)), 1e-30f));
+        const Vec3 axis = unit_vector(l.position - x);
         Vec3 a, b;
         basis(axis, a, b);
         y = select(disk, l.position + a * light.place.x + b * light.place.y, y);
@@ -122,7 +121,7 @@ EG_INLINE ChainLightRay see_chain_light(const SceneView& scene, Mask active, con
 // surfaces that scatter; their radiance is estimated by paths.
 EG_INLINE Vec3 radiance_of(const SceneView& scene, Mask active, const ChainLight& light,
                            const ChainLightRay& seen, Int mesh) {
-    Vec3 radiance = select(active & light.scatters, gray(splat(1.0f)), zero3());
+    Vec3 radiance = select(active & light.scatters, one3(), zero3());
     const Mask environment = active & light.environment();
     if (any(environment)) radiance = select(environment, environment_radiance(scene, seen.w), radiance);
     const Mask on_row = active & (light.row >= 0) & shines_on(scene, light.row, mesh, splat(0));
@@ -248,7 +247,7 @@ EG_OUTLINE Mask choose_chain_light(const SceneView& scene, const ScatteringPoint
             const LightRow l = gather_light(scene.lights, select(disk, s.row, splat(0)));
             const Vec3 way = l.position - x.x.position;
             Vec3 a, b;
-            basis(way * (1.0f / max(sqrt(dot(way, way)), 1e-30f)), a, b);
+            basis(unit_vector(l.position - x.x.position), a, b);
             const Vec3 across = light.place - l.position;
             light.place = select(disk, {dot(across, a), dot(across, b), splat(0.0f)}, light.place);
         }

@@ -193,7 +193,7 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
         end = select(near, s.towards * s.distance, end);
         far = select(near, splat(0.99999f), far);
     }
-    Vec3 passed = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    Vec3 passed = one3();
     const Mask on_face = s.active & source.faces;
     if (any(on_face)) meet_face(scene, task, p, on_face, path.path, s, light, passed);
     const Int face = s.y.face;

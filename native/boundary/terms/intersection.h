@@ -86,7 +86,7 @@ EG_INLINE IntersectingPair pick_intersection(const SceneView& scene, const Bound
 EG_INLINE Vec3 direction_about(const BoundaryTask& task, const SegmentSample& p, Float& density) {
     Float u, v;
     density = splat(kInvFourPi * cell_numbers(task, p, u, v));
-    const Vec3 axis = p.t * (1.0f / max(sqrt(dot(p.t, p.t)), 1e-30f));
+    const Vec3 axis = unit_vector(p.t);
     Vec3 a, b;
     basis(axis, a, b);
     Float s, c;

@@ -146,7 +146,7 @@ EG_OUTLINE OutlineSample sample_outline(const SceneView& scene, const BoundaryTa
                       select(sun, s.view.direction * (reach - s.view.near), s.view.origin - end),
                       select(sun, splat(1.0f), 1.0f - s.view.near / max(reach, 1e-30f)),
                       {splat(1 << kCameraRay), kCameraRay, task.limits.transparent});
-    const Vec3 white = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    const Vec3 white = one3();
     s.color = l.radiance * light_factor(l, s.view.direction, distance) *
               select(reach > s.view.near, through, white);
     s.active &= largest_component(s.color) > 0.0f;

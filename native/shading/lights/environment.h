@@ -45,7 +45,7 @@ EG_INLINE Vec3 filter_environment(const EnvironmentView& map, Float u, Float v) 
 
 // Factor of the environment's colour in the direction w.
 EG_INLINE Vec3 environment_gain(const SceneView& scene, Vec3 w) {
-    if (!scene.environment_image.pixels) return gray(splat(1.0f));
+    if (!scene.environment_image.pixels) return one3();
     Float u, v;
     environment_place(scene, w, u, v);
     return filter_environment(scene.environment_image, u, v);

@@ -24,7 +24,7 @@ struct Arc {
 // The arc between two points of the plane, relative to x.
 EG_INLINE Arc arc_between(Mask active, Vec3 n, Vec3 p, Vec3 q) {
     p = p - n * dot(n, p);
-    const Vec3 first = p * (1.0f / max(sqrt(dot(p, p)), 1e-30f));
+    const Vec3 first = unit_vector(p);
     return {active, first, atan2(dot(cross(n, first), q), dot(first, q))};
 }
 

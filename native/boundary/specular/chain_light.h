@@ -174,8 +174,7 @@ EG_OUTLINE Mask choose_environment(const SceneView& scene, const ScatteringPoint
     found &= (x.both_sides | (dot(x.x.normal, w) > 0.0f)) & (density > 0.0f);
     light.row = select(found, splat(-1), light.row), light.face = select(found, splat(-1), light.face);
     light.place = select(found, w, light.place);
-    const int blocked_by = scene.environment_image.sampled ? 1 << kShadowRay : 1 << kDiffuseRay;
-    light.blockers = select(found, splat(blocked_by), light.blockers);
+    light.blockers = select(found, environment_blockers(scene), light.blockers);
     light.visible_to = select(found, splat(scene.environment_mask), light.visible_to);
     light.density = select(found, density, light.density);
     return found;
@@ -281,7 +280,7 @@ EG_INLINE FarEnd far_end(const SceneView& scene, const ChainLight& light) {
     FarEnd y = still_far_end();
     y.face = light.face, y.instance = light.instance, y.b1 = light.b1, y.b2 = light.b2;
     y.row = light.row, y.kind = light.kind;
-    y.environment = light.environment() & splat(scene.environment_image.pixels ? -1 : 0);
+    y.environment = light.environment() & turns_with_environment(scene);
     return y;
 }
 

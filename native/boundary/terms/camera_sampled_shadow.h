@@ -171,12 +171,12 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
     if (!any(s.active)) return s;
 
     // Set the light beyond the edge
-    Int blockers = splat(scene.environment_image.sampled ? 1 << kShadowRay : 1 << kDiffuseRay);
+    Int blockers = environment_blockers(scene);
     Vec3 light = select(source.environment, environment_radiance(scene, s.towards), zero3());
     Vec3 end = s.towards;
     Float far = splat(__builtin_inff());
     s.distance = splat(__builtin_inff());
-    s.y.environment = select(source.environment, splat(scene.environment_image.pixels ? -1 : 0), splat(0));
+    s.y.environment = source.environment & turns_with_environment(scene);
     const Mask on_row = s.active & source.table;
     if (any(on_row)) {
         Float count;

@@ -181,12 +181,12 @@ EG_OUTLINE BoundarySegment sample_field_tangent_shadow(const SceneView& scene, c
     Float turn;
     const SegmentSample p = begin_on_field(scene, task, at, cursor, line, turn, s);
     if (task.kind == kFieldEnvironment) {
-        const Int rays = splat(scene.environment_image.sampled ? 1 << kShadowRay : 1 << kDiffuseRay);
+        const Int rays = environment_blockers(scene);
         s.active &= meets_field(scene, s, rays);
         if (!any(s.active)) return s;
         touch_by_curvature(scene, turn, line, s);
         s.distance = splat(__builtin_inff());
-        s.y.environment = splat(scene.environment_image.pixels ? -1 : 0);
+        s.y.environment = turns_with_environment(scene);
         if (any(s.active))
             connect_shadow(scene, task, p, line.exit, requested, adjoint, line.measure,
                            MetEnvironment{stopped(scene, s, line.at.normal), rays}, s);

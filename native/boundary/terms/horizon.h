@@ -134,7 +134,7 @@ EG_OUTLINE int cut_beyond(const SceneView& scene, const HorizonTask& task, const
     cut.y.face = select(met, y.hit.face, splat(-1)), cut.y.instance = y.hit.instance;
     cut.y.b1 = y.hit.b1, cut.y.b2 = y.hit.b2;
     cut.material_weight = 1.0f - fixed_direction_weight(scene, met, p.segment - 1, s.x, cut.y);
-    cut.y.environment = open & splat(scene.environment_image.pixels ? -1 : 0);
+    cut.y.environment = open & turns_with_environment(scene);
     cut.color = f * (1.0f / max(density, 1e-30f));
     if (any(open))
         cut.color = select(open, cut.color * y.through * environment_radiance(scene, w), cut.color);

@@ -57,4 +57,14 @@ EG_INLINE Vec3 environment_radiance(const SceneView& scene, Vec3 w) {
     return scene.environment_image.pixels ? color * environment_gain(scene, w) : color;
 }
 
+// The meshes that block light of the environment: shadow rays test for samples of its image; without an image
+// that is sampled, scattered rays find it.
+EG_INLINE Int environment_blockers(const SceneView& scene) {
+    return splat(scene.environment_image.sampled ? 1 << kShadowRay : 1 << kDiffuseRay);
+}
+// Lanes whose light turns with the environment: all, or none if its radiance is the same in all directions.
+EG_INLINE Mask turns_with_environment(const SceneView& scene) {
+    return splat(scene.environment_image.pixels ? -1 : 0);
+}
+
 }  // namespace edgegrad::EDGEGRAD_ISA

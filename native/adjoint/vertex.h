@@ -203,7 +203,7 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
         out.light = select(missed, environment_radiance(scene, towards) * environment_weight, out.light);
     }
     // Add lights of the table along the ray
-    if (scene.lights.sized_count + scene.lights.sized_distant > 0 && any(screen_form))
+    if (scene.lights.all_sized() > 0 && any(screen_form))
         out.light = out.light + lights_met(scene, v, screen_form & ~load(v.rim), arrival.from, direction);
     if (!any(hit)) return out;
 
@@ -254,8 +254,8 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     shader.scale = load(v.scale);
     if (scene.any_mixture) {
         // The closure was chosen in proportion to its weight, so only relative changes of the weight count.
-        const Int first = gather(scene.material_first_closure, x.material);
-        const Mask mixed = hit & (gather(scene.material_first_closure + 1, x.material) - first > 1);
+        const Mask mixed = hit & (closure_count(scene, x.material) > 1);
+
         if (any(mixed))
             shader.scale = select(
                 mixed, shader.scale * relative(closure_weight(scene, mixed, closure, point)), shader.scale);

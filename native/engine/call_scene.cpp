@@ -192,7 +192,7 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const Scene
         view_.light_tail = followed_.tail.data();
         view_.any_tail =
             std::any_of(followed_.tail.begin(), followed_.tail.end(), [](float t) { return t > 0.0f; });
-        for (int32_t k = 0; k < view_.lights.sized_count + view_.lights.sized_distant; ++k)
+        for (int32_t k = 0; k < view_.lights.all_sized(); ++k)
             view_.least_followed =
                 std::min(view_.least_followed, view_.light_followed[view_.lights.sized[k]]);
     }

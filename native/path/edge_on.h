@@ -70,9 +70,7 @@ static void weigh_edge_on_kernel(const SceneView& scene, const EdgeOnFaces& face
             const Mask listed = density > 0.0f;
             if (any(listed)) {
                 // Compute the weight from the face's projected area
-                const Triangle t = placed_triangle(scene, select(listed, face, splat(0)),
-                                                   select(listed, instance, splat(-1)))
-                                       .triangle;
+                const Triangle t = placed_triangle(scene, listed, face, instance).triangle;
                 LensPoint lens = {splat(0.0f), splat(0.0f)};
                 if (scene.camera.aperture_radius > 0.0f)
                     aperture_point(scene.camera, gather(work.camera.lens_u, path),

@@ -267,7 +267,7 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
         }
         // Add lights that rays meet before their surfaces. For recorded paths, sweeps do so behind perfect
         // and followed lobes (adjoint/vertex.h); other light of the table is found by emitter samples alone.
-        if (!vertex && scene.lights.sized_count + scene.lights.sized_distant > 0)
+        if (!vertex && scene.lights.all_sized() > 0)
             add_sized_lights(scene, work, p,
                              select(hit, load(work.hits.distance + at), splat(__builtin_inff())));
         if (work.values) record_values(*work.values, p, p.active);

@@ -103,7 +103,7 @@ EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Wor
     const Float share = 1.0f / max(r.chance, 0.5f * kRimChance), scale = share / r.sample.pdf;
     Mask followed = splat(0);
     if (bsdf.any_lobe[kInterfaceLobe]) followed = through & bsdf.glass.facets.followed;
-    if (scene.lights.sized_count + scene.lights.sized_distant > 0) {
+    if (scene.lights.all_sized() > 0) {
         Float count;
         LightSample s = sample_met_light(scene, through, x, w, kind, bounces_before(p), r.u, count);
         Float light = scale * count;

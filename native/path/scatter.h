@@ -79,7 +79,7 @@ EG_INLINE LightSample sample_light_at(const SceneView& scene, const PathPacket& 
         number = bits(select(sharp, bits(index.sample), bits(number)));
         sobol_pair(index.stream, number, vertex_pair(p.vertex, kVertexLight), u, v);
         v = mirrored(sharp & index.mirrored, v);
-        const bool sized = scene.lights.sized_count + scene.lights.sized_distant > 0;
+        const bool sized = scene.lights.all_sized() > 0;
         if (sized && any(p.active & (throwing != 0)))
             return sample_light_and_thrown(scene, p, x, surface, index, number, u, v, shading, throwing,
                                            thrown);

@@ -67,8 +67,7 @@ EG_INLINE Vec3 kept_before_start(const SceneView& scene, Mask active, const Clos
                                  Float distance) {
     const Vec3 all = one3();
     if (!(scene.all_flags & kHasAbsorption)) return all;
-    const SurfacePoint y = surface_point(scene, active, select(active, hit.face, splat(0)), hit.b1, hit.b2, w,
-                                         select(active, hit.instance, splat(-1)));
+    const SurfacePoint y = hit_surface(scene, active, hit, w);
     return kept_inside(scene, y, gather(scene.material_first_closure, y.material), distance);
 }
 

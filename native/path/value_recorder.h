@@ -19,7 +19,7 @@ EG_INLINE bool requests_lights(const ValueMemory& m) { return requests_emission(
 // The same for sources that rays can meet; they cannot meet lights without size.
 EG_INLINE bool requests_met_light(const SceneView& scene, const ValueMemory& m) {
     return requests_environment(m) || requests_emission(m) ||
-           (requests_rows(m) && scene.lights.sized_count + scene.lights.sized_distant > 0);
+           (requests_rows(m) && scene.lights.all_sized() > 0);
 }
 
 EG_INLINE void add3(Values::Floats (&field)[3], Mask m, Vec3 a) {

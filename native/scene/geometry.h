@@ -186,6 +186,10 @@ EG_INLINE PlacedTriangle placed_triangle(const SceneView& scene, Int face, Int i
     t.handed = place_triangle(scene, instance, t.triangle);
     return t;
 }
+// Other lanes get an arbitrary face.
+EG_INLINE PlacedTriangle placed_triangle(const SceneView& scene, Mask active, Int face, Int instance) {
+    return placed_triangle(scene, select(active, face, splat(0)), select(active, instance, splat(-1)));
+}
 
 // The surface point of a face at barycentrics (b1, b2), seen along `view` (towards the surface).
 EG_INLINE SurfacePoint surface_point(const SceneView& scene, Mask active, Int face, const PlacedTriangle& t,

@@ -23,7 +23,7 @@ EG_INLINE Vec3 closure_emission(const SurfacePoint& x, const Shader& shader, con
 EG_OUTLINE Vec3 emitted_radiance(const SceneView& scene, const SurfacePoint& x, const TexturePoint& point) {
     Vec3 sum = zero3();
     const Int first = gather(scene.material_first_closure, x.material);
-    const Int count = gather(scene.material_first_closure + 1, x.material) - first;
+    const Int count = closure_count(scene, x.material);
     for (Int k = splat(0); any(x.active & (k < count)); k = k + 1) {
         SurfacePoint part = x;
         part.active = x.active & (k < count);

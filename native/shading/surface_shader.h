@@ -27,6 +27,12 @@ EG_INLINE void load_row(const SceneView& scene, Shader& s, int place) {
     for (int k = 0; k < N; ++k) s.row[place + k] = values[k];
 }
 
+// The number of closures of a material.
+EG_INLINE Int closure_count(const SceneView& scene, Int material) {
+    return gather(scene.material_first_closure + 1, material) -
+           gather(scene.material_first_closure, material);
+}
+
 // The smooth normal of displaced surfaces: `point.normal`, bent by the material's own program, whose vectors
 // may have any length.
 EG_OUTLINE Vec3 displaced_normal(const SceneView& scene, Mask active, Int material,
@@ -78,7 +84,7 @@ EG_INLINE Int pick_closure(const SceneView& scene, const SurfacePoint& x, const 
     const Int first = gather(scene.material_first_closure, x.material);
     scale = splat(1.0f);
     if (!scene.any_mixture) return first;
-    const Int count = gather(scene.material_first_closure + 1, x.material) - first;
+    const Int count = closure_count(scene, x.material);
     const Mask mixed = x.active & (count > 1);
     if (!any(mixed)) return first;
     // One pass over the weights: each closure replaces the previous choice with the probability weight / (sum

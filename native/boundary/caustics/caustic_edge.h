@@ -98,8 +98,7 @@ EG_OUTLINE int sample_caustic_edges(const SceneView& scene, const BoundaryTask& 
         Mask active = p.active & m.found & (m.hit.distance > 1e-5f * largest_component(point)) &
                       ((d.face < 0) | ((m.hit.face == d.face) & (m.hit.instance == d.instance)));
         if (!any(active)) continue;
-        const SurfacePoint s = surface_point(scene, active, select(active, m.hit.face, splat(0)), m.hit.b1,
-                                             m.hit.b2, d.w, select(active, m.hit.instance, splat(-1)));
+        const SurfacePoint s = hit_surface(scene, active, m.hit, d.w);
         active &=
             may_have(scene, s, active, kHasGlossy | kHasRefraction) & ~on_field(scene, active, m.hit.face);
         if (!any(active)) continue;

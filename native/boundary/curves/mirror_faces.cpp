@@ -15,7 +15,7 @@ namespace {
 class Irradiance {
  public:
     explicit Irradiance(const LightView& lights) {
-        for (int32_t k = 0; k < lights.sized_count + lights.sized_distant; ++k) {
+        for (int32_t k = 0; k < lights.all_sized(); ++k) {
             const int32_t row = lights.sized[k];
             if (!(lights.visible_to[row] & kBentRays)) continue;
             const float* p = lights.params + kLightParams * static_cast<ptrdiff_t>(row);

@@ -56,8 +56,7 @@ EG_INLINE void plane_point_blocks(Mode& mode, const SceneView& scene, const Deri
         mode.field(field, face, at, g, color);
         moves &= ~field;
     }
-    const PlacedTriangle t =
-        placed_triangle(scene, select(moves, face, splat(0)), select(moves, instance, splat(-1)));
+    const PlacedTriangle t = placed_triangle(scene, moves, face, instance);
     Float b1, b2;
     place_in_face(t.triangle, at, b1, b2);
     face_point_blocks(mode, scene, requested, moves, face, instance, b1, b2, g, color);

@@ -288,9 +288,7 @@ EG_OUTLINE Behind look_behind(const SceneView& scene, EdgeSample& s, const Sides
 // The depth slope of the plane in which the edge lies, on the side of N. On the other side it is the
 // negative.
 EG_INLINE Float touched_slope(const SceneView& scene, const EdgeSample& s, const Closest& hit) {
-    Triangle t = gather_triangle(scene, hit.face);
-    place_triangle(scene, hit.instance, t);
-    const Vec3 m = area_normal(t);
+    const Vec3 m = area_normal(placed_triangle(scene, hit.face, hit.instance).triangle);
     const Float md = dot(m, s.view.across_of);
     return select(md != 0.0f, -dot(m, s.normal) / select(md != 0.0f, md, 1.0f), splat(__builtin_inff()));
 }
@@ -338,9 +336,7 @@ EG_INLINE Vec3 near_point(const SceneView& scene, const EdgeSample& s, const Sid
 // The same for the surface that contains the edge.
 EG_INLINE Vec3 touched_point(const SceneView& scene, const EdgeSample& s, const Closest& hit, Vec3 outwards,
                              Float& b1, Float& b2) {
-    Triangle t = gather_triangle(scene, hit.face);
-    place_triangle(scene, hit.instance, t);
-    return beside_in_plane(s, t, outwards, b1, b2);
+    return beside_in_plane(s, placed_triangle(scene, hit.face, hit.instance).triangle, outwards, b1, b2);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -65,11 +65,9 @@ struct ScatteringPoint {
     }
 };
 
-// Shaders that scatter light from behind.
+// Surfaces that scatter light from behind.
 EG_INLINE Mask scatters_on_both_sides(const Shader& shader) {
-    return ~has(shader, kLambertian) &
-           (has(shader, kHasRefraction) | (shader.kind == static_cast<int>(kTranslucent)) |
-            (shader.kind == static_cast<int>(kDisney)));
+    return ~has(shader, kLambertian) & transmits(shader);
 }
 
 // The surfaces that paths have hit, shaded as in the path tracer.

@@ -58,8 +58,7 @@ EG_OUTLINE void connect_shadow(const SceneView& scene, const BoundaryTask& task,
     s.reach = exit.gap + receiver.hit.distance;
     s.active &= receiver.found & (s.reach > 1e-5f * largest_component(s.point));
     if (!any(s.active)) return;
-    const PlacedTriangle t = placed_triangle(scene, select(s.active, receiver.hit.face, splat(0)),
-                                             select(s.active, receiver.hit.instance, splat(-1)));
+    const PlacedTriangle t = placed_triangle(scene, s.active, receiver.hit.face, receiver.hit.instance);
     s.view = place_in_picture(scene, s.active, hit_position(scene, s.active, receiver.hit, t), p.random);
     s.x = surface_point(scene, s.active & (chained | s.view.active),
                         select(s.active, receiver.hit.face, splat(0)), t, receiver.hit.b1, receiver.hit.b2,

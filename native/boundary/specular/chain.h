@@ -78,6 +78,7 @@ struct ChainCount {
     EG_INLINE Mask may_pass() const {
         return bounce_count(p.bounces, splat(kShadowRay)) < limits.limits.transparent;
     }
+    EG_INLINE void add_passed(Mask passed) { p.bounces = add_bounce(p.bounces, passed, splat(kShadowRay)); }
 };
 
 // Lanes whose surface may have a shader with one of these flags.

@@ -244,7 +244,6 @@ EG_OUTLINE Mask choose_chain_light(const SceneView& scene, const ScatteringPoint
         const Mask disk = at & light.is(kDiskLight);
         if (any(disk)) {
             const LightRow l = gather_light(scene.lights, select(disk, s.row, splat(0)));
-            const Vec3 way = l.position - x.x.position;
             Vec3 a, b;
             basis(unit_vector(l.position - x.x.position), a, b);
             const Vec3 across = light.place - l.position;

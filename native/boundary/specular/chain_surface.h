@@ -99,8 +99,7 @@ EG_OUTLINE ChainSurface chain_surface(const SceneView& scene, const SurfacePoint
                                       const TexturePoint& point, Int closure) {
     ChainSurface s{x, point, closure_shader(scene, x, closure, point), splat(1.0f), splat(0.0f), zero3()};
     if (scene.any_mixture) {
-        const Int first = gather(scene.material_first_closure, x.material);
-        const Mask mixed = x.active & (gather(scene.material_first_closure + 1, x.material) - first > 1);
+        const Mask mixed = x.active & (closure_count(scene, x.material) > 1);
         if (any(mixed))
             s.closure_weight = select(mixed, closure_weight(scene, mixed, closure, point), s.closure_weight);
     }

@@ -21,11 +21,6 @@ EG_OUTLINE Vec3 stored_place(const SceneView& scene, const ChainCrossings& c, in
     return hit_position(scene, active, hit, placed_triangle(scene, hit.face, hit.instance));
 }
 
-EG_INLINE Vec3 unit_way(Vec3 from, Vec3 to) {
-    const Vec3 way = to - from;
-    return way * (1.0f / max(sqrt(dot(way, way)), 1e-30f));
-}
-
 // The kind of bounce by which paths go on from a surface: any is possible, but where lobes are wider behind
 // diffuse bounces, none behind these is as narrow as those of caustics.
 EG_INLINE Int aimed_kind(const SceneView& scene) {

@@ -195,7 +195,7 @@ EG_INLINE TouchedCurve touched_light(const SceneView& scene, const SpecularChain
     const int kind = transmits ? kTransmissionRay : kGlossyRay;
     const LightView& lights = scene.lights;
     TouchedCurve found;
-    for (int k = 0; k < lights.sized_count + lights.sized_distant; ++k) {
+    for (int k = 0; k < lights.all_sized(); ++k) {
         const int row = lights.sized[k];
         if (!shines_along(scene, row, p.mesh[last][i], kind, bounces)) continue;
         const auto rho = [&](const SpecularChain& c) {

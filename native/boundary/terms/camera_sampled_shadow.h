@@ -44,7 +44,7 @@ EG_INLINE ShadowSource choose_source(const SceneView& scene, const BoundaryTask&
                                      Mask direct) {
     const Float pick = sobol_pair(p.random, kPairStrategy).u;
     const auto [which, kind] = sobol_pair(p.random, vertex_pair(splat(kLobeVertex + 7), kVertexChoice));
-    const bool sized = scene.lights.sized_count + scene.lights.sized_distant > 0;
+    const bool sized = scene.lights.all_sized() > 0;
     const Float table = select(~direct & splat(sized ? -1 : 0), splat(1.0f), 0.0f);
     const Float others = table + (scene.has_environment ? 1.0f : 0.0f);
     ShadowSource source;

@@ -172,8 +172,7 @@ EG_OUTLINE int sample_horizon(const SceneView& scene, const HorizonTask& task, c
         scene.mesh_contact && task.lights && (scene.lights.kinds & kTurningLights) && any(target > 1);
     if (scene.mesh_contact) begin_fixed_direction_chain(scene, p.active, target - 1, out.fixed);
     if (chains) {
-        const PlacedTriangle t =
-            placed_triangle(scene, select(hit.hit, face, splat(0)), select(hit.hit, hit.instance, splat(-1)));
+        const PlacedTriangle t = placed_triangle(scene, hit.hit, face, hit.instance);
         first = hit_position(scene, hit.hit, hit, t);
     }
     walk_camera_paths(scene, task.image, p, hit, target, {}, chains ? &out.fixed : nullptr, &parts);

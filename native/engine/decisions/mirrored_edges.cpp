@@ -14,7 +14,7 @@ namespace {
 std::vector<int32_t> lights_in_mirrors(const BoundaryFacts& f) {
     const LightView& lights = f.scene.lights;
     std::vector<int32_t> shown;
-    for (int32_t k = 0; k < lights.sized_count + lights.sized_distant; ++k) {
+    for (int32_t k = 0; k < lights.all_sized(); ++k) {
         const int32_t row = lights.sized[k];
         if ((lights.visible_to[row] & kBentRays) &&
             may_be_specular(f.tables, f.scene.light_followed ? f.scene.light_followed[row] : 0.0f))

@@ -58,12 +58,10 @@ void PreparedScene::hold_directions(const SceneTables& tables, const RequestedMo
         for (int32_t face = first; face < last; ++face) faces[static_cast<size_t>(face)] = emits(face);
     }
     for (size_t m = 0; m < materials.size(); ++m) {
-        const auto first = static_cast<size_t>(tables.material_first_closure[m]),
-                   last = static_cast<size_t>(tables.material_first_closure[m + 1]);
-        for (size_t closure = first; closure < last; ++closure)
-            if (!(view_.textures.closure_program && view_.textures.closure_program[closure] >= 0) &&
-                has_sharp_lobe(tables, closure, kFixedDirectionAlpha))
-                materials[m] = 1;
+        materials[m] = any_closure(tables, m, [&](size_t closure) {
+            return !(view_.textures.closure_program && view_.textures.closure_program[closure] >= 0) &&
+                   has_sharp_lobe(tables, closure, kFixedDirectionAlpha);
+        });
         receives |= materials[m] != 0;
     }
     if (!gives || !receives) return;

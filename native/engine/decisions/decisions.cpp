@@ -27,9 +27,7 @@ namespace {
 // Meshes with shading normals that may differ from their faces' normals.
 std::vector<int32_t> bent_meshes(const SceneView& scene, const SceneTables& tables) {
     std::vector<uint8_t> mapped(tables.material_first_closure.size() - 1, 0);
-    for (size_t m = 0; m < mapped.size(); ++m)
-        for (int32_t k = tables.material_first_closure[m]; k < tables.material_first_closure[m + 1]; ++k)
-            mapped[m] |= (scene.closure_flags[k] & kHasNormalMap) != 0;
+    for (size_t m = 0; m < mapped.size(); ++m) mapped[m] = has_flags(tables, m, kHasNormalMap);
     std::vector<int32_t> out;
     for (int32_t mesh = 0; mesh < tables.visible_meshes; ++mesh) {
         const auto m = static_cast<size_t>(mesh);

@@ -43,20 +43,16 @@ bool may_jump_within_surfaces(const SceneTables& tables) {
     const auto& programs = tables.textures.closure_program;
     if (std::all_of(programs.begin(), programs.end(), [](int32_t program) { return program < 0; }))
         return false;
-    const auto textured = [&](int32_t material, const auto& counts) {
-        const auto m = static_cast<size_t>(material);
-        for (auto k = static_cast<size_t>(tables.material_first_closure[m]);
-             k < static_cast<size_t>(tables.material_first_closure[m + 1]); ++k)
-            if (programs[k] >= 0 && counts(k)) return true;
-        return false;
-    };
+
     const int32_t first =
         tables.fields.empty() ? static_cast<int32_t>(tables.face_material.size()) : tables.first_field_face();
     const auto end = static_cast<int32_t>(tables.face_material.size());
     for (int32_t face = 0; face < end; ++face) {
         const bool on_field = face >= first && face < first + static_cast<int32_t>(tables.fields.size());
-        if (textured(tables.face_material[static_cast<size_t>(face)],
-                     [&](size_t closure) { return !on_field || texture_jumps(tables, closure).any(); }))
+        const auto jumps = [&](size_t k) {
+            return programs[k] >= 0 && (!on_field || texture_jumps(tables, k).any());
+        };
+        if (any_closure(tables, static_cast<size_t>(tables.face_material[static_cast<size_t>(face)]), jumps))
             return true;
     }
     return false;

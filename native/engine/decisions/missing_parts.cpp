@@ -159,10 +159,8 @@ class Search {
  private:
     // Whether shading normals may turn, or the normals of faces.
     bool normals_turn() const {
-        for (const char* table :
-             {"normals", "texture_pixels", "texture_attributes", "texture_lookups", "texture_constants"})
-            if (requested_.any(table)) return true;
-        return (requested_.span("closure_params").columns &
+        return requested_.any("normals") || requested_.textures() ||
+               (requested_.span("closure_params").columns &
                 Requested::columns(kNormalMap, kNormalStrength + 1)) != 0;
     }
 

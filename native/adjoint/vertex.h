@@ -173,15 +173,8 @@ inline Vec3 way_through(const SceneView& scene, const VertexMemory& memory, Mask
     const Mask surface = through & (face >= 0);
     Vec3 way = turned_with_environment(scene, w);
     if (!any(surface)) return way;
-    Triangle t = gather_triangle(scene, select(surface, face, splat(0)));
-    const Int instance = next_ints(memory, surface, next, &Vertex::instance);
-    place_triangle(scene, select(surface, instance, splat(-1)), t);
-    Float b1 = constant(next_floats(memory, surface, next, &Vertex::b1)),
-          b2 = constant(next_floats(memory, surface, next, &Vertex::b2));
-    settle_on_fields(scene, surface, face, t, b1, b2);
-    move_settled_triangle(scene, surface, face, t);
-    const Vec3 y = interpolate(t, b1, b2);
-    return select(surface, y - from, way);
+    const NextPoint y = next_point(scene, memory, surface, face, next);
+    return select(surface, interpolate(y.triangle, y.b1, y.b2) - from, way);
 }
 
 // Computes the light that leaves a packet's vertices. `incoming` arrives along the ray that continues.

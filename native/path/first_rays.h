@@ -2,6 +2,7 @@
 #pragma once
 
 #include "path/camera_rays.h"
+#include "path/lens_sample.h"
 #include "path/path_queue.h"
 #include "scene/rays/rays.h"
 

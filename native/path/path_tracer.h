@@ -55,9 +55,9 @@ EG_INLINE int start_paths(const SceneView& scene, const ImageTask& task, Workspa
         p.path = lane_index() + at;
         // Sample the point on the film and the point on the lens
         const PathIndex index = path_index(task, p.path);
-        Float u, v, lens_u = splat(0.5f), lens_v = lens_u;
-        sobol_pair(index.stream, index.sample, kPairPixel, u, v);
-        if (camera.aperture_radius > 0.0f) sobol_pair(index.stream, index.sample, kPairLens, lens_u, lens_v);
+        const auto [u, v] = sobol_pair(index, kPairPixel);
+        const auto [lens_u, lens_v] = lens_numbers(camera, index);
+
         const Int rows = quotient(index.pixel + task.column, camera.width);
         const Float sx = to_float(index.pixel + task.column - rows * camera.width) + filter_sample(camera, u);
         const Float sy = to_float(rows + task.row) + filter_sample(camera, v);

@@ -33,6 +33,14 @@ EG_INLINE Int closure_count(const SceneView& scene, Int material) {
            gather(scene.material_first_closure, material);
 }
 
+// Whether a closure of a material has one of these flags.
+EG_INLINE bool material_has(const SceneView& scene, int32_t material, int32_t flags) {
+    for (int32_t k = scene.material_first_closure[material]; k < scene.material_first_closure[material + 1];
+         ++k)
+        if (scene.closure_flags[k] & flags) return true;
+    return false;
+}
+
 // The smooth normal of displaced surfaces: `point.normal`, bent by the material's own program, whose vectors
 // may have any length.
 EG_OUTLINE Vec3 displaced_normal(const SceneView& scene, Mask active, Int material,

@@ -84,7 +84,7 @@ EG_OUTLINE int sample_caustic_edges(const SceneView& scene, const BoundaryTask& 
     int found = 0;
     for (int64_t at = 0; at < task.count; at += W) {
         SegmentSample p = sample_edge_segment(scene, task, at, cursor);
-        p.active &= (gather(scene.mesh_mask, mesh_of(scene, edge_face(scene, p.edge))) & all) != 0;
+        p.active &= is_met(scene, p.edge, all);
         if (!any(p.active)) continue;
         const Float along = p.u0 + (p.u1 - p.u0) * p.tau;
         const Vec3 point = p.a + p.t * along;

@@ -22,14 +22,6 @@ EG_INLINE void part_normals(Vec3 g, Vec3 n1, Vec3 n2, Float& mu1, Float& mu2) {
 
 EG_INLINE Vec3 unit_normal(const Triangle& t) { return unit_vector(area_normal(t)); }
 
-// Barycentrics of a point in a face's plane.
-EG_INLINE void place_in_face(const Triangle& t, Vec3 at, Float& b1, Float& b2) {
-    const Vec3 m = area_normal(t), d = at - t.p0;
-    const Float size = 1.0f / max(dot(m, m), 1e-37f);
-    b1 = dot(m, cross(d, t.p2 - t.p0)) * size;
-    b2 = dot(m, cross(t.p1 - t.p0, d)) * size;
-}
-
 // The fraction of light along w that a face, placed by an instance, or a field absorbs at a point.
 // Transmitted light is not occluded.
 EG_INLINE Vec3 stopped_by(const SceneView& scene, Mask active, Int face, Int instance, Vec3 at, Vec3 w,

@@ -28,6 +28,11 @@ EG_INLINE Int edge_face(const SceneView& scene, Int edge) {
     return gather(scene.edge_faces, gather(scene.edge_face_first, edge));
 }
 
+// Whether some of the kinds of rays in a mask meet the edge's mesh.
+EG_INLINE Mask is_met(const SceneView& scene, Int edge, Int rays) {
+    return (gather(scene.mesh_mask, mesh_of(scene, edge_face(scene, edge))) & rays) != 0;
+}
+
 // Whether vertices of the edge's mesh are requested.
 EG_INLINE Mask edge_moving(const SceneView& scene, Int edge) {
     return gather(scene.face_moving, edge_face(scene, edge)) == kVerticesMove;

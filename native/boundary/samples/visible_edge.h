@@ -301,12 +301,8 @@ EG_INLINE Float aside(const Triangle& t) { return 32.0f * ray_offset(t); }
 
 // The barycentrics of e on a triangle that contains the edge, and the step from e to the side of `outwards`.
 EG_INLINE Vec3 beside_in_plane(const EdgeSample& s, const Triangle& t, Vec3 outwards, Float& b1, Float& b2) {
-    const Vec3 m = area_normal(t);
-    const Vec3 e1 = t.p1 - t.p0, e2 = t.p2 - t.p0, d = s.point - t.p0;
-    const Float inverse = 1.0f / max(dot(m, m), 1e-37f);
-    b1 = dot(m, cross(d, e2)) * inverse;
-    b2 = dot(m, cross(e1, d)) * inverse;
-    const Vec3 across = unit_vector(cross(m, s.tangent));
+    place_in_face(t, s.point, b1, b2);
+    const Vec3 across = unit_vector(cross(area_normal(t), s.tangent));
     return select(dot(across, outwards) < 0.0f, -across, across) * aside(t);
 }
 

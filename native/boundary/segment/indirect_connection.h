@@ -23,8 +23,7 @@ EG_OUTLINE int connect_indirect(const SceneView& scene, const BoundaryTask& task
     const Int length = chain_length(p, task.max_depth - 3, probability), path = lane_index() + at;
     s.screen_form = length == 0;
     const Int scattered = splat(kScatteredRays);
-    const ReceiverRays rays = {scattered, select(s.screen_form, splat(1 << kCameraRay), scattered),
-                               kDiffuseRay, splat(0)};
+    const ReceiverRays rays = receiver_rays(scattered, s.screen_form, kDiffuseRay);
     const ReceiverHit receiver =
         find_receiver(scene, s.active, exit.behind, s.towards, exit.ignored, rays, p.random);
     // If x is closer to the edge than rounding, the jump is part of the primary term (derivations, F3c).

@@ -21,12 +21,9 @@ EG_INLINE Mask transparent_occluder(const SceneView& scene, Mask active, Int edg
     if (!(scene.all_flags & kHasTransparency)) return clear;
     for (int i = 0; i < W; ++i) {
         if (!active[i]) continue;
-        for (uint32_t k = scene.edge_face_first[edge[i]]; k < scene.edge_face_first[edge[i] + 1]; ++k) {
-            const int32_t material = scene.face_material[scene.edge_faces[k]];
-            for (int32_t closure = scene.material_first_closure[material];
-                 closure < scene.material_first_closure[material + 1]; ++closure)
-                if (scene.closure_flags[closure] & kHasTransparency) clear[i] = -1;
-        }
+        for (uint32_t k = scene.edge_face_first[edge[i]]; k < scene.edge_face_first[edge[i] + 1]; ++k)
+            if (material_has(scene, scene.face_material[scene.edge_faces[k]], kHasTransparency))
+                clear[i] = -1;
     }
     return clear;
 }

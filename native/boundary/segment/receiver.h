@@ -22,6 +22,11 @@ struct ReceiverRays {
     Int first;
 };
 
+// The rays to the first receiver of a path: the camera sees it in the lanes `seen`, in others a surface does.
+EG_INLINE ReceiverRays receiver_rays(Int blockers, Mask seen, RayKind kind) {
+    return {blockers, select(seen, splat(1 << kCameraRay), splat(kScatteredRays)), kind, splat(0)};
+}
+
 // Finds the receiver along -towards from a point of an edge. If surfaces on the way are transparent or do not
 // stop the light, several receivers are possible, and one of them is chosen at random.
 EG_OUTLINE ReceiverHit find_receiver(const SceneView& scene, Mask active, Vec3 point, Vec3 towards,

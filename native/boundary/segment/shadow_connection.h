@@ -49,9 +49,7 @@ EG_OUTLINE void connect_shadow(const SceneView& scene, const BoundaryTask& task,
     Float probability;
     const Int length = chain_length(p, task.max_depth - 2, probability);
     const Mask chained = length > 0;
-    const ReceiverRays rays = {light.blockers(),
-                               select(chained, splat(kScatteredRays), splat(1 << kCameraRay)), kShadowRay,
-                               splat(0)};
+    const ReceiverRays rays = receiver_rays(light.blockers(), ~chained, kShadowRay);
     const ReceiverHit receiver =
         find_receiver(scene, s.active, exit.behind, s.towards, exit.ignored, rays, p.random);
     // If x is closer to the edge than rounding, the jump is part of the primary term (derivations, F3c).

@@ -84,13 +84,9 @@ struct ChainCount {
 // Lanes whose surface may have a shader with one of these flags.
 EG_INLINE Mask may_have(const SceneView& scene, const SurfacePoint& x, Mask active, int32_t flags) {
     Mask may = splat(0);
-    for (int i = 0; i < W; ++i) {
-        if (!active[i]) continue;
-        const int32_t first = scene.material_first_closure[x.material[i]],
-                      last = scene.material_first_closure[x.material[i] + 1];
-        for (int32_t closure = first; closure < last; ++closure)
-            if (scene.closure_flags[closure] & flags) may[i] = -1;
-    }
+    for (int i = 0; i < W; ++i)
+        if (active[i] && material_has(scene, x.material[i], flags)) may[i] = -1;
+
     return may;
 }
 

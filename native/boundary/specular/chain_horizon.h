@@ -83,14 +83,10 @@ EG_OUTLINE int see_onwards(const SceneView& scene, Mask active, const ChainRay& 
     side.active = active;
     side.path = path;
     side.origin = ray.origin, side.from = ray.from, side.direction = ray.direction;
-    Closest none;
-    none.hit = splat(0);
-    none.face = splat(0);
-    none.b1 = none.b2 = splat(0.0f);
     const Closest hit =
         intersect(scene, active, ray.origin, ray.direction, splat(0.0f), splat(__builtin_inff()),
                   ignore_nothing(), embree::kIncoherent, ray_mask(ray.kind));
-    return append_met(work, queued, side, hit, zero3(), none);
+    return append_met(work, queued, side, hit, zero3());
 }
 
 // Adds the part of -dg that is due to the face's motion, times the color, for the requested parameters.

@@ -298,9 +298,7 @@ static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task,
             side.throughput = p.throughput * behind.through;
             side.vertex = p.vertex + behind.passed;
             side.bounces = p.bounces + (behind.passed << 24);
-            Closest none = hit;
-            none.hit = splat(0);
-            queued = append_met(work, queued, side, hit, aside, none);
+            queued = append_met(work, queued, side, hit, aside);
         };
         start(sides.plus, lane_index() + at, s.normal, slope);
         start(sides.minus, lane_index() + at + count, -s.normal, -slope);

@@ -197,8 +197,7 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
     const Mask on_face = s.active & source.faces;
     if (any(on_face)) meet_face(scene, task, p, on_face, path.path, s, light, passed);
     const Int face = s.y.face;
-    if (scene.rays_differ || scene.lights.any_linked)
-        s.active &= (gather(scene.mesh_mask, mesh_of(scene, edge_face(scene, s.edge))) & blockers) != 0;
+    if (scene.rays_differ || scene.lights.any_linked) s.active &= is_met(scene, s.edge, blockers);
     divide_segment(s);
     if (any(on_face)) {
         fix_light_direction(scene, s);

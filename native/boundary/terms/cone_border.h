@@ -77,9 +77,8 @@ EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryT
     Float probability;
     const Int length = chain_length(p, task.max_depth - 2, probability);
     s.screen_form = length == 0;
-    const ReceiverRays rays = {select(links.casts_shadow, links.blockers, splat(0)),
-                               select(s.screen_form, splat(1 << kCameraRay), splat(kScatteredRays)),
-                               kShadowRay, splat(0)};
+    const ReceiverRays rays =
+        receiver_rays(select(links.casts_shadow, links.blockers, splat(0)), s.screen_form, kShadowRay);
     const ReceiverHit receiver =
         find_receiver(scene, s.active, s.point, s.towards, ignore_nothing(), rays, p.random);
     s.active &= receiver.found & (receiver.hit.distance > 0.0f);

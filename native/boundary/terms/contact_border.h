@@ -77,8 +77,7 @@ EG_OUTLINE int sample_border(const SceneView& scene, const BoundaryTask& task,
     s.active &= length < scene.fixed_direction_surfaces;
     s.screen_form = length == 0;
     const Int scattered = splat(kScatteredRays);
-    const ReceiverRays rays = {scattered, select(s.screen_form, splat(1 << kCameraRay), scattered),
-                               kDiffuseRay, splat(0)};
+    const ReceiverRays rays = receiver_rays(scattered, s.screen_form, kDiffuseRay);
     const ReceiverHit receiver =
         find_receiver(scene, s.active, s.point, s.towards, {s.edge, s.instance}, rays, p.random);
     s.active &= receiver.found & (receiver.hit.distance > 1e-5f * largest_component(s.point));

@@ -250,9 +250,8 @@ EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& t
     Float probability;
     const Int length = chain_length(p, task.max_depth - (scatters ? 3 : 2), probability);
     s.screen_form = length == 0;
-    const ReceiverRays rays = {links.blockers,
-                               select(s.screen_form, splat(1 << kCameraRay), splat(kScatteredRays)),
-                               scatters ? kDiffuseRay : kShadowRay, splat(0)};
+    const ReceiverRays rays =
+        receiver_rays(links.blockers, s.screen_form, scatters ? kDiffuseRay : kShadowRay);
     const ReceiverHit receiver =
         find_receiver(scene, s.active, s.point + w * gap, s.towards, {s.edge, s.instance}, rays, p.random);
     s.active &= receiver.found & (receiver.hit.distance > 1e-5f * largest_component(s.point));

@@ -106,8 +106,7 @@ EG_INLINE Mask below_plane(const SurfacePoint& x, Vec3 receiving, Vec3 w) {
 }
 
 // Samples direct illumination from the light sources, of which lobes in `throwing` throw a part. Lanes of
-// `alone` trace no BSDF sample that could find
-// the same light, so their weight is 1.
+// `alone` trace no BSDF sample that could find the same light, so their weight is 1.
 template <typename Surface>
 EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPacket& p, const SurfacePoint& x,
                           const Surface& surface, Int throwing, Mask alone, const PathIndex& index,

@@ -8,9 +8,10 @@
 // m_F is the velocity of F's points, extended affinely over its plane, in which D lies. L- = 0, and L+ is the
 // radiance along D (boundary/specular/chain_term.h). The normal of a distance field also turns as p slides:
 // with its Hessian H and its gradient f along n at p,
-//   -dg/dtheta = -n . dD - D . (H dp + grad dphi) / |f|. If the ray continues from only one of two adjacent
-// faces, the curve is that of their edge and of the ray that touches it, as for any other edge. The jump of
-// radiance is the same.
+//   -dg/dtheta = -n . dD - D . (H dp + grad dphi) / |f|.
+//
+// If the ray continues from only one of two adjacent faces, the curve is that of their edge and of the ray
+// that touches it, as for any other edge. The jump of radiance is the same.
 #pragma once
 
 #include "boundary/samples/visible_edge.h"

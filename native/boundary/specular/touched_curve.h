@@ -3,7 +3,6 @@
 // each other.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 
 #include "boundary/samples/crossing_samples.h"

@@ -64,6 +64,25 @@ struct Scattering {
     Vec3 light_value, environment_value, next_value, fixed_value;
 };
 
+// The point of a surface that is the next vertex, with its motion.
+struct NextPoint {
+    Triangle triangle;
+    Int instance;
+    Float b1, b2;
+};
+
+EG_INLINE NextPoint next_point(const SceneView& scene, const VertexMemory& memory, Mask surface, Int face,
+                               Int next) {
+    NextPoint y{gather_triangle(scene, select(surface, face, splat(0))),
+                next_ints(memory, surface, next, &Vertex::instance),
+                constant(next_floats(memory, surface, next, &Vertex::b1)),
+                constant(next_floats(memory, surface, next, &Vertex::b2))};
+    place_triangle(scene, select(surface, y.instance, splat(-1)), y.triangle);
+    settle_on_fields(scene, surface, face, y.triangle, y.b1, y.b2);
+    move_settled_triangle(scene, surface, face, y.triangle);
+    return y;
+}
+
 // Emission found by the continuing rays, on surfaces of one constant emission.
 EG_INLINE Vec3 emission_of_next(const SceneView& scene, const VertexMemory& memory, Mask active, Int next) {
     const Int closure = select(active, next_ints(memory, active, next, &Vertex::closure), splat(0));
@@ -110,9 +129,8 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
     // (derivations, K).
     Mask may_fix = splat(0);
     if (geometry && scene.face_fixed_direction)
-        may_fix = receives_held(
-            scene, stays & (~load(v.screen_form) | (load(v.kind) == splat(static_cast<int>(kCameraRay)))),
-            material);
+        may_fix = receives_held(scene, stays & (~load(v.screen_form) | (load(v.kind) == splat(kCameraRay))),
+                                material);
     // Collect light from emitter samples
     const auto take = [&](Mask m, const LightArrival& a) {
         s.light_w = select(m, a.w, s.light_w);
@@ -159,13 +177,8 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
         const Int face = next_ints(memory, follows, next, &Vertex::face);
         const Mask surface = follows & (next >= 0) & (face >= 0);
         if (any(surface)) {
-            Triangle t = gather_triangle(scene, select(surface, face, splat(0)));
-            const Int instance = next_ints(memory, surface, next, &Vertex::instance);
-            place_triangle(scene, select(surface, instance, splat(-1)), t);
-            Float b1 = constant(next_floats(memory, surface, next, &Vertex::b1)),
-                  b2 = constant(next_floats(memory, surface, next, &Vertex::b2));
-            settle_on_fields(scene, surface, face, t, b1, b2);
-            move_settled_triangle(scene, surface, face, t);
+            const auto [t, instance, b1, b2] = next_point(scene, memory, surface, face, next);
+
             // Emission of the surface has a fixed direction; light that it scatters is in material form.
             Mask fixed = holds_direction(scene, surface & may_fix & (instance < 0), face, material);
             if (any(fixed)) {
@@ -209,8 +222,7 @@ inline void pass_transparent_surfaces(const SceneView& scene, const VertexMemory
         if (p.ray == kRayToLight) {
             const Int kind = load(v.light_kind);
             const Mask distant =
-                (load(v.light_row) >= 0) & ((kind == splat(static_cast<int>(kDirectionLight))) |
-                                            (kind == splat(static_cast<int>(kConeLight))));
+                (load(v.light_row) >= 0) & ((kind == splat(kDirectionLight)) | (kind == splat(kConeLight)));
             dim(s.light, s.light_w, s.light_value, ~distant, detach(position) + load3(v.light_offset));
         }
         if (p.ray == kRayToEnvironment)

@@ -51,7 +51,7 @@ EG_INLINE LightArrival light_of_face(const SceneView& scene, Mask active, const 
 EG_INLINE LightArrival light_of_row(const SceneView& scene, Mask active, Int row, Int kind, Vec3 offset,
                                     Vec3 x) {
     const LightRow l = gather_light(scene.lights, select(active, row, splat(0)));
-    const auto is = [&](LightKind k) { return active & (kind == splat(static_cast<int>(k))); };
+    const auto is = [&](LightKind k) { return active & (kind == splat(k)); };
     // `place` is relative to the light's centre.
     const Vec3 center = detach(l.position), place = detach(x) + offset - center;
     // Find the position y and the area normal m of shapes in material form
@@ -60,8 +60,7 @@ EG_INLINE LightArrival light_of_row(const SceneView& scene, Mask active, Int row
     const Mask sphere = is(kSphereLight), disk = is(kDiskLight);
     const Mask flat = is(kRectangleLight) | is(kEllipseLight);
     if (any(disk)) {
-        const Vec3 way = l.position - x;
-        const Vec3 axis = way * (1.0f / max(sqrt(dot(way, way)), 1e-30f));
+        const Vec3 axis = unit_vector(l.position - x);
         Vec3 a, b;
         basis(axis, a, b);
         const Float inverse = 1.0f / max(detach(l.radius), 1e-30f);
@@ -96,7 +95,7 @@ EG_INLINE LightArrival light_of_row(const SceneView& scene, Mask active, Int row
             const SphereCone round = sphere_cone(l.position - x, l.radius);
             axis = select(sphere, round.axis, axis);
             cap = select(sphere, round.cap, cap);
-            way = select(sphere, offset * (1.0f / max(sqrt(dot(offset, offset)), 1e-30f)), way);
+            way = select(sphere, unit_vector(offset), way);
         }
         Vec3 a1, a2;
         basis(axis, a1, a2);

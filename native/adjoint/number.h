@@ -60,6 +60,11 @@ EG_INLINE Float result(raw::Float value, Float a, raw::Float pa, Float b, raw::F
 EG_INLINE Float splat(float s) { return {raw::splat(s), -1}; }
 EG_INLINE Int splat(int s) { return raw::splat(s); }
 EG_INLINE UInt splat(uint32_t s) { return raw::splat(s); }
+template <typename E>
+    requires std::is_enum_v<E>
+EG_INLINE Int splat(E e) {
+    return raw::splat(e);
+}
 EG_INLINE Float to_float(Int a) { return {raw::to_float(a), -1}; }
 EG_INLINE Float to_float(UInt a) { return {raw::to_float(a), -1}; }
 EG_INLINE Int to_int(Float a) { return raw::to_int(a.value); }
@@ -221,6 +226,9 @@ EG_INLINE void gather_row(const float* base, int stride, const R& row, Float (&o
 // Single operations are always inlined, as for raw packets, because most of them have constant operands and
 // reduce to a test and an instruction. The compiler decides about larger functions; inlining them all would
 // make compilation very slow.
+namespace edgegrad::EDGEGRAD_ISA {
+inline Float sqrt(Float a);
+}
 #include "simd/vector.h"
 
 #undef EG_INLINE

@@ -57,8 +57,7 @@ inline Specular plain_specular(Mask active, const SurfacePoint& x, Vec3 view, co
     SpecularBlock& block = current_tape->new_block<SpecularBlock>();
     block.normal = nodes(mirror), block.view = nodes(view);
     block.n = values(mirror), block.v = values(view);
-    const Mask interface = active & (lobe == splat(static_cast<int>(kInterfaceLobe))),
-               through = interface & transmitted;
+    const Mask interface = active & (lobe == splat(kInterfaceLobe)), through = interface & transmitted;
     const raw::Float one = raw::splat(1.0f), c = dot(block.n, block.v), eta = glass.eta.value;
     // g = eta cos(theta_t); dg/dc = c/g.
     const raw::Float bending = bending_cosine(glass, constant(c)).value;

@@ -47,17 +47,15 @@ inline Vec3 thrown_light(const SceneView& scene, const Vertex& v, const ShadedSu
     // Light of the table, of the row that the sample has met
     if (any(s.thrown)) {
         const Mask coat = (load(v.thrown) & (1 << kCoatLobe)) != 0;
-        const Int lobe =
-            select(coat, splat(static_cast<int>(kCoatLobe)), splat(static_cast<int>(kMirrorLobe)));
+        const Int lobe = select(coat, splat(kCoatLobe), splat(kMirrorLobe));
         const Thrown t = throw_by(surface, x, s.thrown, lobe, load3(v.thrown_half));
         const Int own_row = load(v.light_row);
         Vec3 light = zero3();
-        for_each_met_light(scene, s.thrown, x.position, x.mesh, t.w, splat(0.0f), splat(__builtin_inff()),
-                           splat(static_cast<int>(kGlossyRay)), splat(0),
-                           [&](int row, Mask seen, const LightRow& l, Float distance, Float) {
-                               light = select(seen & (own_row == row),
-                                              l.radiance * light_factor(l, t.w, distance), light);
-                           });
+        for_each_met_light(
+            scene, s.thrown, x.position, x.mesh, t.w, splat(0.0f), splat(__builtin_inff()), splat(kGlossyRay),
+            splat(0), [&](int row, Mask seen, const LightRow& l, Float distance, Float) {
+                light = select(seen & (own_row == row), l.radiance * light_factor(l, t.w, distance), light);
+            });
         sum = select(s.thrown, t.value * light * load3(v.light_scale), sum);
     }
     // The environment, where the continuing ray meets nothing

@@ -38,7 +38,7 @@ inline Vec3 transparent_share(const SceneView& scene, const TransparentPacket<W>
         w = select(near, w + turned, w);
     }
     if (geometry) move_met_point(c, t.triangle, all_of(active), from, w);
-    return surface_transmittance(scene, c, texture_point(scene, c, -w, splat(static_cast<int>(kShadowRay))));
+    return surface_transmittance(scene, c, texture_point(scene, c, -w, splat(kShadowRay)));
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

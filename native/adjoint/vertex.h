@@ -108,7 +108,7 @@ struct RimOfSurface {
 // Radiance of lights of the table along specular and camera rays.
 EG_INLINE Vec3 lights_met(const SceneView& scene, const Vertex& v, Mask active, Vec3 from, Vec3 direction) {
     Vec3 sum = zero3();
-    const Vec3 w = direction * (1.0f / max(sqrt(dot(direction, direction)), 1e-30f));
+    const Vec3 w = unit_vector(direction);
     for_each_met_light(
         scene, active, from, load(v.from_mesh), w, load(v.near), load(v.far), load(v.kind),
         load(v.bounces_before_last), [&](int row, Mask seen, const LightRow& l, Float distance, Float) {
@@ -173,15 +173,8 @@ inline Vec3 way_through(const SceneView& scene, const VertexMemory& memory, Mask
     const Mask surface = through & (face >= 0);
     Vec3 way = turned_with_environment(scene, w);
     if (!any(surface)) return way;
-    Triangle t = gather_triangle(scene, select(surface, face, splat(0)));
-    const Int instance = next_ints(memory, surface, next, &Vertex::instance);
-    place_triangle(scene, select(surface, instance, splat(-1)), t);
-    Float b1 = constant(next_floats(memory, surface, next, &Vertex::b1)),
-          b2 = constant(next_floats(memory, surface, next, &Vertex::b2));
-    settle_on_fields(scene, surface, face, t, b1, b2);
-    move_settled_triangle(scene, surface, face, t);
-    const Vec3 y = interpolate(t, b1, b2);
-    return select(surface, y - from, way);
+    const NextPoint y = next_point(scene, memory, surface, face, next);
+    return select(surface, interpolate(y.triangle, y.b1, y.b2) - from, way);
 }
 
 // Computes the light that leaves a packet's vertices. `incoming` arrives along the ray that continues.
@@ -203,7 +196,7 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
         out.light = select(missed, environment_radiance(scene, towards) * environment_weight, out.light);
     }
     // Add lights of the table along the ray
-    if (scene.lights.sized_count + scene.lights.sized_distant > 0 && any(screen_form))
+    if (scene.lights.all_sized() > 0 && any(screen_form))
         out.light = out.light + lights_met(scene, v, screen_form & ~load(v.rim), arrival.from, direction);
     if (!any(hit)) return out;
 
@@ -254,8 +247,8 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     shader.scale = load(v.scale);
     if (scene.any_mixture) {
         // The closure was chosen in proportion to its weight, so only relative changes of the weight count.
-        const Int first = gather(scene.material_first_closure, x.material);
-        const Mask mixed = hit & (gather(scene.material_first_closure + 1, x.material) - first > 1);
+        const Mask mixed = hit & (closure_count(scene, x.material) > 1);
+
         if (any(mixed))
             shader.scale = select(
                 mixed, shader.scale * relative(closure_weight(scene, mixed, closure, point)), shader.scale);

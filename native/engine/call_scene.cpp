@@ -58,12 +58,10 @@ void PreparedScene::hold_directions(const SceneTables& tables, const RequestedMo
         for (int32_t face = first; face < last; ++face) faces[static_cast<size_t>(face)] = emits(face);
     }
     for (size_t m = 0; m < materials.size(); ++m) {
-        const auto first = static_cast<size_t>(tables.material_first_closure[m]),
-                   last = static_cast<size_t>(tables.material_first_closure[m + 1]);
-        for (size_t closure = first; closure < last; ++closure)
-            if (!(view_.textures.closure_program && view_.textures.closure_program[closure] >= 0) &&
-                has_sharp_lobe(tables, closure, kFixedDirectionAlpha))
-                materials[m] = 1;
+        materials[m] = any_closure(tables, m, [&](size_t closure) {
+            return !(view_.textures.closure_program && view_.textures.closure_program[closure] >= 0) &&
+                   has_sharp_lobe(tables, closure, kFixedDirectionAlpha);
+        });
         receives |= materials[m] != 0;
     }
     if (!gives || !receives) return;
@@ -192,7 +190,7 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const Scene
         view_.light_tail = followed_.tail.data();
         view_.any_tail =
             std::any_of(followed_.tail.begin(), followed_.tail.end(), [](float t) { return t > 0.0f; });
-        for (int32_t k = 0; k < view_.lights.sized_count + view_.lights.sized_distant; ++k)
+        for (int32_t k = 0; k < view_.lights.all_sized(); ++k)
             view_.least_followed =
                 std::min(view_.least_followed, view_.light_followed[view_.lights.sized[k]]);
     }

@@ -67,6 +67,11 @@ class Requested {
     const std::vector<uint8_t>& moving() const { return moving_; }
     // By distance field: whether its coefficients or its place are requested.
     const std::vector<uint8_t>& moving_fields() const { return moving_fields_; }
+    // Whether what textures compute is requested.
+    bool textures() const {
+        return any("texture_pixels") || any("texture_attributes") || any("texture_lookups") ||
+               any("texture_constants");
+    }
     bool moves_fields() const { return any("field_values") || any("field_to_world"); }
 
  private:

@@ -13,9 +13,8 @@ EG_INLINE Vec3 leave_surface(const SurfacePoint& x, Vec3 w) {
 }
 
 EG_INLINE Int limit(const BounceLimits& limits, Int kind) {
-    return select(kind == splat(static_cast<int>(kDiffuseRay)), splat(limits.diffuse),
-                  select(kind == splat(static_cast<int>(kGlossyRay)), splat(limits.glossy),
-                         splat(limits.transmission)));
+    return select(kind == splat(kDiffuseRay), splat(limits.diffuse),
+                  select(kind == splat(kGlossyRay), splat(limits.glossy), splat(limits.transmission)));
 }
 
 // Whether a path with these bounces has reached the limit `ambient`.
@@ -42,8 +41,7 @@ EG_INLINE Mask next_is_final(const ImageTask& task, const PathPacket& p, Int kin
     const Mask last =
         (p.segment + 1 >= task.max_depth) | (bounce_count(p.bounces, kind) + 1 > limit(task.limits, kind));
     if (task.limits.ambient >= 255) return last;
-    const Mask scatters = p.active & (kind >= splat(static_cast<int>(kDiffuseRay))) &
-                          (kind <= splat(static_cast<int>(kTransmissionRay)));
+    const Mask scatters = p.active & (kind >= splat(kDiffuseRay)) & (kind <= splat(kTransmissionRay));
     return last | (scatters & finds_ambient(task.limits, add_bounce(p.bounces, scatters, kind)));
 }
 

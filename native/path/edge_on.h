@@ -70,9 +70,7 @@ static void weigh_edge_on_kernel(const SceneView& scene, const EdgeOnFaces& face
             const Mask listed = density > 0.0f;
             if (any(listed)) {
                 // Compute the weight from the face's projected area
-                const Triangle t = placed_triangle(scene, select(listed, face, splat(0)),
-                                                   select(listed, instance, splat(-1)))
-                                       .triangle;
+                const Triangle t = placed_triangle(scene, listed, face, instance).triangle;
                 LensPoint lens = {splat(0.0f), splat(0.0f)};
                 if (scene.camera.aperture_radius > 0.0f)
                     aperture_point(scene.camera, gather(work.camera.lens_u, path),
@@ -117,13 +115,10 @@ static void record_edge_on_kernel(const SceneView& scene, const EdgeOnTask& task
             number[i] = static_cast<int32_t>(entry);
         }
         // Sample the point of the lens and the point of the face
-        Float u, v, lens_u = splat(0.5f), lens_v = lens_u;
-        sobol_pair(index.stream, index.sample, kPairPixel, u, v);
-        LensPoint lens = {splat(0.0f), splat(0.0f)};
-        if (camera.aperture_radius > 0.0f) {
-            sobol_pair(index.stream, index.sample, kPairLens, lens_u, lens_v);
-            aperture_point(camera, lens_u, lens_v, lens.x, lens.y);
-        }
+        const auto [u, v] = sobol_pair(index, kPairPixel);
+        const auto [lens_u, lens_v] = lens_numbers(camera, index);
+        const LensPoint lens = lens_of(camera, lens_u, lens_v);
+
         Float c[9];
         gather_row(task.corners, 9, number, c);
         const Float b1 = sqrt(u) * (1.0f - v), b2 = sqrt(u) * v, b0 = 1.0f - b1 - b2;
@@ -147,9 +142,7 @@ static void record_edge_on_kernel(const SceneView& scene, const EdgeOnTask& task
             const Int face = gather(task.face, number), instance = gather(task.instance, number);
             const Closest hit = trace_first(scene, p, view.sx, view.sy, lens_u, lens_v, embree::kCoherent);
             p.active &= hit.hit & (hit.face == face) & (hit.instance == instance);
-            Closest none = hit;
-            none.hit = splat(0);
-            queued = append_met(work, queued, p, hit, zero3(), none);
+            queued = append_met(work, queued, p, hit, zero3());
         }
         // Store the picture coordinates
         store(work.camera.x + at, select(p.active, view.sx, 2.0f * kNowhere));

@@ -47,7 +47,7 @@ struct LambertianStep {
         s.weight = f.value * (1.0f / max(f.pdf, 1e-30f));
         s.lobe = splat(0);
         s.specular = s.transmitted = splat(0);
-        s.ray_kind = splat(static_cast<int>(kDiffuseRay));
+        s.ray_kind = splat(kDiffuseRay);
         return s;
     }
 };
@@ -62,14 +62,13 @@ EG_OUTLINE int scatter_step(const SceneView& scene, const ImageTask& task, Works
     const TexturePoint beside = texture_point(scene, y, -p.direction, p.kind, point.history);
     const Vec3 albedo[2] = {shader.color(kBaseColor),
                             surface_shader(scene, y, beside, lobe_u).color(kBaseColor)};
-    Vec3 normal = x.normal + y.normal;
-    normal = normal * (1.0f / max(sqrt(dot(normal, normal)), 1e-30f));
+    const Vec3 normal = unit_vector(x.normal + y.normal);
     const auto flat = [](Vec3 smooth, Vec3 n) {
         return (smooth.x == n.x) & (smooth.y == n.y) & (smooth.z == n.z);
     };
     LambertianStep surface{
         normal, {point.normal, x.normal, albedo[0]}, {beside.normal, y.normal, albedo[1]}, splat(0)};
-    const Int diffuse = splat(static_cast<int>(kDiffuseRay));
+    const Int diffuse = splat(kDiffuseRay);
     if (scene.has_environment && !scene.environment_image.pixels) {
         surface.environment_is_known = p.active & flat(point.normal, x.normal) &
                                        flat(beside.normal, y.normal) & next_is_final(task, p, diffuse);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "path/camera_rays.h"
+#include "path/lens_sample.h"
 #include "path/path_queue.h"
 #include "scene/rays/rays.h"
 
@@ -10,11 +11,11 @@ namespace edgegrad::EDGEGRAD_ISA {
 // Initializes a packet of camera paths. The caller sets `active`, `path`, the rays and `touched`.
 EG_INLINE PathPacket first_segment(int max_depth) {
     PathPacket p;
-    p.throughput = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    p.throughput = one3();
     p.pdf = splat(0.0f);
     p.segment = splat(1);
     p.vertex = p.bounces = splat(0);
-    p.kind = splat(static_cast<int>(kCameraRay));
+    p.kind = splat(kCameraRay);
     p.both_sides = p.from_mesh = p.touched = p.unlit = p.caustic = p.past_rim = splat(0);
     p.led = p.rough = splat(-1);
     p.final_ray = splat(max_depth <= 1 ? -1 : 0);

@@ -55,9 +55,9 @@ EG_INLINE int start_paths(const SceneView& scene, const ImageTask& task, Workspa
         p.path = lane_index() + at;
         // Sample the point on the film and the point on the lens
         const PathIndex index = path_index(task, p.path);
-        Float u, v, lens_u = splat(0.5f), lens_v = lens_u;
-        sobol_pair(index.stream, index.sample, kPairPixel, u, v);
-        if (camera.aperture_radius > 0.0f) sobol_pair(index.stream, index.sample, kPairLens, lens_u, lens_v);
+        const auto [u, v] = sobol_pair(index, kPairPixel);
+        const auto [lens_u, lens_v] = lens_numbers(camera, index);
+
         const Int rows = quotient(index.pixel + task.column, camera.width);
         const Float sx = to_float(index.pixel + task.column - rows * camera.width) + filter_sample(camera, u);
         const Float sy = to_float(rows + task.row) + filter_sample(camera, v);
@@ -94,8 +94,8 @@ EG_INLINE void add_environment(const SceneView& scene, Workspace& work, const Pa
         weight = select(p.pdf > 0.0f, power_heuristic(p.pdf, environment_pdf(scene, p.direction)), weight);
     if (vertex) return put(vertex->environment_weight, missed, weight);
     if (work.values)
-        return record_own(*work.values, missed, splat(static_cast<int>(kEnvironmentSource)),
-                          splat3(scene.environment), environment_gain(scene, p.direction) * weight);
+        return record_own(*work.values, missed, splat(kEnvironmentSource), splat3(scene.environment),
+                          environment_gain(scene, p.direction) * weight);
     add_radiance(work, p, missed, p.throughput * environment_radiance(scene, p.direction) * weight);
 }
 
@@ -171,7 +171,7 @@ EG_INLINE int pass_through(const ImageTask& task, Workspace& work, PathPacket p,
     if (vertex) put(vertex->passes, p.active, splat(-1));
     if (work.values) record_passing(*work.values, p.active, color);
     // Continue the transmitted paths behind the surface
-    const Int kind = splat(static_cast<int>(kShadowRay));  // the fourth count: transparent surfaces
+    const Int kind = splat(kShadowRay);  // the fourth count: transparent surfaces
     p.active &= bounce_count(p.bounces, kind) < task.limits.transparent;
     p.bounces = add_bounce(p.bounces, p.active, kind);
     p.throughput = p.throughput * color * shader.scale;
@@ -198,7 +198,7 @@ EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspac
         part.active = lambertian;
         if (work.values) {
             record_color(*work.values, lambertian, shader.closure, albedo);
-            albedo = gray(splat(1.0f));
+            albedo = one3();
         }
         if (!vertex) part.active &= largest_component(albedo) > 0.0f;
         const Vec3* smooth = scene.all_flags & kHasNormalMap ? &point.normal : nullptr;
@@ -230,7 +230,7 @@ EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspac
         if (vertex && work.vertices->requested.lobes) {
             const RequestedSurfaces& requested = work.vertices->requested;
             favour(surface.bsdf, part.active & is_requested(requested, shader.closure), requested.lobes,
-                   next_is_final(task, p, splat(static_cast<int>(kGlossyRay))));
+                   next_is_final(task, p, splat(kGlossyRay)));
         }
         alive = scatter(scene, task, work, part, x, surface, index, lobe_u, alive, vertex);
     }
@@ -267,7 +267,7 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
         }
         // Add lights that rays meet before their surfaces. For recorded paths, sweeps do so behind perfect
         // and followed lobes (adjoint/vertex.h); other light of the table is found by emitter samples alone.
-        if (!vertex && scene.lights.sized_count + scene.lights.sized_distant > 0)
+        if (!vertex && scene.lights.all_sized() > 0)
             add_sized_lights(scene, work, p,
                              select(hit, load(work.hits.distance + at), splat(__builtin_inff())));
         if (work.values) record_values(*work.values, p, p.active);

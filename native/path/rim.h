@@ -96,15 +96,14 @@ EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Wor
     p.active &= largest_component(f) > 0.0f;
     if (!any(p.active | diffuse)) return alive;
     put(vertex.rim, p.active | diffuse, splat(-1));
-    const Int kind =
-        select(r.diffuse, splat(static_cast<int>(kDiffuseRay)), splat(static_cast<int>(kTransmissionRay)));
+    const Int kind = select(r.diffuse, splat(kDiffuseRay), splat(kTransmissionRay));
     // Sample the lights of the table along the rim: those that the ray meets, or, on a diffuse rim, the arc
     // in which a light meets its plane
     const Mask through = p.active & ~r.diffuse;
     const Float share = 1.0f / max(r.chance, 0.5f * kRimChance), scale = share / r.sample.pdf;
     Mask followed = splat(0);
     if (bsdf.any_lobe[kInterfaceLobe]) followed = through & bsdf.glass.facets.followed;
-    if (scene.lights.sized_count + scene.lights.sized_distant > 0) {
+    if (scene.lights.all_sized() > 0) {
         Float count;
         LightSample s = sample_met_light(scene, through, x, w, kind, bounces_before(p), r.u, count);
         Float light = scale * count;
@@ -124,7 +123,7 @@ EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Wor
                 transmittance(scene, s.active & s.casts_shadow, start, select(s.distant, s.w, s.end - start),
                               select(s.distant, splat(__builtin_inff()), 0.99999f),
                               shadow_rays(work, &vertex, kRayToLight, s.blockers));
-            record_light(vertex, s, select(s.casts_shadow, seen, gray(splat(1.0f))) * light);
+            record_light(vertex, s, select(s.casts_shadow, seen, one3()) * light);
         }
     }
     p.active &= ~followed;

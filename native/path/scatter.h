@@ -79,7 +79,7 @@ EG_INLINE LightSample sample_light_at(const SceneView& scene, const PathPacket& 
         number = bits(select(sharp, bits(index.sample), bits(number)));
         sobol_pair(index.stream, number, vertex_pair(p.vertex, kVertexLight), u, v);
         v = mirrored(sharp & index.mirrored, v);
-        const bool sized = scene.lights.sized_count + scene.lights.sized_distant > 0;
+        const bool sized = scene.lights.all_sized() > 0;
         if (sized && any(p.active & (throwing != 0)))
             return sample_light_and_thrown(scene, p, x, surface, index, number, u, v, shading, throwing,
                                            thrown);
@@ -106,8 +106,7 @@ EG_INLINE Mask below_plane(const SurfacePoint& x, Vec3 receiving, Vec3 w) {
 }
 
 // Samples direct illumination from the light sources, of which lobes in `throwing` throw a part. Lanes of
-// `alone` trace no BSDF sample that could find
-// the same light, so their weight is 1.
+// `alone` trace no BSDF sample that could find the same light, so their weight is 1.
 template <typename Surface>
 EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPacket& p, const SurfacePoint& x,
                           const Surface& surface, Int throwing, Mask alone, const PathIndex& index,
@@ -204,7 +203,7 @@ EG_INLINE void add_final_environment(const SceneView& scene, Workspace& work, co
                  : work.values ? s.weight * environment_gain(scene, s.wi)
                                : p.throughput * s.weight * environment_radiance(scene, s.wi);
     if (scene.environment_image.sampled) light = light * power_heuristic(s.pdf, environment_pdf(scene, s.wi));
-    Vec3 through = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    Vec3 through = one3();
     if (!scene.convex)
         through = transmittance(scene, active, leave_surface(x, s.wi), s.wi, splat(__builtin_inff()),
                                 shadow_rays(work, vertex, kLastRay, ray_mask(s.ray_kind)));
@@ -238,7 +237,7 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
                        int alive, Vertex* vertex) {
     // The last ray from a Lambertian surface finds only the environment.
     Mask alone = splat(0);
-    if constexpr (Surface::kSmooth) alone = next_is_final(task, p, splat(static_cast<int>(kDiffuseRay)));
+    if constexpr (Surface::kSmooth) alone = next_is_final(task, p, splat(kDiffuseRay));
     p.both_sides = surface.both_sides();
     const Mask scattered = p.active;
     const ValueMemory* values = work.values;

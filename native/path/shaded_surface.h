@@ -131,6 +131,11 @@ struct ShadedSurface {
     }
 };
 
+// Shaders that scatter light from behind.
+EG_INLINE Mask transmits(const Shader& shader) {
+    return has(shader, kHasRefraction) | is_kind(shader.kind, kTranslucent) | is_kind(shader.kind, kDisney);
+}
+
 inline EG_NOINLINE ShadedSurface shaded_surface(const SceneView& scene, Mask active, const SurfacePoint& x,
                                                 const TexturePoint& point, const Shader& shader,
                                                 Vec3 normal) {
@@ -140,8 +145,6 @@ inline EG_NOINLINE ShadedSurface shaded_surface(const SceneView& scene, Mask act
         const Mask turned = active & has(shader, kAnisotropic);
         if (any(turned)) tangent = surface_tangent(scene, turned, shader.closure, point, point.normal);
     }
-    const Mask transmits = has(shader, kHasRefraction) | (shader.kind == static_cast<int>(kTranslucent)) |
-                           (shader.kind == static_cast<int>(kDisney));
     const bool bent = scene.all_flags & kHasNormalMap;
     if (bent) {
         const Mask turned = active & has(shader, kHasNormalMap) & is_kind(shader.kind, kTranslucent);
@@ -151,7 +154,7 @@ inline EG_NOINLINE ShadedSurface shaded_surface(const SceneView& scene, Mask act
     ShadedSurface s = {normal,
                        make_bsdf(active, shader.kind, shader.flags, material_values(shader.row), normal,
                                  x.normal, tangent, x.side < 0.0f, point.view),
-                       transmits,
+                       transmits(shader),
                        bent ? &point.normal : nullptr,
                        is_kind(shader.kind, kDiffuse) | is_kind(shader.kind, kSheen),
                        is_kind(shader.kind, kPrincipled),

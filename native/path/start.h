@@ -45,6 +45,13 @@ EG_INLINE int append_met(Workspace& work, int n, const PathPacket& p, const Clos
     return append_paths(work.paths, n, p);
 }
 
+// The same without another face beside the hit.
+EG_INLINE int append_met(Workspace& work, int n, const PathPacket& p, const Closest& hit, Vec3 aside) {
+    Closest none = hit;
+    none.hit = splat(0);
+    return append_met(work, n, p, hit, aside, none);
+}
+
 // Appends camera paths with the numbers `path`. Their rays have met `hit` behind `passed` transparent
 // surfaces, whose transmittance is `throughput`.
 EG_INLINE int append_start(Workspace& work, int n, Mask active, Int path, Vec3 origin, Vec3 direction,
@@ -65,10 +72,9 @@ EG_INLINE int append_start(Workspace& work, int n, Mask active, Int path, Vec3 o
 // starts on the way.
 EG_INLINE Vec3 kept_before_start(const SceneView& scene, Mask active, const Closest& hit, Vec3 w,
                                  Float distance) {
-    const Vec3 all = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    const Vec3 all = one3();
     if (!(scene.all_flags & kHasAbsorption)) return all;
-    const SurfacePoint y = surface_point(scene, active, select(active, hit.face, splat(0)), hit.b1, hit.b2, w,
-                                         select(active, hit.instance, splat(-1)));
+    const SurfacePoint y = hit_surface(scene, active, hit, w);
     return kept_inside(scene, y, gather(scene.material_first_closure, y.material), distance);
 }
 
@@ -91,9 +97,7 @@ EG_INLINE int append_scattering(Workspace& work, int n, Mask active, Int path, V
     p.both_sides = p.from_mesh = p.touched = p.led = p.rough = p.unlit = p.caustic = p.past_rim = splat(0);
     p.kind = kind;
     p.final_ray = splat(0);
-    Closest none = hit;
-    none.hit = splat(0);
-    return append_met(work, n, p, hit, aside, none);
+    return append_met(work, n, p, hit, aside);
 }
 
 // Traces the n paths that were appended to a queue. Afterwards work.radiance holds the radiance of `paths`

@@ -9,9 +9,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 using Values = ValuePacket<W>;
 
-EG_INLINE Int light_source(LightSource table, Int row) {
-    return (row << kSourceBits) | splat(static_cast<int>(table));
-}
+EG_INLINE Int light_source(LightSource table, Int row) { return (row << kSourceBits) | splat(table); }
 
 // Which light sources contribute to a requested derivative.
 EG_INLINE bool requests_environment(const ValueMemory& m) { return m.colors || m.environment; }
@@ -21,7 +19,7 @@ EG_INLINE bool requests_lights(const ValueMemory& m) { return requests_emission(
 // The same for sources that rays can meet; they cannot meet lights without size.
 EG_INLINE bool requests_met_light(const SceneView& scene, const ValueMemory& m) {
     return requests_environment(m) || requests_emission(m) ||
-           (requests_rows(m) && scene.lights.sized_count + scene.lights.sized_distant > 0);
+           (requests_rows(m) && scene.lights.all_sized() > 0);
 }
 
 EG_INLINE void add3(Values::Floats (&field)[3], Mask m, Vec3 a) {
@@ -66,7 +64,7 @@ EG_INLINE void record_met_light(ValueMemory& memory, const PathPacket& p, Mask s
                                 Float gain) {
     Values& v = record_values(memory, p, seen);
     record_own(memory, seen, light_source(kRowSource, splat(row)), radiance, gray(gain));
-    set3(v.next_gain, seen, gray(splat(1.0f)));
+    set3(v.next_gain, seen, one3());
 }
 
 // Records that paths pass a transparent surface, which multiplies their light by `color`.

@@ -15,12 +15,6 @@ namespace {
 // Transparent faces of all instances of a mesh that have a box each.
 constexpr size_t kMostTransparent = size_t{1} << 20;
 
-// Returns whether a closure scatters light from behind its surface.
-bool scatters_through(const SceneTables& tables, size_t closure) {
-    const int32_t kind = tables.closure_kind[closure];
-    return (tables.closure_flags[closure] & kHasRefraction) || kind == kTranslucent || kind == kDisney;
-}
-
 // Samples along edges find lobes of x up to this alpha so rarely that the noise of their borders would be
 // larger than what is gained.
 constexpr float kWide = 0.2f;
@@ -246,11 +240,7 @@ std::vector<int32_t> noisy_contact_materials(const SceneTables& tables, const Re
 
 std::vector<float> transparent_boxes(const SceneTables& tables) {
     const auto transparent = [&tables](size_t face) {
-        const auto m = static_cast<size_t>(tables.face_material[face]);
-        for (auto k = static_cast<size_t>(tables.material_first_closure[m]);
-             k < static_cast<size_t>(tables.material_first_closure[m + 1]); ++k)
-            if (tables.closure_flags[k] & kHasTransparency) return true;
-        return false;
+        return has_flags(tables, static_cast<size_t>(tables.face_material[face]), kHasTransparency);
     };
     // The boxes of all transparent faces in the world
     std::vector<Box> faces;

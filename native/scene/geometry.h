@@ -126,6 +126,14 @@ EG_INLINE void settle_on_fields(const SceneView& scene, Mask active, Int face, T
 // M = (p1 - p0) x (p2 - p0): twice the area times the normal.
 EG_INLINE Vec3 area_normal(const Triangle& t) { return cross(t.p1 - t.p0, t.p2 - t.p0); }
 
+// Barycentrics of a point in a face's plane.
+EG_INLINE void place_in_face(const Triangle& t, Vec3 at, Float& b1, Float& b2) {
+    const Vec3 m = area_normal(t), d = at - t.p0;
+    const Float size = 1.0f / max(dot(m, m), 1e-37f);
+    b1 = dot(m, cross(d, t.p2 - t.p0)) * size;
+    b2 = dot(m, cross(t.p1 - t.p0, d)) * size;
+}
+
 EG_INLINE Vec3 interpolate(const Triangle& t, Float b1, Float b2) {
     return {interpolate(t.p0.x, t.p1.x, t.p2.x, b1, b2), interpolate(t.p0.y, t.p1.y, t.p2.y, b1, b2),
             interpolate(t.p0.z, t.p1.z, t.p2.z, b1, b2)};
@@ -185,6 +193,10 @@ EG_INLINE PlacedTriangle placed_triangle(const SceneView& scene, Int face, Int i
     t.triangle = gather_triangle(scene, face);
     t.handed = place_triangle(scene, instance, t.triangle);
     return t;
+}
+// Other lanes get an arbitrary face.
+EG_INLINE PlacedTriangle placed_triangle(const SceneView& scene, Mask active, Int face, Int instance) {
+    return placed_triangle(scene, select(active, face, splat(0)), select(active, instance, splat(-1)));
 }
 
 // The surface point of a face at barycentrics (b1, b2), seen along `view` (towards the surface).

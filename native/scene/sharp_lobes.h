@@ -25,6 +25,12 @@ inline bool has_sharp_lobe(const SceneTables& tables, size_t closure, float wide
     return sharp(kRoughness) || (row[kCoatWeight] > 0.0f && sharp(kCoatRoughness));
 }
 
+// Returns whether a closure scatters light from behind its surface.
+inline bool scatters_through(const SceneTables& tables, size_t closure) {
+    const int32_t kind = tables.closure_kind[closure];
+    return (tables.closure_flags[closure] & kHasRefraction) || kind == kTranslucent || kind == kDisney;
+}
+
 // Returns whether a closure may have a transmission lobe that is not perfect. `widened`: perfect lobes are
 // rough behind diffuse bounces (shading/bsdf/filter_glossy.h).
 inline bool may_refract_roughly(const SceneTables& tables, size_t closure, bool widened) {

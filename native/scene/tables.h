@@ -78,6 +78,21 @@ struct SceneTables : GeometryTables, ValueTables {
     std::shared_ptr<const EnvironmentMap> environment_map;  // null: the environment is constant
 };
 
+// Whether `is` holds for a closure of a material of the tables or of their view.
+template <typename Tables, typename Is>
+bool any_closure(const Tables& tables, size_t material, const Is& is) {
+    const auto last = static_cast<size_t>(tables.material_first_closure[material + 1]);
+    for (auto k = static_cast<size_t>(tables.material_first_closure[material]); k < last; ++k)
+        if (is(k)) return true;
+    return false;
+}
+
+// Whether a closure of a material has one of these flags.
+template <typename Tables>
+bool has_flags(const Tables& tables, size_t material, int32_t flags) {
+    return any_closure(tables, material, [&](size_t k) { return (tables.closure_flags[k] & flags) != 0; });
+}
+
 // The motion that the requested derivatives need.
 struct RequestedMotion {
     std::vector<uint8_t> moving;  // by mesh: its vertices move

@@ -1,7 +1,7 @@
 #include "sdf/outline_point.h"
 
-#include <algorithm>
 #include <cmath>
+#include <initializer_list>
 
 #include "sdf/triple.h"
 #include "util/cpu_features.h"

@@ -25,7 +25,7 @@ EG_INLINE Vec3 absorption_of(const SceneView& scene, Mask active, Int closure, M
 
 // The share of light that is left at x after `distance` within the mesh; 1 if x is seen from outside.
 EG_INLINE Vec3 kept_inside(const SceneView& scene, const SurfacePoint& x, Int closure, Float distance) {
-    const Vec3 all = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    const Vec3 all = one3();
     if (!(scene.all_flags & kHasAbsorption)) return all;
     Mask inside;
     const Vec3 a = absorption_of(scene, x.active & (x.side < 0.0f), closure, inside);

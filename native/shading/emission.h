@@ -11,8 +11,7 @@ EG_INLINE Vec3 closure_emission(const SurfacePoint& x, const Shader& shader, con
     const Mask emits =
         x.active & has(shader, kHasEmission) & ((x.side > 0.0f) | has(shader, kEmissionTwoSided));
     Vec3 emission = shader.color(kEmission) * shader.scale;
-    const Mask covered =
-        emits & has(shader, kHasGlossy) & (shader.kind == splat(static_cast<int>(kPrincipled)));
+    const Mask covered = emits & has(shader, kHasGlossy) & (shader.kind == splat(kPrincipled));
     if (any(covered))
         emission = emission *
                    emission_share(covered, material_values(shader.row), point.normal, x.normal, point.view);
@@ -24,7 +23,7 @@ EG_INLINE Vec3 closure_emission(const SurfacePoint& x, const Shader& shader, con
 EG_OUTLINE Vec3 emitted_radiance(const SceneView& scene, const SurfacePoint& x, const TexturePoint& point) {
     Vec3 sum = zero3();
     const Int first = gather(scene.material_first_closure, x.material);
-    const Int count = gather(scene.material_first_closure + 1, x.material) - first;
+    const Int count = closure_count(scene, x.material);
     for (Int k = splat(0); any(x.active & (k < count)); k = k + 1) {
         SurfacePoint part = x;
         part.active = x.active & (k < count);

@@ -48,7 +48,7 @@ struct Lambertian {
         s.lobe = splat(0);
         s.specular = s.transmitted = splat(0);
         s.half = normal;
-        s.ray_kind = splat(static_cast<int>(kDiffuseRay));
+        s.ray_kind = splat(kDiffuseRay);
         return s;
     }
 };

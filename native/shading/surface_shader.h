@@ -27,6 +27,20 @@ EG_INLINE void load_row(const SceneView& scene, Shader& s, int place) {
     for (int k = 0; k < N; ++k) s.row[place + k] = values[k];
 }
 
+// The number of closures of a material.
+EG_INLINE Int closure_count(const SceneView& scene, Int material) {
+    return gather(scene.material_first_closure + 1, material) -
+           gather(scene.material_first_closure, material);
+}
+
+// Whether a closure of a material has one of these flags.
+EG_INLINE bool material_has(const SceneView& scene, int32_t material, int32_t flags) {
+    for (int32_t k = scene.material_first_closure[material]; k < scene.material_first_closure[material + 1];
+         ++k)
+        if (scene.closure_flags[k] & flags) return true;
+    return false;
+}
+
 // The smooth normal of displaced surfaces: `point.normal`, bent by the material's own program, whose vectors
 // may have any length.
 EG_OUTLINE Vec3 displaced_normal(const SceneView& scene, Mask active, Int material,
@@ -78,7 +92,7 @@ EG_INLINE Int pick_closure(const SceneView& scene, const SurfacePoint& x, const 
     const Int first = gather(scene.material_first_closure, x.material);
     scale = splat(1.0f);
     if (!scene.any_mixture) return first;
-    const Int count = gather(scene.material_first_closure + 1, x.material) - first;
+    const Int count = closure_count(scene, x.material);
     const Mask mixed = x.active & (count > 1);
     if (!any(mixed)) return first;
     // One pass over the weights: each closure replaces the previous choice with the probability weight / (sum
@@ -155,8 +169,8 @@ EG_INLINE Vec3 shading_normal(const SceneView& scene, Mask active, const Shader&
 
 // Share of light that passes the surface unscattered; `color` is its tint.
 EG_INLINE Float passing_share(const Shader& s, Vec3& color) {
-    const Mask clear = s.kind == splat(static_cast<int>(kTransparent));
-    const Vec3 white = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    const Mask clear = s.kind == splat(kTransparent);
+    const Vec3 white = one3();
     color = select(clear, s.color(kBaseColor), white);
     return select(clear, splat(1.0f), select(has(s, kHasTransparency), 1.0f - s.row[kAlpha], 0.0f));
 }

@@ -11,7 +11,7 @@ EG_OUTLINE Vec3 surface_transmittance(const SceneView& scene, const SurfacePoint
                                       const TexturePoint& point) {
     Vec3 sum = zero3();
     const Int first = gather(scene.material_first_closure, x.material);
-    const Int count = gather(scene.material_first_closure + 1, x.material) - first;
+    const Int count = closure_count(scene, x.material);
     for (Int k = splat(0); any(x.active & (k < count)); k = k + 1) {
         const Mask here = x.active & (k < count);
         const Int closure = select(here, first + k, first);

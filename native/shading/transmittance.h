@@ -104,7 +104,7 @@ static void filter_transparent(const embree::FilterArguments* args) {
 // Transmittance along rays up to `far` times the direction's length, except for recorded surfaces.
 EG_OUTLINE Vec3 transmittance(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float far,
                               const PassingRays& rays) {
-    const Vec3 white = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    const Vec3 white = one3();
     if (!(scene.all_flags & kHasTransparency)) {
         const Mask hidden = occluded(scene, active, origin, direction, far, rays.ignored, rays.mask);
         return select(hidden, zero3(), white);

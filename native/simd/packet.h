@@ -42,6 +42,12 @@ using Mask = Int;
 EG_INLINE Float splat(float s) { return Float{} + s; }
 EG_INLINE Int splat(int s) { return Int{} + s; }
 EG_INLINE UInt splat(uint32_t s) { return UInt{} + s; }
+// The number of an enumerator.
+template <typename E>
+    requires std::is_enum_v<E>
+EG_INLINE Int splat(E e) {
+    return splat(static_cast<int>(e));
+}
 
 EG_INLINE Int lane_index() {
     Int r;

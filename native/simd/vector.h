@@ -26,6 +26,7 @@ EG_INLINE Vec3 select(Mask m, Vec3 a, Vec3 b) {
 EG_INLINE Vec3 detach(Vec3 a) { return {detach(a.x), detach(a.y), detach(a.z)}; }
 EG_INLINE Vec3 zero3() { return {splat(0.0f), splat(0.0f), splat(0.0f)}; }
 EG_INLINE Vec3 gray(Float a) { return {a, a, a}; }
+EG_INLINE Vec3 one3() { return gray(splat(1.0f)); }
 EG_INLINE Vec3 splat3(const float* v) { return {broadcast(v), broadcast(v + 1), broadcast(v + 2)}; }
 template <typename R>
 EG_INLINE Vec3 gather3(const float* base, const R& row) {
@@ -33,6 +34,8 @@ EG_INLINE Vec3 gather3(const float* base, const R& row) {
     gather_row(base, 3, row, r);
     return {r[0], r[1], r[2]};
 }
+// A vector divided by its length; 0 remains 0.
+EG_INLINE Vec3 unit_vector(Vec3 a) { return a * (1.0f / max(sqrt(dot(a, a)), 1e-30f)); }
 EG_INLINE Float largest_component(Vec3 a) { return max(max(abs(a.x), abs(a.y)), abs(a.z)); }
 
 // Two unit vectors that complete the unit vector n to an orthonormal basis, without a branch

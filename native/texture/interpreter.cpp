@@ -59,10 +59,10 @@ EG_INLINE Float square_scale(Vec3 v) {
 // Bounces of one kind: 0 for all kinds of scattering, else 1 + place of the count.
 EG_INLINE Int bounces_so_far(const TexturePoint& point, int32_t kind) {
     const Int all = point.history.bounces, known = point.ray_kind;
-    const Int one = splat(static_cast<int>(kDiffuseRay));
+    const Int one = splat(kDiffuseRay);
     if (kind == 0) {
         const Int sum = (all & 255) + ((all >> 8) & 255) + ((all >> 16) & 255);
-        const Int least = select(known == splat(static_cast<int>(kCameraRay)), splat(0), one);
+        const Int least = select(known == splat(kCameraRay), splat(0), one);
         return select(all != splat(-1), sum, least);
     }
     const Int count = (all >> (8 * (kind - 1))) & 255;

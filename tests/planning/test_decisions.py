@@ -125,6 +125,15 @@ def test_what_is_called_zero_is_zero_in_random_scenes() -> None:
     assert not missed, "of these parts none was zero"
 
 
+def test_the_light_of_a_moving_field_moves_behind_horizons() -> None:
+    need("native")
+    if engine_class("native").narrow:
+        pytest.skip("this engine differentiates few tables")
+    made = case(284)
+    made.wrt = ("fields.field.0.upper",)
+    assert check(made, Counter()) == ""
+
+
 @pytest.mark.slow
 def test_what_is_called_zero_is_zero_in_many_random_scenes() -> None:
     _check_scenes(range(FEW, MANY))

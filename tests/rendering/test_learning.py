@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -149,6 +150,20 @@ def test_views_learn_by_themselves() -> None:
     for seed in range(3):
         np.testing.assert_array_equal(gradient(both, seed), alone[seed])
         gradient(both, seed, camera=other)
+
+
+def test_many_instances_of_which_few_are_near_take_little_memory() -> None:
+    scene = shadowed()
+    places = np.tile(np.eye(4), (5000, 1, 1))
+    places[:, 0, 3] = 100.0 + np.arange(len(places))
+    places[0, :3, 3] = 0.8, 0.3, 0.5
+    scene.meshes["crowd"] = replace(box((0.0, 0.0, 0.0), (0.05, 0.05, 0.05), "grey", 0.4), instances=places)
+    renderer = Renderer(scene, engine="native", learn=True)
+    for seed in range(2):
+        renderer.render_backward(adjoint(), ["meshes.crowd.vertices"], spp=64, seed=seed, terms=["primary"])
+    (view,) = renderer.learned().values()
+    stored = sum(weights["moment"].size for weights in view["sampling"]["weights"])
+    assert 0 < stored < 2e6
 
 
 def test_gradients_get_better() -> None:

@@ -52,15 +52,14 @@ EG_OUTLINE BentLight follow_bent_light(const SceneView& scene, const PathIndex& 
     out.x = hit;
     out.x.hit = splat(0);
     out.along = -w;
-    out.weight = gray(splat(1.0f));
+    out.weight = one3();
     const UInt stream = hash(random.stream ^ hash(random.sample + splat(0x51ed270bu)));
-    const Int kind = splat(static_cast<int>(kDiffuseRay));
+    const Int kind = splat(kDiffuseRay);
     Closest at = hit;
     Mask going = active, thrown = splat(0);
     for (int level = 0; level <= most && any(going); ++level) {
         const Vec3 travels = out.along, back = -travels;
-        SurfacePoint s = surface_point(scene, going, at.face, at.b1, at.b2, travels, at.instance);
-        s.mesh = at.mesh;
+        const SurfacePoint s = hit_surface(scene, going, at, travels);
         going &= s.active;
         // Find the perfect lobes of one closure, as seen from the light
         const TexturePoint point = texture_point(scene, s, back, kind);
@@ -87,8 +86,7 @@ EG_OUTLINE BentLight follow_bent_light(const SceneView& scene, const PathIndex& 
         // End here or go on. Of a material of several closures the choice must not depend on the picked one.
         if (level > 0) {
             const Mask bends = may_have(scene, s, going, kHasGlossy | kHasRefraction);
-            const Int closures = gather(scene.material_first_closure + 1, s.material) -
-                                 gather(scene.material_first_closure, s.material);
+            const Int closures = closure_count(scene, s.material);
             const Float alone =
                 select(perfect.value > 0.0f, select(has_wide_lobes(f, going), splat(kBentLightEnds), 0.0f),
                        splat(1.0f));

@@ -69,8 +69,7 @@ EG_OUTLINE MirrorDirection mirror_direction(const SceneView& scene, const Bounda
         }
         const Float root = sqrt(min(max(rest, 0.0f), splat(1.0f)));
         const Triangle t = placed_triangle(scene, select(by_area, d.face, splat(0)), d.instance).triangle;
-        const Vec3 way = interpolate(t, 1.0f - root, v * root) - point;
-        d.w = select(by_area, way * (1.0f / max(sqrt(dot(way, way)), 1e-30f)), d.w);
+        d.w = select(by_area, unit_vector(interpolate(t, 1.0f - root, v * root) - point), d.w);
     }
     if (any(aimed)) d.w = select(aimed, -aimed_direction(task.beams, d.aim, u, aimed_v), d.w);
     d.wedge = density_about(scene, task, p, crease, d.w, d.wedge * cells);
@@ -85,7 +84,7 @@ EG_OUTLINE int sample_caustic_edges(const SceneView& scene, const BoundaryTask& 
     int found = 0;
     for (int64_t at = 0; at < task.count; at += W) {
         SegmentSample p = sample_edge_segment(scene, task, at, cursor);
-        p.active &= (gather(scene.mesh_mask, mesh_of(scene, edge_face(scene, p.edge))) & all) != 0;
+        p.active &= is_met(scene, p.edge, all);
         if (!any(p.active)) continue;
         const Float along = p.u0 + (p.u1 - p.u0) * p.tau;
         const Vec3 point = p.a + p.t * along;
@@ -99,8 +98,7 @@ EG_OUTLINE int sample_caustic_edges(const SceneView& scene, const BoundaryTask& 
         Mask active = p.active & m.found & (m.hit.distance > 1e-5f * largest_component(point)) &
                       ((d.face < 0) | ((m.hit.face == d.face) & (m.hit.instance == d.instance)));
         if (!any(active)) continue;
-        const SurfacePoint s = surface_point(scene, active, select(active, m.hit.face, splat(0)), m.hit.b1,
-                                             m.hit.b2, d.w, select(active, m.hit.instance, splat(-1)));
+        const SurfacePoint s = hit_surface(scene, active, m.hit, d.w);
         active &=
             may_have(scene, s, active, kHasGlossy | kHasRefraction) & ~on_field(scene, active, m.hit.face);
         if (!any(active)) continue;

@@ -63,7 +63,7 @@ EG_INLINE SeenOutline see_outline_of(const LightRow& l, int kind, Vec3 m, Float 
     Vec3 across, normal = l.direction;
     Float area;
     if (kind == kDiskLight) {
-        normal = way * (1.0f / max(sqrt(dot(way, way)), 1e-30f));
+        normal = unit_vector(way);
         Vec3 a, b;
         basis(normal, a, b);
         across = (a * c + b * s) * l.radius;
@@ -92,7 +92,7 @@ EG_INLINE SeenOutline see_outline_of(const LightRow& l, int kind, Vec3 m, Float 
 EG_OUTLINE Int choose_outline(const SceneView& scene, Mask active, Vec3 m, Float u, Float turn,
                               SeenOutline& seen, Float& probability) {
     const LightView& lights = scene.lights;
-    const int count = lights.sized_count + lights.sized_distant;
+    const int count = lights.all_sized();
     const auto size = [&](int k) EG_INLINE_LAMBDA {
         const int row = lights.sized[k];
         const LightRow l = gather_light(lights, splat(row));

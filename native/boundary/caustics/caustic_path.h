@@ -19,8 +19,7 @@ EG_INLINE Mask may_bend(const BoundaryTask& task, Mask active, const BentLight& 
         const Mask here = active & (level < light.count);
         if (!any(here)) continue;
         const Int kind =
-            select((light.event[level] & kEventTransmits) != 0, splat(static_cast<int>(kTransmissionRay)),
-                   splat(static_cast<int>(kGlossyRay)));
+            select((light.event[level] & kEventTransmits) != 0, splat(kTransmissionRay), splat(kGlossyRay));
         bounces = add_bounce(bounces, here, kind);
     }
     return active & within_limits(task.limits, bounces);
@@ -84,8 +83,7 @@ EG_OUTLINE int follow_caustic(const SceneView& scene, const BoundaryTask& task, 
     active &= seen.active;
     if (!any(active)) return found;
     active = may_bend(task, active, light, seen.bounces);
-    const SurfacePoint x = surface_point(scene, active, light.x.face, light.x.b1, light.x.b2,
-                                         seen.view.direction, light.x.instance);
+    const SurfacePoint x = hit_surface(scene, active, light.x, seen.view.direction);
     const Float facing = select(length == 0, abs(dot(x.normal, seen.view.across_of)), splat(1.0f));
     const Vec3 color =
         weight * light.weight * seen.weight * (facing * (task.scale / max(probability, 1e-30f)));

@@ -87,9 +87,7 @@ EG_OUTLINE void find_light_beams(const SceneView& scene, const BoundaryTask& tas
             const BentLight bent = follow_bent_light(scene, p.random, active, m, arrives.w,
                                                      most_of_caustic(task), arrives.may_be_thrown);
             active &= bent.x.hit;
-            end = surface_point(scene, active, select(active, bent.x.face, splat(0)), bent.x.b1, bent.x.b2,
-                                bent.along, select(active, bent.x.instance, splat(-1)))
-                      .position;
+            end = hit_surface(scene, active, bent.x, bent.along).position;
             first = end - bent.along * bent.x.distance;
             const Vec3 way = first - last;
             const Float far = kFarOff * (bent.x.distance + sqrt(dot(way, way)));

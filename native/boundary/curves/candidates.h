@@ -32,6 +32,12 @@ struct Candidates {
     std::vector<double> unlearned;
     std::vector<float> guess[2];
 
+    // Appends a segment; its instance and cell are appended apart.
+    void add(int32_t line, float from, float to, double mass) {
+        edge.push_back(line), u0.push_back(from), u1.push_back(to);
+        cumulative.push_back(cumulative.back() + mass);
+    }
+
     int64_t size() const { return static_cast<int64_t>(edge.size()); }
     double mass() const { return cumulative.back(); }
     // Whether the last entries are for receivers that the camera sees through other surfaces.

@@ -40,6 +40,19 @@ SegmentCell cell_among(SegmentCell cell, int32_t others, int32_t n) {
     return {place / others * n / others * n + place % others * n / others, cell.chained()};
 }
 
+// By edge: the number of instances of its mesh, at least 1.
+std::vector<uint32_t> edge_copies(const SceneTables& tables, const std::vector<int32_t>& instances,
+                                  size_t edges) {
+    std::vector<uint32_t> out;
+    size_t mesh = 0;
+    for (size_t edge = 0; edge < edges; ++edge) {
+        const auto face = static_cast<int32_t>(tables.edge_faces[tables.edge_face_first[edge]]);
+        while (face >= tables.mesh_first_face[mesh + 1]) ++mesh;
+        out.push_back(static_cast<uint32_t>(std::max(1, instances[mesh])));
+    }
+    return out;
+}
+
 }  // namespace
 
 bool LearnedWeights::is_consistent() const {
@@ -95,18 +108,20 @@ void LearnedWeights::begin(const EdgeList& edges, const Candidates& candidates, 
         const double parts = std::round(each * std::min(1.0, mass / (candidates.mass() * length)));
         first_[edge] = std::max(first_[edge], static_cast<uint32_t>(std::clamp(parts, 1.0, 65536.0)));
     }
+    // All instances of an edge get parts, though few of them may be candidates. If there are too many, edges
+    // with instances get fewer parts, or none.
+    const std::vector<uint32_t> copies =
+        candidates.instance.empty() ? std::vector<uint32_t>(count, 1) : edge_copies(tables, instances, count);
+    double copied = 0.0;  // cells of edges with several instances
+    for (size_t edge = 0; edge < count; ++edge)
+        if (copies[edge] > 1) copied += static_cast<double>(first_[edge]) * copies[edge] * all;
+    const double kept = std::min(1.0, std::max(requested, kMostCells) / std::max(1.0, copied));
     // Assign consecutive parts to edges and their instances
-    int64_t mesh = 0;
     uint32_t next = 0;
     for (size_t edge = 0; edge < count; ++edge) {
-        uint32_t n = first_[edge];
-        if (!candidates.instance.empty()) {
-            const auto face = static_cast<int32_t>(tables.edge_faces[tables.edge_face_first[edge]]);
-            while (face >= tables.mesh_first_face[static_cast<size_t>(mesh) + 1]) ++mesh;
-            n *= static_cast<uint32_t>(std::max(1, instances[static_cast<size_t>(mesh)]));
-        }
+        const uint32_t n = first_[edge];
         first_[edge] = next;
-        next += n;
+        next += copies[edge] > 1 ? static_cast<uint32_t>(kept * n) * copies[edge] : n;
     }
     first_[count] = next;
     moment_.assign(static_cast<size_t>(next) * static_cast<size_t>(all), 0.0f);

@@ -15,7 +15,7 @@ namespace {
 class Irradiance {
  public:
     explicit Irradiance(const LightView& lights) {
-        for (int32_t k = 0; k < lights.sized_count + lights.sized_distant; ++k) {
+        for (int32_t k = 0; k < lights.all_sized(); ++k) {
             const int32_t row = lights.sized[k];
             if (!(lights.visible_to[row] & kBentRays)) continue;
             const float* p = lights.params + kLightParams * static_cast<ptrdiff_t>(row);
@@ -79,9 +79,8 @@ Candidates mirror_faces(const SceneView& scene, const SceneTables& tables, const
                                                           normal * (1.0 / size), 0.25 * size)
                                         : 0.5 * size;
                 if (!(mass > 0.0) || !std::isfinite(mass)) continue;
-                out.edge.push_back(face), out.instance.push_back(instance);
-                out.u0.push_back(0.0f), out.u1.push_back(1.0f);
-                out.cumulative.push_back(out.cumulative.back() + mass);
+                out.add(face, 0.0f, 1.0f, mass);
+                out.instance.push_back(instance);
             }
         }
     }

@@ -37,14 +37,11 @@ Candidates cut(const Candidates& edges, int32_t direction_cells, bool chains, co
                 const double each = mass * (here > 0.0 ? here : 1.0 / parts) / (n * n);
                 for (int32_t row = 0; row < n; ++row) {
                     for (int32_t column = 0; column < n; ++column) {
-                        out.edge.push_back(edges.edge[i]);
+                        out.add(edges.edge[i], u[part], u[part + 1], each);
                         if (!edges.instance.empty()) out.instance.push_back(edges.instance[i]);
-                        out.u0.push_back(u[part]);
-                        out.u1.push_back(u[part + 1]);
                         // Alternate the direction of rows, so that consecutive cells are neighbours.
                         const int32_t place = row % 2 ? n - 1 - column : column;
                         out.cell.emplace_back(row * n + place, kind != 0);
-                        out.cumulative.push_back(out.cumulative.back() + each);
                     }
                 }
             }
@@ -55,9 +52,7 @@ Candidates cut(const Candidates& edges, int32_t direction_cells, bool chains, co
 
 Candidates whole_picture() {
     Candidates out;
-    out.edge.push_back(0);
-    out.u0.push_back(0.0f), out.u1.push_back(1.0f);
-    out.cumulative.push_back(1.0);
+    out.add(0, 0.0f, 1.0f, 1.0);
     return out;
 }
 

@@ -1,23 +1,19 @@
 #include "boundary/fields/field_insides.h"
 
-#include "scene/material_params.h"
+#include "scene/sharp_lobes.h"
 #include "sdf/carrier/carrier.h"
 
 namespace edgegrad {
 namespace {
 
 bool passes_light(const SceneTables& t, size_t closure) {
-    const int32_t kind = t.closure_kind[closure];
-    return (t.closure_flags[closure] & (kHasRefraction | kHasTransparency)) || kind == kTranslucent ||
-           kind == kDisney;
+    return (t.closure_flags[closure] & kHasTransparency) || scatters_through(t, closure);
 }
 
 bool is_open(const SceneTables& t, size_t field) {
     const auto face = static_cast<size_t>(t.first_field_face()) + field;
     const auto material = static_cast<size_t>(t.face_material[face]);
-    for (auto k = static_cast<size_t>(t.material_first_closure[material]);
-         k < static_cast<size_t>(t.material_first_closure[material + 1]); ++k)
-        if (passes_light(t, k)) return true;
+    if (any_closure(t, material, [&](size_t closure) { return passes_light(t, closure); })) return true;
     const FieldView f = t.fields[field].view();
     return f.values[0] < 0.0f || may_end_at_its_box(f);
 }

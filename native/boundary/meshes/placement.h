@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
-#include <vector>
 
 #include "boundary/meshes/face_tree.h"
 #include "scene/tables.h"

@@ -84,13 +84,9 @@ bool lets_through_by_normal(const SceneTables& t, int32_t material, bool smooth)
         return step.op == static_cast<int32_t>(TextureOp::TRUE_NORMAL) ||
                (!smooth && step.op == static_cast<int32_t>(TextureOp::NORMAL));
     };
-    const auto k = static_cast<size_t>(material);
-    for (int32_t closure = t.material_first_closure[k]; closure < t.material_first_closure[k + 1];
-         ++closure) {
-        const auto row = static_cast<size_t>(closure);
-        if ((t.closure_flags[row] & kHasTransparency) && any_step(t, row, reads)) return true;
-    }
-    return false;
+    return any_closure(t, static_cast<size_t>(material), [&](size_t closure) {
+        return (t.closure_flags[closure] & kHasTransparency) && any_step(t, closure, reads);
+    });
 }
 
 // Whether a program bends the normal by what varies along the face's own plane.
@@ -99,10 +95,8 @@ bool bends_normals(const SceneTables& t, int32_t material) {
         return step.op == static_cast<int32_t>(TextureOp::SURFACE_TANGENT) ||
                step.op == static_cast<int32_t>(TextureOp::NORMAL_MAP);
     };
-    const auto k = static_cast<size_t>(material);
-    for (int32_t closure = t.material_first_closure[k]; closure < t.material_first_closure[k + 1]; ++closure)
-        if (any_step(t, static_cast<size_t>(closure), bends)) return true;
-    return false;
+    return any_closure(t, static_cast<size_t>(material),
+                       [&](size_t closure) { return any_step(t, closure, bends); });
 }
 
 // Whether two faces lie in one plane, with equal or opposite orientation.

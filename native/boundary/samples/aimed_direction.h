@@ -40,9 +40,8 @@ EG_INLINE Aim aim_from(const BeamGridView& grid, Mask active, Vec3 from) {
 EG_INLINE Vec3 direction_to_target(const BeamGridView& grid, const Aim& aim, Int k, Float& b) {
     const Int row = (aim.first + k) * 4;
     const auto column = [&](int c) EG_INLINE_LAMBDA { return gather(grid.targets, row + c); };
-    const Vec3 way = Vec3{column(0), column(1), column(2)} - aim.from;
     b = column(3);
-    return way * (1.0f / max(sqrt(dot(way, way)), 1e-30f));
+    return unit_vector(Vec3{column(0), column(1), column(2)} - aim.from);
 }
 
 EG_INLINE Vec3 aimed_direction(const BeamGridView& grid, const Aim& aim, Float u, Float v) {

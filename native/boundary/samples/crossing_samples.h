@@ -127,8 +127,7 @@ EG_INLINE Float step_length(const SceneView& scene, Mask active, const CrossingS
 
 // The step from the curve, within a surface, towards a direction.
 EG_INLINE Vec3 step_beside(const CrossedSide& side, Vec3 tangent, Vec3 towards, Float length) {
-    Vec3 across = cross(side.normal, tangent);
-    across = across * (1.0f / max(sqrt(dot(across, across)), 1e-30f));
+    const Vec3 across = unit_vector(cross(side.normal, tangent));
     return select(dot(across, towards) < 0.0f, -across, across) * length;
 }
 

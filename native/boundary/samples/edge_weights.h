@@ -120,7 +120,7 @@ EG_INLINE Wedges wedges_at(const SceneView& scene, const EdgeWeightTask& task, i
         const Vec3 a = gather3(scene.vertices, from), c = gather3(scene.vertices, corner[k]) - a;
         const Vec3 t = gather3(scene.vertices, to) - a;
         const Vec3 still = k == 0 ? cross(t, c) : cross(c, t);
-        n = n * (1.0f / max(sqrt(dot(n, n)), 1e-30f));
+        n = unit_vector(n);
         w.oriented[k] = n;
         w.normal[k] = select(dot(still, wound[k]) < 0.0f, -n, n);
     }

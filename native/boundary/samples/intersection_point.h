@@ -20,31 +20,19 @@ EG_INLINE void part_normals(Vec3 g, Vec3 n1, Vec3 n2, Float& mu1, Float& mu2) {
     mu2 = (other - cosine * one) * inverse;
 }
 
-EG_INLINE Vec3 unit_normal(const Triangle& t) {
-    const Vec3 m = area_normal(t);
-    return m * (1.0f / max(sqrt(dot(m, m)), 1e-30f));
-}
-
-// Barycentrics of a point in a face's plane.
-EG_INLINE void place_in_face(const Triangle& t, Vec3 at, Float& b1, Float& b2) {
-    const Vec3 m = area_normal(t), d = at - t.p0;
-    const Float size = 1.0f / max(dot(m, m), 1e-37f);
-    b1 = dot(m, cross(d, t.p2 - t.p0)) * size;
-    b2 = dot(m, cross(t.p1 - t.p0, d)) * size;
-}
+EG_INLINE Vec3 unit_normal(const Triangle& t) { return unit_vector(area_normal(t)); }
 
 // The fraction of light along w that a face, placed by an instance, or a field absorbs at a point.
 // Transmitted light is not occluded.
 EG_INLINE Vec3 stopped_by(const SceneView& scene, Mask active, Int face, Int instance, Vec3 at, Vec3 w,
                           RayKind rays) {
-    if (!(scene.all_flags & kHasTransparency)) return {splat(1.0f), splat(1.0f), splat(1.0f)};
+    if (!(scene.all_flags & kHasTransparency)) return one3();
     Float b1, b2;
     const PlacedTriangle t = placed_triangle(scene, face, instance);
     place_in_face(t.triangle, at, b1, b2);
     set_places(scene, on_field(scene, active, face), face, at, b1, b2);
     const SurfacePoint i = surface_point(scene, active, face, t, b1, b2, w, instance);
-    const Vec3 through =
-        surface_transmittance(scene, i, texture_point(scene, i, -w, splat(static_cast<int>(rays))));
+    const Vec3 through = surface_transmittance(scene, i, texture_point(scene, i, -w, splat(rays)));
     return {1.0f - through.x, 1.0f - through.y, 1.0f - through.z};
 }
 
@@ -60,8 +48,7 @@ EG_INLINE void plane_point_blocks(Mode& mode, const SceneView& scene, const Deri
         mode.field(field, face, at, g, color);
         moves &= ~field;
     }
-    const PlacedTriangle t =
-        placed_triangle(scene, select(moves, face, splat(0)), select(moves, instance, splat(-1)));
+    const PlacedTriangle t = placed_triangle(scene, moves, face, instance);
     Float b1, b2;
     place_in_face(t.triangle, at, b1, b2);
     face_point_blocks(mode, scene, requested, moves, face, instance, b1, b2, g, color);

@@ -34,7 +34,7 @@ struct LightCut {
 // The intersection at `point` of the line `tangent` through a light that is no disk. face_normal is unit.
 EG_INLINE LightCut light_cut(const LightRow& l, Int kind, Vec3 point, Vec3 tangent, Vec3 face_normal) {
     LightCut cut{splat(-1), point, tangent, l.direction};
-    const Mask sphere = kind == splat(static_cast<int>(kSphereLight));
+    const Mask sphere = kind == splat(kSphereLight);
     if (!any(sphere)) return cut;
     const Float height = dot(face_normal, point - l.position);
     const Vec3 middle = l.position + face_normal * height, way = point - middle;
@@ -52,8 +52,7 @@ EG_INLINE LightCut light_cut(const LightRow& l, Int kind, Vec3 point, Vec3 tange
 EG_INLINE LightCut facing_disk_cut(const LightRow& l, const Triangle& t, Vec3 face_normal, Vec3 x, Float u) {
     constexpr float kParallel = 1e-6f;  // as in boundary/meshes/face_cut.h
     // Find the line of the two planes
-    const Vec3 way = x - l.position;
-    const Vec3 axis = way * (1.0f / max(sqrt(dot(way, way)), 1e-30f));
+    const Vec3 axis = unit_vector(x - l.position);
     const Vec3 along = cross(face_normal, axis);
     const Float sine2 = dot(along, along);
     LightCut cut{sine2 > kParallel, l.position, zero3(), axis};

@@ -28,6 +28,11 @@ EG_INLINE Int edge_face(const SceneView& scene, Int edge) {
     return gather(scene.edge_faces, gather(scene.edge_face_first, edge));
 }
 
+// Whether some of the kinds of rays in a mask meet the edge's mesh.
+EG_INLINE Mask is_met(const SceneView& scene, Int edge, Int rays) {
+    return (gather(scene.mesh_mask, mesh_of(scene, edge_face(scene, edge))) & rays) != 0;
+}
+
 // Whether vertices of the edge's mesh are requested.
 EG_INLINE Mask edge_moving(const SceneView& scene, Int edge) {
     return gather(scene.face_moving, edge_face(scene, edge)) == kVerticesMove;
@@ -105,8 +110,7 @@ EG_INLINE void surface_point_blocks(Mode& mode, const SceneView& scene, const De
 template <typename Mode>
 EG_INLINE void face_turn_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion, Mask active,
                                 Int face, Int instance, Float b1, Float b2, Vec3 w, Vec3 g, Vec3 color) {
-    const Triangle t =
-        placed_triangle(scene, select(active, face, splat(0)), select(active, instance, splat(-1))).triangle;
+    const Triangle t = placed_triangle(scene, active, face, instance).triangle;
     const Vec3 m = area_normal(t), e1 = t.p1 - t.p0, e2 = t.p2 - t.p0;
     const Float m2 = max(dot(m, m), 1e-37f), size = sqrt(sqrt(m2));
     const Vec3 step = w * (size / m2), part = g * (1.0f / size);

@@ -179,7 +179,7 @@ EG_INLINE Sides visible_faces(const SceneView& scene, const EdgeSample& s) {
 
 // The transmittance and the number of the transparent surfaces that rays have passed.
 struct PassedSurfaces {
-    Vec3 through = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    Vec3 through = one3();
     Int passed = splat(0);
 };
 
@@ -195,7 +195,7 @@ struct Behind : PassedSurfaces {
 EG_OUTLINE Mask passes(const SceneView& scene, Mask blocked, const Closest& hit, Vec3 direction, RayKind kind,
                        const PathIndex& random, PassedSurfaces& before, Float& near) {
     const SurfacePoint x = hit_surface(scene, blocked, hit, direction);
-    const TexturePoint point = texture_point(scene, x, -direction, splat(static_cast<int>(kind)));
+    const TexturePoint point = texture_point(scene, x, -direction, splat(kind));
     const Float choice = sobol_pair(random, vertex_pair(before.passed, kVertexChoice)).u;
     const Float chance = sobol_pair(random, vertex_pair(before.passed, kVertexSurvival)).v;
     const Shader shader = surface_shader(scene, x, point, choice);
@@ -288,9 +288,7 @@ EG_OUTLINE Behind look_behind(const SceneView& scene, EdgeSample& s, const Sides
 // The depth slope of the plane in which the edge lies, on the side of N. On the other side it is the
 // negative.
 EG_INLINE Float touched_slope(const SceneView& scene, const EdgeSample& s, const Closest& hit) {
-    Triangle t = gather_triangle(scene, hit.face);
-    place_triangle(scene, hit.instance, t);
-    const Vec3 m = area_normal(t);
+    const Vec3 m = area_normal(placed_triangle(scene, hit.face, hit.instance).triangle);
     const Float md = dot(m, s.view.across_of);
     return select(md != 0.0f, -dot(m, s.normal) / select(md != 0.0f, md, 1.0f), splat(__builtin_inff()));
 }
@@ -303,13 +301,8 @@ EG_INLINE Float aside(const Triangle& t) { return 32.0f * ray_offset(t); }
 
 // The barycentrics of e on a triangle that contains the edge, and the step from e to the side of `outwards`.
 EG_INLINE Vec3 beside_in_plane(const EdgeSample& s, const Triangle& t, Vec3 outwards, Float& b1, Float& b2) {
-    const Vec3 m = area_normal(t);
-    const Vec3 e1 = t.p1 - t.p0, e2 = t.p2 - t.p0, d = s.point - t.p0;
-    const Float inverse = 1.0f / max(dot(m, m), 1e-37f);
-    b1 = dot(m, cross(d, e2)) * inverse;
-    b2 = dot(m, cross(e1, d)) * inverse;
-    Vec3 across = cross(m, s.tangent);
-    across = across * (1.0f / max(sqrt(dot(across, across)), 1e-30f));
+    place_in_face(t, s.point, b1, b2);
+    const Vec3 across = unit_vector(cross(area_normal(t), s.tangent));
     return select(dot(across, outwards) < 0.0f, -across, across) * aside(t);
 }
 
@@ -339,9 +332,7 @@ EG_INLINE Vec3 near_point(const SceneView& scene, const EdgeSample& s, const Sid
 // The same for the surface that contains the edge.
 EG_INLINE Vec3 touched_point(const SceneView& scene, const EdgeSample& s, const Closest& hit, Vec3 outwards,
                              Float& b1, Float& b2) {
-    Triangle t = gather_triangle(scene, hit.face);
-    place_triangle(scene, hit.instance, t);
-    return beside_in_plane(s, t, outwards, b1, b2);
+    return beside_in_plane(s, placed_triangle(scene, hit.face, hit.instance).triangle, outwards, b1, b2);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

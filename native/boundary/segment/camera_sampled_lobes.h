@@ -10,7 +10,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 // is at most `widest`, all but the diffuse ones. For a gloss over a diffuse base the limit is
 // kWeakCameraSampled * widest.
 EG_INLINE Int sharp_kinds(const Shader& shader, float widest) {
-    const auto is = [&](ShaderKind kind) { return shader.kind == splat(static_cast<int>(kind)); };
+    const auto is = [&](ShaderKind kind) { return shader.kind == splat(kind); };
     const Mask principled = is(kPrincipled) | is(kDisney);
     const Mask weak = principled & (shader.row[kMetallic] + shader.row[kTransmission] < 0.5f);
     const Float limit = select(weak, splat(kWeakCameraSampled * widest), widest);

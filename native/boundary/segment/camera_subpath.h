@@ -65,11 +65,9 @@ struct ScatteringPoint {
     }
 };
 
-// Shaders that scatter light from behind.
+// Surfaces that scatter light from behind.
 EG_INLINE Mask scatters_on_both_sides(const Shader& shader) {
-    return ~has(shader, kLambertian) &
-           (has(shader, kHasRefraction) | (shader.kind == static_cast<int>(kTranslucent)) |
-            (shader.kind == static_cast<int>(kDisney)));
+    return ~has(shader, kLambertian) & transmits(shader);
 }
 
 // The surfaces that paths have hit, shaded as in the path tracer.
@@ -135,7 +133,7 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
             pass = walking & has(s.shader, kHasTransparency) & (chance < passing_share(s.shader, color));
             arrived |= there & walking & ~pass;
             walking &= ~arrived;
-            const Int kind = splat(static_cast<int>(kShadowRay));  // kShadowRay counts transparent surfaces
+            const Int kind = splat(kShadowRay);  // kShadowRay counts transparent surfaces
             walking &= ~pass | (bounce_count(p.bounces, kind) < task.limits.transparent);
             p.bounces = add_bounce(p.bounces, walking & pass, kind);
             p.throughput = select(walking & pass, p.throughput * color * s.shader.scale, p.throughput);

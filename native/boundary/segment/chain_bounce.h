@@ -16,8 +16,8 @@ constexpr int32_t kSoftKinds = 1 << kDiffuseRay | kOfTable;
 // The kind of bounce by which a camera path continues from x to w, with x seen from the side of its normal.
 // Lanes of `soft` are scattered by diffuse lobes.
 EG_INLINE Int bounce_kind(const SurfacePoint& x, Vec3 w, Mask soft) {
-    const Int above = select(soft, splat(static_cast<int>(kDiffuseRay)), splat(static_cast<int>(kGlossyRay)));
-    return select(dot(x.normal, w) < 0.0f, splat(static_cast<int>(kTransmissionRay)), above);
+    const Int above = select(soft, splat(kDiffuseRay), splat(kGlossyRay));
+    return select(dot(x.normal, w) < 0.0f, splat(kTransmissionRay), above);
 }
 
 // The same, chosen at random. `diffuse` is the part of the scattered light `all` that is due to diffuse

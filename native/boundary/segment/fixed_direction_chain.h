@@ -35,8 +35,7 @@ EG_INLINE void set_chain_surface(const SceneView& scene, Mask active, Int k, con
     const Float blend = contact(scene, active, from.mesh, from.position, from.normal, next.mesh, next.face,
                                 next.instance, next.triangle, next.position)
                             .share;
-    const Vec3 way = next.position - from.position;
-    const Vec3 w = way * (1.0f / max(sqrt(dot(way, way)), 1e-30f));
+    const Vec3 w = unit_vector(next.position - from.position);
     for (int i = 0; i < kFixedDirectionSurfaces; ++i) {
         const Mask here = active & (k == i);
         if (!any(here)) continue;

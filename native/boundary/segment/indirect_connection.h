@@ -23,8 +23,7 @@ EG_OUTLINE int connect_indirect(const SceneView& scene, const BoundaryTask& task
     const Int length = chain_length(p, task.max_depth - 3, probability), path = lane_index() + at;
     s.screen_form = length == 0;
     const Int scattered = splat(kScatteredRays);
-    const ReceiverRays rays = {scattered, select(s.screen_form, splat(1 << kCameraRay), scattered),
-                               kDiffuseRay, splat(0)};
+    const ReceiverRays rays = receiver_rays(scattered, s.screen_form, kDiffuseRay);
     const ReceiverHit receiver =
         find_receiver(scene, s.active, exit.behind, s.towards, exit.ignored, rays, p.random);
     // If x is closer to the edge than rounding, the jump is part of the primary term (derivations, F3c).
@@ -53,7 +52,7 @@ EG_OUTLINE int connect_indirect(const SceneView& scene, const BoundaryTask& task
     if (!any(s.active)) return queued;
     return append_scattering(work, queued, s.active, path, s.point, s.towards, y.hit, y.aside,
                              y.through * kept_before_start(scene, s.active, y.hit, s.towards, s.reach),
-                             y.passed, length + 2, seen.bounces, splat(static_cast<int>(kDiffuseRay)));
+                             y.passed, length + 2, seen.bounces, splat(kDiffuseRay));
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

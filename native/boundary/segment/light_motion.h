@@ -26,7 +26,7 @@ EG_INLINE Int kind_of_rows(const LightView& lights, Int row) {
 
 // Whether y depends on x.
 EG_INLINE Mask turns_with_point(Int kind) {
-    return (kind == splat(static_cast<int>(kSphereLight))) | (kind == splat(static_cast<int>(kDiskLight)));
+    return (kind == splat(kSphereLight)) | (kind == splat(kDiskLight));
 }
 
 // The adjoint of the unit vector n, from those of its basis vectors (simd/vector.h).
@@ -66,9 +66,9 @@ EG_INLINE Vec3 light_motion_row(const LightView& lights, Int light, Int kind, Ve
     for (Float& r : row) r = splat(0.0f);
     Vec3 from = zero3();
     const LightRow l = gather_light(lights, light);
-    const auto is = [&](LightKind k) { return kind == splat(static_cast<int>(k)); };
+    const auto is = [&](LightKind k) { return kind == splat(k); };
     const auto put = [&](int at, Mask m, Vec3 v) { set_three(row, at, m, v); };
-    const Mask near = kind < splat(static_cast<int>(kDirectionLight)), cone = is(kConeLight);
+    const Mask near = kind < splat(kDirectionLight), cone = is(kConeLight);
     const Vec3 place = x + offset - l.position;
     // Point lights, and the centres of disks, rectangles and ellipses
     put(kLightPosition, near, g);

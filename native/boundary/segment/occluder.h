@@ -21,12 +21,9 @@ EG_INLINE Mask transparent_occluder(const SceneView& scene, Mask active, Int edg
     if (!(scene.all_flags & kHasTransparency)) return clear;
     for (int i = 0; i < W; ++i) {
         if (!active[i]) continue;
-        for (uint32_t k = scene.edge_face_first[edge[i]]; k < scene.edge_face_first[edge[i] + 1]; ++k) {
-            const int32_t material = scene.face_material[scene.edge_faces[k]];
-            for (int32_t closure = scene.material_first_closure[material];
-                 closure < scene.material_first_closure[material + 1]; ++closure)
-                if (scene.closure_flags[closure] & kHasTransparency) clear[i] = -1;
-        }
+        for (uint32_t k = scene.edge_face_first[edge[i]]; k < scene.edge_face_first[edge[i] + 1]; ++k)
+            if (material_has(scene, scene.face_material[scene.edge_faces[k]], kHasTransparency))
+                clear[i] = -1;
     }
     return clear;
 }
@@ -69,7 +66,7 @@ EG_INLINE Mask on_edge_face(const SceneView& scene, const SegmentSample& p, cons
 // have equal transmittance.
 EG_OUTLINE Vec3 transparent_jump(const SceneView& scene, const SegmentSample& p, Mask active, Float u,
                                  Vec3 across, Vec3 towards) {
-    const Vec3 white = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    const Vec3 white = one3();
     Vec3 plus = white, minus = white;
     // Find the largest number of faces in any lane
     uint32_t most = 0;
@@ -97,8 +94,8 @@ EG_OUTLINE Vec3 transparent_jump(const SceneView& scene, const SegmentSample& p,
         Float b1, b2;
         edge_place(scene, select(here, p.edge, splat(0)), u, gather_triangle(scene, face), opposite, b1, b2);
         const SurfacePoint x = surface_point(scene, here, face, b1, b2, towards, p.instance);
-        const Vec3 through = surface_transmittance(
-            scene, x, texture_point(scene, x, -towards, splat(static_cast<int>(kShadowRay))));
+        const Vec3 through =
+            surface_transmittance(scene, x, texture_point(scene, x, -towards, splat(kShadowRay)));
         plus = select(here & above, plus * through, plus);
         minus = select(here & ~above, minus * through, minus);
     }

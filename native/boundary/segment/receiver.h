@@ -22,6 +22,11 @@ struct ReceiverRays {
     Int first;
 };
 
+// The rays to the first receiver of a path: the camera sees it in the lanes `seen`, in others a surface does.
+EG_INLINE ReceiverRays receiver_rays(Int blockers, Mask seen, RayKind kind) {
+    return {blockers, select(seen, splat(1 << kCameraRay), splat(kScatteredRays)), kind, splat(0)};
+}
+
 // Finds the receiver along -towards from a point of an edge. If surfaces on the way are transparent or do not
 // stop the light, several receivers are possible, and one of them is chosen at random.
 EG_OUTLINE ReceiverHit find_receiver(const SceneView& scene, Mask active, Vec3 point, Vec3 towards,
@@ -30,7 +35,7 @@ EG_OUTLINE ReceiverHit find_receiver(const SceneView& scene, Mask active, Vec3 p
     constexpr float kStay = 0.5f;
     ReceiverHit r;
     r.hit = no_hit();
-    r.through = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    r.through = one3();
     r.found = splat(0);
     // Handle the common case: the first hit stops the light
     const bool clear = scene.all_flags & kHasTransparency;
@@ -50,7 +55,7 @@ EG_OUTLINE ReceiverHit find_receiver(const SceneView& scene, Mask active, Vec3 p
         // Evaluate what the hit surface transmits
         const Int mask = gather(scene.mesh_mask, hit.mesh);
         const Mask sees = (mask & rays.seers) != 0, stops = looking & ((mask & rays.blockers) != 0);
-        Vec3 through = {splat(1.0f), splat(1.0f), splat(1.0f)};
+        Vec3 through = one3();
         Float offset = splat(0.0f);
         if (any(looking)) {
             // Shadow rays would meet the surface from the other side.

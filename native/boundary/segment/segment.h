@@ -41,9 +41,7 @@ EG_INLINE FarEnd still_far_end() {
     return {splat(-1), splat(-1), splat(0.0f), splat(0.0f), splat(-1), splat(0), splat(0)};
 }
 
-EG_INLINE Mask is_distant(const FarEnd& y) {
-    return y.environment | (y.kind >= splat(static_cast<int>(kDirectionLight)));
-}
+EG_INLINE Mask is_distant(const FarEnd& y) { return y.environment | (y.kind >= splat(kDirectionLight)); }
 
 struct BoundarySegment {
     Mask active;

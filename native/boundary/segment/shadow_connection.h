@@ -15,8 +15,8 @@ namespace edgegrad::EDGEGRAD_ISA {
 // one of e and x is inside: the edge would see another side of the surface than x does.
 EG_INLINE void meet_round_light(const SceneView& scene, BoundarySegment& s) {
     const Mask on_row = s.active & (s.y.row >= 0);
-    const Mask disk = on_row & (s.y.kind == splat(static_cast<int>(kDiskLight)));
-    const Mask sphere = on_row & (s.y.kind == splat(static_cast<int>(kSphereLight)));
+    const Mask disk = on_row & (s.y.kind == splat(kDiskLight));
+    const Mask sphere = on_row & (s.y.kind == splat(kSphereLight));
     if (!any(disk | sphere)) return;
     const LightRow l = gather_light(scene.lights, select(disk | sphere, s.y.row, splat(0)));
     Float pdf;
@@ -49,17 +49,14 @@ EG_OUTLINE void connect_shadow(const SceneView& scene, const BoundaryTask& task,
     Float probability;
     const Int length = chain_length(p, task.max_depth - 2, probability);
     const Mask chained = length > 0;
-    const ReceiverRays rays = {light.blockers(),
-                               select(chained, splat(kScatteredRays), splat(1 << kCameraRay)), kShadowRay,
-                               splat(0)};
+    const ReceiverRays rays = receiver_rays(light.blockers(), ~chained, kShadowRay);
     const ReceiverHit receiver =
         find_receiver(scene, s.active, exit.behind, s.towards, exit.ignored, rays, p.random);
     // If x is closer to the edge than rounding, the jump is part of the primary term (derivations, F3c).
     s.reach = exit.gap + receiver.hit.distance;
     s.active &= receiver.found & (s.reach > 1e-5f * largest_component(s.point));
     if (!any(s.active)) return;
-    const PlacedTriangle t = placed_triangle(scene, select(s.active, receiver.hit.face, splat(0)),
-                                             select(s.active, receiver.hit.instance, splat(-1)));
+    const PlacedTriangle t = placed_triangle(scene, s.active, receiver.hit.face, receiver.hit.instance);
     s.view = place_in_picture(scene, s.active, hit_position(scene, s.active, receiver.hit, t), p.random);
     s.x = surface_point(scene, s.active & (chained | s.view.active),
                         select(s.active, receiver.hit.face, splat(0)), t, receiver.hit.b1, receiver.hit.b2,

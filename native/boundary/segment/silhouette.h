@@ -23,7 +23,7 @@ EG_INLINE void across_edge(const SceneView& scene, const SegmentSample& p, int l
 // side. Sets delta to the angle between the two faces (0 unless there are exactly two).
 EG_INLINE void edge_frame(const SceneView& scene, const SegmentSample& p, Vec3& axis, Vec3& b1, Vec3& b2,
                           Float& delta) {
-    axis = p.t * (1.0f / max(sqrt(dot(p.t, p.t)), 1e-30f));
+    axis = unit_vector(p.t);
     Vec3 third[2] = {zero3(), zero3()};
     Mask two = splat(0);
     for (int i = 0; i < W; ++i) {
@@ -36,10 +36,7 @@ EG_INLINE void edge_frame(const SceneView& scene, const SegmentSample& p, Vec3& 
         }
     }
     Vec3 across[2];
-    for (int k = 0; k < 2; ++k) {
-        const Vec3 g = third[k] - axis * dot(third[k], axis);
-        across[k] = g * (1.0f / max(sqrt(dot(g, g)), 1e-30f));
-    }
+    for (int k = 0; k < 2; ++k) across[k] = unit_vector(third[k] - axis * dot(third[k], axis));
     b1 = across[0];
     b2 = cross(axis, b1);
     const Float c = dot(b1, across[1]), s = dot(b2, across[1]);

@@ -125,7 +125,7 @@ EG_OUTLINE Vec3 tangent_to_light(const SceneView& scene, const LightSample& ligh
     const Mask on_face = light.active & (light.face >= 0), on_row = light.active & (light.row >= 0);
     if (any(on_row)) {
         const LightRow l = gather_light(scene.lights, select(on_row, light.row, splat(0)));
-        const auto is = [&](LightKind k) { return on_row & (light.kind == splat(static_cast<int>(k))); };
+        const auto is = [&](LightKind k) { return on_row & (light.kind == splat(k)); };
         const Vec3 center = l.position - from;
         const Mask rectangle = is(kRectangleLight), ellipse = is(kEllipseLight);
         if (any(rectangle))

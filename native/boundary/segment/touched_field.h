@@ -31,7 +31,7 @@ EG_INLINE Mask meets_field(const SceneView& scene, const BoundarySegment& s, Int
 // that passes the surface twice.
 EG_INLINE Vec3 stopped_by_field(const SceneView& scene, Mask active, Int face, Vec3 at, Vec3 normal, Vec3 w,
                                 RayKind rays) {
-    const Vec3 one = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    const Vec3 one = one3();
     if (!(scene.all_flags & kHasTransparency)) return one;
     const Int known = select(active, face, splat(scene.first_field_face));
     const Vec3 in = stopped_by(scene, active, known, splat(-1), at, onto_surface(w, normal), rays),

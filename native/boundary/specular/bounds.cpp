@@ -18,9 +18,7 @@ constexpr double kSlack = 0.5;
 std::vector<uint8_t> specular_materials(const SceneTables& t, float followed) {
     std::vector<uint8_t> out(t.material_first_closure.size() - 1);
     for (size_t m = 0; m < out.size(); ++m)
-        for (int32_t closure = t.material_first_closure[m]; closure < t.material_first_closure[m + 1];
-             ++closure)
-            out[m] |= static_cast<uint8_t>(may_be_specular(t, static_cast<size_t>(closure), followed));
+        out[m] = any_closure(t, m, [&](size_t closure) { return may_be_specular(t, closure, followed); });
     return out;
 }
 

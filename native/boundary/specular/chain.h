@@ -53,7 +53,7 @@ EG_INLINE ChainRay chain_start(const CameraView& camera, const PicturePoint& at,
     const CameraRay ray = camera_ray(camera, at.x, at.y, at.lens_u, at.lens_v);
     const Float length = sqrt(dot(ray.direction, ray.direction));
     near = length * camera.clip_start, far = length * camera.clip_end;
-    return {ray.origin, ray.direction * (1.0f / length), ray.origin, splat(static_cast<int>(kCameraRay)), {}};
+    return {ray.origin, ray.direction * (1.0f / length), ray.origin, splat(kCameraRay), {}};
 }
 
 // The bounces of a chain so far, counted as by the path tracer.
@@ -68,7 +68,7 @@ struct ChainCount {
         p.final_ray = splat(max_depth <= 1 ? -1 : 0);
     }
     EG_INLINE void add(Mask scattered, Int kind) {
-        const Int counted = select(scattered, kind, splat(static_cast<int>(kDiffuseRay)));
+        const Int counted = select(scattered, kind, splat(kDiffuseRay));
         const Mask last = next_is_final(limits, p, counted);
         p.final_ray = select(scattered, last, p.final_ray);
         p.bounces = add_bounce(p.bounces, scattered, counted);
@@ -76,23 +76,17 @@ struct ChainCount {
     }
     // Transparent surfaces have the fourth counter. The chain ends at the limit.
     EG_INLINE Mask may_pass() const {
-        return bounce_count(p.bounces, splat(static_cast<int>(kShadowRay))) < limits.limits.transparent;
+        return bounce_count(p.bounces, splat(kShadowRay)) < limits.limits.transparent;
     }
-    EG_INLINE void add_passed(Mask passed) {
-        p.bounces = add_bounce(p.bounces, passed, splat(static_cast<int>(kShadowRay)));
-    }
+    EG_INLINE void add_passed(Mask passed) { p.bounces = add_bounce(p.bounces, passed, splat(kShadowRay)); }
 };
 
 // Lanes whose surface may have a shader with one of these flags.
 EG_INLINE Mask may_have(const SceneView& scene, const SurfacePoint& x, Mask active, int32_t flags) {
     Mask may = splat(0);
-    for (int i = 0; i < W; ++i) {
-        if (!active[i]) continue;
-        const int32_t first = scene.material_first_closure[x.material[i]],
-                      last = scene.material_first_closure[x.material[i] + 1];
-        for (int32_t closure = first; closure < last; ++closure)
-            if (scene.closure_flags[closure] & flags) may[i] = -1;
-    }
+    for (int i = 0; i < W; ++i)
+        if (active[i] && material_has(scene, x.material[i], flags)) may[i] = -1;
+
     return may;
 }
 
@@ -143,12 +137,10 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, Mask a
         SurfacePoint x = hit_surface(scene, hit.hit, hit, ray.direction);
         // Compute the key of the vertex and store the vertex
         const Int region = gather(task.region, select(hit.hit, hit.face, splat(0)));
-        Int key =
-            select(hit.hit, 2 * region + ((x.side < 0.0f) & 1),
-                   select(below, splat(static_cast<int>(kBelow)),
-                          select(dead, splat(static_cast<int>(kDead)), splat(static_cast<int>(kMissed)))));
+        Int key = select(hit.hit, 2 * region + ((x.side < 0.0f) & 1),
+                         select(below, splat(kBelow), select(dead, splat(kDead), splat(kMissed))));
         const Mask stops = hit.hit & to_light & ~may_have(scene, x, hit.hit & to_light, kHasTransparency);
-        key = select(stops, splat(static_cast<int>(kBlocked)), key);
+        key = select(stops, splat(kBlocked), key);
         chain.count = chain.count - going;
         chain.key[level] = key;
         chain.face[level] = hit.face, chain.mesh[level] = hit.mesh, chain.instance[level] = hit.instance;

@@ -129,9 +129,7 @@ EG_OUTLINE int append_side(Workspace& work, int queued, const EdgeSample& s, Pat
     p.throughput = p.throughput * behind.through;
     p.vertex = p.vertex + behind.passed;
     p.bounces = p.bounces + (behind.passed << 24);
-    Closest other = hit;
-    other.hit = splat(0);
-    return append_met(work, queued, p, hit, step, other);
+    return append_met(work, queued, p, hit, step);
 }
 
 // Appends paths for both sides of outlines that are seen along the rays of `s`. `p`: the chains' paths as

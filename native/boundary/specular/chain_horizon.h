@@ -8,9 +8,10 @@
 // m_F is the velocity of F's points, extended affinely over its plane, in which D lies. L- = 0, and L+ is the
 // radiance along D (boundary/specular/chain_term.h). The normal of a distance field also turns as p slides:
 // with its Hessian H and its gradient f along n at p,
-//   -dg/dtheta = -n . dD - D . (H dp + grad dphi) / |f|. If the ray continues from only one of two adjacent
-// faces, the curve is that of their edge and of the ray that touches it, as for any other edge. The jump of
-// radiance is the same.
+//   -dg/dtheta = -n . dD - D . (H dp + grad dphi) / |f|.
+//
+// If the ray continues from only one of two adjacent faces, the curve is that of their edge and of the ray
+// that touches it, as for any other edge. The jump of radiance is the same.
 #pragma once
 
 #include "boundary/samples/visible_edge.h"
@@ -83,14 +84,10 @@ EG_OUTLINE int see_onwards(const SceneView& scene, Mask active, const ChainRay& 
     side.active = active;
     side.path = path;
     side.origin = ray.origin, side.from = ray.from, side.direction = ray.direction;
-    Closest none;
-    none.hit = splat(0);
-    none.face = splat(0);
-    none.b1 = none.b2 = splat(0.0f);
     const Closest hit =
         intersect(scene, active, ray.origin, ray.direction, splat(0.0f), splat(__builtin_inff()),
                   ignore_nothing(), embree::kIncoherent, ray_mask(ray.kind));
-    return append_met(work, queued, side, hit, zero3(), none);
+    return append_met(work, queued, side, hit, zero3());
 }
 
 // Adds the part of -dg that is due to the face's motion, times the color, for the requested parameters.

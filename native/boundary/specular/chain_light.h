@@ -31,11 +31,9 @@ struct ChainLight {
     Int blockers, visible_to;
     Float density;  // of y with respect to dM
 
-    EG_INLINE Mask is(LightKind k) const { return (row >= 0) & (kind == splat(static_cast<int>(k))); }
+    EG_INLINE Mask is(LightKind k) const { return (row >= 0) & (kind == splat(k)); }
     EG_INLINE Mask environment() const { return (row < 0) & (face < 0); }
-    EG_INLINE Mask distant() const {
-        return environment() | ((row >= 0) & (kind >= splat(static_cast<int>(kDirectionLight))));
-    }
+    EG_INLINE Mask distant() const { return environment() | ((row >= 0) & (kind >= splat(kDirectionLight))); }
 };
 
 EG_INLINE ChainLight no_chain_light() {
@@ -75,8 +73,7 @@ EG_INLINE ChainLightRay see_chain_light(const SceneView& scene, Mask active, con
     // Find the point and the light's normal
     const Mask disk = on_row & light.is(kDiskLight);
     if (any(disk)) {
-        const Vec3 way = l.position - x;
-        const Vec3 axis = way * (1.0f / max(sqrt(dot(way, way)), 1e-30f));
+        const Vec3 axis = unit_vector(l.position - x);
         Vec3 a, b;
         basis(axis, a, b);
         y = select(disk, l.position + a * light.place.x + b * light.place.y, y);
@@ -124,7 +121,7 @@ EG_INLINE ChainLightRay see_chain_light(const SceneView& scene, Mask active, con
 // surfaces that scatter; their radiance is estimated by paths.
 EG_INLINE Vec3 radiance_of(const SceneView& scene, Mask active, const ChainLight& light,
                            const ChainLightRay& seen, Int mesh) {
-    Vec3 radiance = select(active & light.scatters, gray(splat(1.0f)), zero3());
+    Vec3 radiance = select(active & light.scatters, one3(), zero3());
     const Mask environment = active & light.environment();
     if (any(environment)) radiance = select(environment, environment_radiance(scene, seen.w), radiance);
     const Mask on_row = active & (light.row >= 0) & shines_on(scene, light.row, mesh, splat(0));
@@ -177,8 +174,7 @@ EG_OUTLINE Mask choose_environment(const SceneView& scene, const ScatteringPoint
     found &= (x.both_sides | (dot(x.x.normal, w) > 0.0f)) & (density > 0.0f);
     light.row = select(found, splat(-1), light.row), light.face = select(found, splat(-1), light.face);
     light.place = select(found, w, light.place);
-    const int blocked_by = scene.environment_image.sampled ? 1 << kShadowRay : 1 << kDiffuseRay;
-    light.blockers = select(found, splat(blocked_by), light.blockers);
+    light.blockers = select(found, environment_blockers(scene), light.blockers);
     light.visible_to = select(found, splat(scene.environment_mask), light.visible_to);
     light.density = select(found, density, light.density);
     return found;
@@ -248,9 +244,8 @@ EG_OUTLINE Mask choose_chain_light(const SceneView& scene, const ScatteringPoint
         const Mask disk = at & light.is(kDiskLight);
         if (any(disk)) {
             const LightRow l = gather_light(scene.lights, select(disk, s.row, splat(0)));
-            const Vec3 way = l.position - x.x.position;
             Vec3 a, b;
-            basis(way * (1.0f / max(sqrt(dot(way, way)), 1e-30f)), a, b);
+            basis(unit_vector(l.position - x.x.position), a, b);
             const Vec3 across = light.place - l.position;
             light.place = select(disk, {dot(across, a), dot(across, b), splat(0.0f)}, light.place);
         }
@@ -284,7 +279,7 @@ EG_INLINE FarEnd far_end(const SceneView& scene, const ChainLight& light) {
     FarEnd y = still_far_end();
     y.face = light.face, y.instance = light.instance, y.b1 = light.b1, y.b2 = light.b2;
     y.row = light.row, y.kind = light.kind;
-    y.environment = light.environment() & splat(scene.environment_image.pixels ? -1 : 0);
+    y.environment = light.environment() & turns_with_environment(scene);
     return y;
 }
 

@@ -99,8 +99,7 @@ EG_OUTLINE ChainSurface chain_surface(const SceneView& scene, const SurfacePoint
                                       const TexturePoint& point, Int closure) {
     ChainSurface s{x, point, closure_shader(scene, x, closure, point), splat(1.0f), splat(0.0f), zero3()};
     if (scene.any_mixture) {
-        const Int first = gather(scene.material_first_closure, x.material);
-        const Mask mixed = x.active & (gather(scene.material_first_closure + 1, x.material) - first > 1);
+        const Mask mixed = x.active & (closure_count(scene, x.material) > 1);
         if (any(mixed))
             s.closure_weight = select(mixed, closure_weight(scene, mixed, closure, point), s.closure_weight);
     }
@@ -154,10 +153,7 @@ EG_OUTLINE Mask scatter_chain(const SceneView& scene, const ChainSurface& s, Mas
     ray.origin = select(scatters, leave_surface(s.x, next.wi), ray.origin);
     ray.direction = select(scatters, next.wi, ray.direction);
     ray.from = select(scatters, s.x.position, ray.from);
-    ray.kind = select(
-        scatters,
-        select(transmitted, splat(static_cast<int>(kTransmissionRay)), splat(static_cast<int>(kGlossyRay))),
-        ray.kind);
+    ray.kind = select(scatters, select(transmitted, splat(kTransmissionRay), splat(kGlossyRay)), ray.kind);
     ray.lobe = select(scatters, lobe, ray.lobe);
     return fine;
 }

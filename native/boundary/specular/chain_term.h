@@ -51,7 +51,7 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
     // `passed` and `waiting` hold the transmittance and the number of transparent surfaces since the last
     // scattering vertex. They enter the throughput when the chain scatters again. look_behind() handles the
     // transparent surfaces in front of the edge.
-    Vec3 throughput = {splat(1.0f), splat(1.0f), splat(1.0f)}, passed = throughput;
+    Vec3 throughput = one3(), passed = throughput;
     Int waiting = splat(0);
     Mask aimed = splat(0);        // lanes that have scattered towards a stored vertex
     Float density = splat(0.0f);  // not 0: the ray leaves a surface whose lobes are not perfect
@@ -114,8 +114,8 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         density = select(scatters, splat(0.0f), density);
         if (any(aims)) {
             density = select(aims, splat(1.0f), density);
-            throughput = select(aims, gray(splat(1.0f)), throughput);
-            passed = select(aims, gray(splat(1.0f)), passed);
+            throughput = select(aims, one3(), throughput);
+            passed = select(aims, one3(), passed);
             waiting = waiting & ~aims;
             ray = select(aims, ray_to(scene, x, stored_place(scene, c, at, aims, level + 1)), ray);
             from_normal = select(aims, x.normal, from_normal);
@@ -148,7 +148,7 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         put3(v.next_direction, bends, ray.direction);
         throughput =
             select(scatters, throughput * passed * value * ((1.0f - s.transparency) * kept), throughput);
-        passed = select(scatters, Vec3{splat(1.0f), splat(1.0f), splat(1.0f)}, passed);
+        passed = select(scatters, one3(), passed);
         from_normal = select(scatters, x.normal, from_normal);
         from_mesh = select(scatters, x.mesh, from_mesh);
         counted.add(scatters, ray.kind);
@@ -203,7 +203,7 @@ EG_OUTLINE Mask append_surfaces(const SceneView& scene, const BoundaryTask& task
     y.distance = way.distance - s.view.distance;
     queued = append_scattering(work, queued, active, lane_index() + at, s.point, way.w, y, zero3(),
                                kept_before_start(scene, active, y, way.w, s.view.distance), splat(0),
-                               p.segment + 1, bounces, splat(static_cast<int>(kDiffuseRay)));
+                               p.segment + 1, bounces, splat(kDiffuseRay));
     return active;
 }
 
@@ -298,9 +298,7 @@ static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task,
             side.throughput = p.throughput * behind.through;
             side.vertex = p.vertex + behind.passed;
             side.bounces = p.bounces + (behind.passed << 24);
-            Closest none = hit;
-            none.hit = splat(0);
-            queued = append_met(work, queued, side, hit, aside, none);
+            queued = append_met(work, queued, side, hit, aside);
         };
         start(sides.plus, lane_index() + at, s.normal, slope);
         start(sides.minus, lane_index() + at + count, -s.normal, -slope);
@@ -313,7 +311,7 @@ static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task,
         load3(minus, work.radiance, count + at);
         const Mask lit = load(c.lit + at),
                    known = lit | at_light_outline(c, at, count) | is_thrown(c, at, count);
-        const Vec3 towards_x = select(lit & load(c.light_scatters + at), plus, gray(splat(1.0f)));
+        const Vec3 towards_x = select(lit & load(c.light_scatters + at), plus, one3());
         store_jump(c, at, load(c.seen + at),
                    select(known, load_jump(c, at) * towards_x, (minus - plus) * load(c.weight + at)));
     }

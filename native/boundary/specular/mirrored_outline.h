@@ -42,7 +42,7 @@ EG_OUTLINE MetOutline met_outline(const SceneView& scene, Mask active, Int row, 
     m.y.row = select(active, row, splat(-1));
     m.y.kind = kind_of_rows(scene.lights, m.y.row);
     const LightRow& l = m.light = gather_light(scene.lights, at);
-    const auto is = [&](LightKind k) { return active & (m.y.kind == splat(static_cast<int>(k))); };
+    const auto is = [&](LightKind k) { return active & (m.y.kind == splat(k)); };
     const Vec3 center = l.position - p;
     const Mask sphere = is(kSphereLight), disk = is(kDiskLight), rectangle = is(kRectangleLight);
     const Mask sun = is(kConeLight), flat = active & ~(sphere | sun);

@@ -51,10 +51,10 @@ EG_OUTLINE PassedLight passed_light(const SceneView& scene, Mask active, const C
         const Int event = choices.event[level - 1];
         bent |= (event >= 0) & (event != kEventPasses) & (event != kEventLit);
         const Mask here = active & bent & (level < a.count) & (level < b.count) & (level <= choices.lit) &
-                          (a.key[level] >= splat(static_cast<int>(kMissed)));
+                          (a.key[level] >= splat(kMissed));
         if (!any(here)) continue;
-        const Mask missed = a.key[level] == splat(static_cast<int>(kMissed));
-        for (int k = 0; k < lights.sized_count + lights.sized_distant; ++k) {
+        const Mask missed = a.key[level] == splat(kMissed);
+        for (int k = 0; k < lights.all_sized(); ++k) {
             const int row = lights.sized[k], kind = lights.kind[lights.light_of_row[row]];
             const Mask may = kind == kConeLight ? here & missed : here;
             if (!any(may)) continue;

@@ -326,7 +326,7 @@ EG_OUTLINE int sort_out_intersected(const SceneView& scene, const ScanTask& task
     // Find which crossings the other end could not have found
     Int common = end.count;
     for (int k = 0; k < kMostChain; ++k)
-        common = select((k < end.count) & (end.key[k] == splat(static_cast<int>(kDead))), splat(k), common);
+        common = select((k < end.count) & (end.key[k] == splat(kDead)), splat(k), common);
     const Mask lone = active & choices.light.scatters & ~sees_surface(scene, choices, end, active);
     // Collect the segments
     const auto collect = [&](int i, const PicturePoint& p, const PicturePoint& q, const SpecularChain& at_p,

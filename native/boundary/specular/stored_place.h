@@ -21,11 +21,6 @@ EG_OUTLINE Vec3 stored_place(const SceneView& scene, const ChainCrossings& c, in
     return hit_position(scene, active, hit, placed_triangle(scene, hit.face, hit.instance));
 }
 
-EG_INLINE Vec3 unit_way(Vec3 from, Vec3 to) {
-    const Vec3 way = to - from;
-    return way * (1.0f / max(sqrt(dot(way, way)), 1e-30f));
-}
-
 // The kind of bounce by which paths go on from a surface: any is possible, but where lobes are wider behind
 // diffuse bounces, none behind these is as narrow as those of caustics.
 EG_INLINE Int aimed_kind(const SceneView& scene) {
@@ -34,13 +29,13 @@ EG_INLINE Int aimed_kind(const SceneView& scene) {
 
 // The ray from a surface towards a point.
 EG_INLINE ChainRay ray_to(const SceneView& scene, const SurfacePoint& x, Vec3 to) {
-    const Vec3 w = unit_way(x.position, to);
+    const Vec3 w = unit_vector(to - x.position);
     return {leave_surface(x, w), w, x.position, aimed_kind(scene), splat(0.0f)};
 }
 
 // Whether a replayed ray goes to a point, up to rounding.
 EG_INLINE Mask points_at(const ChainRay& ray, Vec3 to) {
-    const Vec3 off = unit_way(ray.from, to) - ray.direction;
+    const Vec3 off = unit_vector(to - ray.from) - ray.direction;
     return dot(off, off) < 1e-5f;
 }
 

@@ -3,7 +3,6 @@
 // each other.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 
 #include "boundary/samples/crossing_samples.h"
@@ -195,7 +194,7 @@ EG_INLINE TouchedCurve touched_light(const SceneView& scene, const SpecularChain
     const int kind = transmits ? kTransmissionRay : kGlossyRay;
     const LightView& lights = scene.lights;
     TouchedCurve found;
-    for (int k = 0; k < lights.sized_count + lights.sized_distant; ++k) {
+    for (int k = 0; k < lights.all_sized(); ++k) {
         const int row = lights.sized[k];
         if (!shines_along(scene, row, p.mesh[last][i], kind, bounces)) continue;
         const auto rho = [&](const SpecularChain& c) {

@@ -218,9 +218,8 @@ EG_INLINE ImageTask camera_sampled_paths(const BoundaryTask& task) {
 // Starts these paths and finds their first hits.
 EG_INLINE PathPacket start_walk(const SceneView& scene, const BoundaryTask& task, Mask active, Int path,
                                 Float sx, Float sy, const PathIndex& random, Closest& hit) {
-    Float lens_u = splat(0.5f), lens_v = lens_u;
-    if (scene.camera.aperture_radius > 0.0f)
-        sobol_pair(random.stream, random.sample, kPairLens, lens_u, lens_v);
+    const auto [lens_u, lens_v] = lens_numbers(scene.camera, random);
+
     PathPacket p = first_segment(task.max_depth);
     p.active = active;
     p.path = path;
@@ -339,8 +338,7 @@ EG_OUTLINE int sample_from_camera(const SceneView& scene, const BoundaryTask& ta
     // Skip samples outside the picture or beyond the bounce limits
     s.view = place_in_picture(scene, s.active, select(s.screen_form, x.x.position, begun.first), p.random);
     s.active &= s.view.active;
-    if (scene.rays_differ)
-        s.active &= (gather(scene.mesh_mask, mesh_of(scene, edge_face(scene, s.edge))) & kScatteredRays) != 0;
+    if (scene.rays_differ) s.active &= is_met(scene, s.edge, splat(kScatteredRays));
     Int bounces = path.bounces & 0xffffff;
     s.active &= scatters_within_limits(
         scene, task, s.active, x.x, s.towards, kinds, walk, path.vertex,
@@ -369,7 +367,7 @@ EG_OUTLINE int sample_from_camera(const SceneView& scene, const BoundaryTask& ta
     color_of_jump(scene, p, edge, s);
     return append_scattering(work, queued, s.active, path.path, s.point, s.towards, y.hit, y.aside,
                              y.through * kept_before_start(scene, s.active, y.hit, s.towards, s.reach),
-                             y.passed, begun.length + 2, bounces, splat(static_cast<int>(kDiffuseRay)));
+                             y.passed, begun.length + 2, bounces, splat(kDiffuseRay));
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -44,7 +44,7 @@ EG_INLINE ShadowSource choose_source(const SceneView& scene, const BoundaryTask&
                                      Mask direct) {
     const Float pick = sobol_pair(p.random, kPairStrategy).u;
     const auto [which, kind] = sobol_pair(p.random, vertex_pair(splat(kLobeVertex + 7), kVertexChoice));
-    const bool sized = scene.lights.sized_count + scene.lights.sized_distant > 0;
+    const bool sized = scene.lights.all_sized() > 0;
     const Float table = select(~direct & splat(sized ? -1 : 0), splat(1.0f), 0.0f);
     const Float others = table + (scene.has_environment ? 1.0f : 0.0f);
     ShadowSource source;
@@ -56,12 +56,11 @@ EG_INLINE ShadowSource choose_source(const SceneView& scene, const BoundaryTask&
     source.kinds =
         select(source.table, splat(kScatteredRays | kOfTable),
                select(source.faces, splat(kScatteredRays), splat(kScatteredRays & scene.environment_mask)));
-    source.ray_kind = splat(static_cast<int>(kDiffuseRay));
+    source.ray_kind = splat(kDiffuseRay);
     source.which = which;
     if (scene.lights.any_hidden && any(source.table)) {
-        const Int chosen = select(kind < 1.0f / 3.0f, splat(static_cast<int>(kDiffuseRay)),
-                                  select(kind < 2.0f / 3.0f, splat(static_cast<int>(kGlossyRay)),
-                                         splat(static_cast<int>(kTransmissionRay))));
+        const Int chosen = select(kind < 1.0f / 3.0f, splat(kDiffuseRay),
+                                  select(kind < 2.0f / 3.0f, splat(kGlossyRay), splat(kTransmissionRay)));
         source.ray_kind = select(source.table, chosen, source.ray_kind);
         source.kinds = select(source.table, ray_mask(chosen) | kOfTable, source.kinds);
         source.scale = select(source.table, source.scale * 3.0f, source.scale);
@@ -172,12 +171,12 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
     if (!any(s.active)) return s;
 
     // Set the light beyond the edge
-    Int blockers = splat(scene.environment_image.sampled ? 1 << kShadowRay : 1 << kDiffuseRay);
+    Int blockers = environment_blockers(scene);
     Vec3 light = select(source.environment, environment_radiance(scene, s.towards), zero3());
     Vec3 end = s.towards;
     Float far = splat(__builtin_inff());
     s.distance = splat(__builtin_inff());
-    s.y.environment = select(source.environment, splat(scene.environment_image.pixels ? -1 : 0), splat(0));
+    s.y.environment = source.environment & turns_with_environment(scene);
     const Mask on_row = s.active & source.table;
     if (any(on_row)) {
         Float count;
@@ -194,12 +193,11 @@ EG_OUTLINE BoundarySegment sample_shadow_from_camera(const SceneView& scene, con
         end = select(near, s.towards * s.distance, end);
         far = select(near, splat(0.99999f), far);
     }
-    Vec3 passed = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    Vec3 passed = one3();
     const Mask on_face = s.active & source.faces;
     if (any(on_face)) meet_face(scene, task, p, on_face, path.path, s, light, passed);
     const Int face = s.y.face;
-    if (scene.rays_differ || scene.lights.any_linked)
-        s.active &= (gather(scene.mesh_mask, mesh_of(scene, edge_face(scene, s.edge))) & blockers) != 0;
+    if (scene.rays_differ || scene.lights.any_linked) s.active &= is_met(scene, s.edge, blockers);
     divide_segment(s);
     if (any(on_face)) {
         fix_light_direction(scene, s);

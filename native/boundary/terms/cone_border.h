@@ -55,8 +55,8 @@ EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryT
     const Vec3 normal = out_of_axis * cosine - l.direction * sine;
     Float area = splat(1.0f);
     s.point = l.position;
-    const Mask sphere = s.y.kind == splat(static_cast<int>(kSphereLight));
-    const Mask sized = sphere | (s.y.kind == splat(static_cast<int>(kDiskLight)));
+    const Mask sphere = s.y.kind == splat(kSphereLight);
+    const Mask sized = sphere | (s.y.kind == splat(kDiskLight));
     if (any(sized)) {
         const auto [u, v] = sobol_pair(p.random, kPairLight);
         Float x, y;
@@ -77,9 +77,8 @@ EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryT
     Float probability;
     const Int length = chain_length(p, task.max_depth - 2, probability);
     s.screen_form = length == 0;
-    const ReceiverRays rays = {select(links.casts_shadow, links.blockers, splat(0)),
-                               select(s.screen_form, splat(1 << kCameraRay), splat(kScatteredRays)),
-                               kShadowRay, splat(0)};
+    const ReceiverRays rays =
+        receiver_rays(select(links.casts_shadow, links.blockers, splat(0)), s.screen_form, kShadowRay);
     const ReceiverHit receiver =
         find_receiver(scene, s.active, s.point, s.towards, ignore_nothing(), rays, p.random);
     s.active &= receiver.found & (receiver.hit.distance > 0.0f);

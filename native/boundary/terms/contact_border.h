@@ -49,7 +49,7 @@ EG_INLINE int append_side(const SceneView& scene, Workspace& work, int queued, c
     const Vec3 step = near_point(scene, e, near, e.normal, y.b1, y.b2);
     const Vec3 kept = kept_before_start(scene, active, y, s.towards, s.reach) * blend;
     return append_scattering(work, queued, active, path, s.point, s.towards, y, step, kept, splat(0), segment,
-                             bounces, splat(static_cast<int>(kDiffuseRay)));
+                             bounces, splat(kDiffuseRay));
 }
 
 // Samples the term without L+ and L-.
@@ -77,8 +77,7 @@ EG_OUTLINE int sample_border(const SceneView& scene, const BoundaryTask& task,
     s.active &= length < scene.fixed_direction_surfaces;
     s.screen_form = length == 0;
     const Int scattered = splat(kScatteredRays);
-    const ReceiverRays rays = {scattered, select(s.screen_form, splat(1 << kCameraRay), scattered),
-                               kDiffuseRay, splat(0)};
+    const ReceiverRays rays = receiver_rays(scattered, s.screen_form, kDiffuseRay);
     const ReceiverHit receiver =
         find_receiver(scene, s.active, s.point, s.towards, {s.edge, s.instance}, rays, p.random);
     s.active &= receiver.found & (receiver.hit.distance > 1e-5f * largest_component(s.point));

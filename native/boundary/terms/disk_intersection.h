@@ -60,7 +60,7 @@ EG_OUTLINE DiskSegment sample_disk_intersection(const SceneView& scene, const Bo
     s.reach = sqrt(r2);
     s.towards = way * (1.0f / max(s.reach, 1e-30f));
     s.distance = s.lambda = splat(0.0f);
-    s.active &= cut.active & (s.y.kind == splat(static_cast<int>(kDiskLight))) & (r2 > 0.0f) &
+    s.active &= cut.active & (s.y.kind == splat(kDiskLight)) & (r2 > 0.0f) &
                 shines_on(scene, pair.row, x.x.mesh, bounces_before(path));
     hide_beside(cut.tangent, -s.towards, s);
     // If x lies in the face's plane, the light arrives along x's horizon, which the horizon term covers

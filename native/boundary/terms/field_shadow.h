@@ -38,7 +38,7 @@ struct MetLight {
             Float way = s.distance + s.reach;
             for (const LightKind kind :
                  {kSphereLight, kDiskLight, kRectangleLight, kEllipseLight, kConeLight}) {
-                const Mask here = on_row & (s.y.kind == splat(static_cast<int>(kind)));
+                const Mask here = on_row & (s.y.kind == splat(kind));
                 Float unused;
                 if (any(here)) way = select(here, meet_light(l, kind, s.x.position, s.towards, unused), way);
             }
@@ -181,12 +181,12 @@ EG_OUTLINE BoundarySegment sample_field_tangent_shadow(const SceneView& scene, c
     Float turn;
     const SegmentSample p = begin_on_field(scene, task, at, cursor, line, turn, s);
     if (task.kind == kFieldEnvironment) {
-        const Int rays = splat(scene.environment_image.sampled ? 1 << kShadowRay : 1 << kDiffuseRay);
+        const Int rays = environment_blockers(scene);
         s.active &= meets_field(scene, s, rays);
         if (!any(s.active)) return s;
         touch_by_curvature(scene, turn, line, s);
         s.distance = splat(__builtin_inff());
-        s.y.environment = splat(scene.environment_image.pixels ? -1 : 0);
+        s.y.environment = turns_with_environment(scene);
         if (any(s.active))
             connect_shadow(scene, task, p, line.exit, requested, adjoint, line.measure,
                            MetEnvironment{stopped(scene, s, line.at.normal), rays}, s);
@@ -197,9 +197,9 @@ EG_OUTLINE BoundarySegment sample_field_tangent_shadow(const SceneView& scene, c
     const LightChoice choice = choose_light(scene.lights, s.active, OpenPoint{s.point}, u);
     const Int kind = gather(scene.lights.kind, choice.light),
               index = gather(scene.lights.index, choice.light);
-    const Mask on_face = choice.active & (kind == splat(static_cast<int>(kTriangleLight)));
-    const Mask on_row = choice.active & ~on_face & (kind != splat(static_cast<int>(kPointSource))) &
-                        (kind != splat(static_cast<int>(kDirectionLight)));
+    const Mask on_face = choice.active & (kind == splat(kTriangleLight));
+    const Mask on_row =
+        choice.active & ~on_face & (kind != splat(kPointSource)) & (kind != splat(kDirectionLight));
     LightSample light = no_light_sample(on_face, on_row, index, kind);
     light.active = on_face | on_row;
     if (any(on_row)) {
@@ -214,8 +214,7 @@ EG_OUTLINE BoundarySegment sample_field_tangent_shadow(const SceneView& scene, c
     s.active &= angle > 0.0f;
     if (!any(s.active)) return s;
     line.measure = line.measure * touch(scene, towards, line, s);
-    s.distance =
-        select(s.y.kind == splat(static_cast<int>(kConeLight)), splat(__builtin_inff()), splat(0.0f));
+    s.distance = select(s.y.kind == splat(kConeLight), splat(__builtin_inff()), splat(0.0f));
     if (any(s.active))
         connect_shadow(scene, task, p, line.exit, requested, adjoint, line.measure,
                        MetLight{light, stopped(scene, s, line.at.normal) * (angle / choice.probability)}, s);

@@ -134,14 +134,14 @@ EG_OUTLINE int cut_beyond(const SceneView& scene, const HorizonTask& task, const
     cut.y.face = select(met, y.hit.face, splat(-1)), cut.y.instance = y.hit.instance;
     cut.y.b1 = y.hit.b1, cut.y.b2 = y.hit.b2;
     cut.material_weight = 1.0f - fixed_direction_weight(scene, met, p.segment - 1, s.x, cut.y);
-    cut.y.environment = open & splat(scene.environment_image.pixels ? -1 : 0);
+    cut.y.environment = open & turns_with_environment(scene);
     cut.color = f * (1.0f / max(density, 1e-30f));
     if (any(open))
         cut.color = select(open, cut.color * y.through * environment_radiance(scene, w), cut.color);
     met &= cut.active;
     if (!any(met)) return queued;
     // Choose the kind of the bounce at x by the BSDF, and test the bounce limits.
-    Int kind = splat(static_cast<int>(kDiffuseRay)), bounces = p.bounces & 0xffffff;
+    Int kind = splat(kDiffuseRay), bounces = p.bounces & 0xffffff;
     if (kinds_matter(scene, task.image.limits, task.image.max_depth)) {
         const Float chance = sobol_pair(random, kPairStrategy).v;
         const Vec3 soft = scattered_at_horizon(scene, s, met, side, w, splat(1 << kDiffuseRay));
@@ -172,8 +172,7 @@ EG_OUTLINE int sample_horizon(const SceneView& scene, const HorizonTask& task, c
         scene.mesh_contact && task.lights && (scene.lights.kinds & kTurningLights) && any(target > 1);
     if (scene.mesh_contact) begin_fixed_direction_chain(scene, p.active, target - 1, out.fixed);
     if (chains) {
-        const PlacedTriangle t =
-            placed_triangle(scene, select(hit.hit, face, splat(0)), select(hit.hit, hit.instance, splat(-1)));
+        const PlacedTriangle t = placed_triangle(scene, hit.hit, face, hit.instance);
         first = hit_position(scene, hit.hit, hit, t);
     }
     walk_camera_paths(scene, task.image, p, hit, target, {}, chains ? &out.fixed : nullptr, &parts);

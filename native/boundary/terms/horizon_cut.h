@@ -121,7 +121,7 @@ EG_INLINE void keep_finite(const HorizonTask& task, const PathPacket& p, Horizon
 // projection of the shading normal.
 EG_INLINE Vec3 plane_direction(const ScatteringPoint& s, Float u, Float& density) {
     const Vec3 n = s.x.normal, leans = s.normal - n * dot(n, s.normal);
-    const Vec3 a = leans * (1.0f / max(sqrt(dot(leans, leans)), 1e-30f)), b = cross(n, a);
+    const Vec3 a = unit_vector(leans), b = cross(n, a);
     const Float side = 2.0f * u - 1.0f, middle = sqrt(max(1.0f - side * side, 0.0f));
     Float sine, cosine;
     sincos_turn(u, sine, cosine);

@@ -49,8 +49,7 @@ EG_OUTLINE int sample_indirect(const SceneView& scene, const BoundaryTask& task,
     // Sample a point of an edge
     SegmentSample p = sample_edge_segment(scene, task, at, cursor);
     begin_segment(p, s);
-    if (scene.rays_differ)
-        s.active &= (gather(scene.mesh_mask, mesh_of(scene, edge_face(scene, s.edge))) & kScatteredRays) != 0;
+    if (scene.rays_differ) s.active &= is_met(scene, s.edge, splat(kScatteredRays));
     // Silhouettes have a side sigma. Transparent faces have a jump of transmittance instead.
     p.active = s.active;
     const Mask clear = transparent_occluder(scene, s.active, s.edge);

@@ -86,7 +86,7 @@ EG_INLINE IntersectingPair pick_intersection(const SceneView& scene, const Bound
 EG_INLINE Vec3 direction_about(const BoundaryTask& task, const SegmentSample& p, Float& density) {
     Float u, v;
     density = splat(kInvFourPi * cell_numbers(task, p, u, v));
-    const Vec3 axis = p.t * (1.0f / max(sqrt(dot(p.t, p.t)), 1e-30f));
+    const Vec3 axis = unit_vector(p.t);
     Vec3 a, b;
     basis(axis, a, b);
     Float s, c;
@@ -110,7 +110,7 @@ EG_INLINE void cut_light_row(const SceneView& scene, IntersectionSegment& s, Seg
 // Spheres emit outwards to points outside, and inwards to points inside. Lanes in which x, at s.reach from y,
 // is on the other side.
 EG_INLINE Mask sees_other_side(const SceneView& scene, const IntersectionSegment& s, Vec3 w) {
-    const Mask round = s.active & (s.y.kind == splat(static_cast<int>(kSphereLight)));
+    const Mask round = s.active & (s.y.kind == splat(kSphereLight));
     if (!any(round)) return round;
     const LightRow l = gather_light(scene.lights, select(round, s.pair.row, splat(0)));
     // Inwards, x is inside up to the far end of the chord.
@@ -125,7 +125,7 @@ EG_INLINE Vec3 light_of_intersection(const SceneView& scene, const IntersectingP
     Vec3 light = zero3();
     if (any(on_row)) {
         const LightRow l = gather_light(scene.lights, select(on_row, pair.row, splat(0)));
-        const Mask round = s.y.kind == splat(static_cast<int>(kSphereLight));
+        const Mask round = s.y.kind == splat(kSphereLight);
         const Mask shines = on_row & (round | (dot(w, l.direction) > 0.0f));
         light = select(shines, l.radiance * light_factor(l, -w), light);
     }
@@ -250,9 +250,8 @@ EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& t
     Float probability;
     const Int length = chain_length(p, task.max_depth - (scatters ? 3 : 2), probability);
     s.screen_form = length == 0;
-    const ReceiverRays rays = {links.blockers,
-                               select(s.screen_form, splat(1 << kCameraRay), splat(kScatteredRays)),
-                               scatters ? kDiffuseRay : kShadowRay, splat(0)};
+    const ReceiverRays rays =
+        receiver_rays(links.blockers, s.screen_form, scatters ? kDiffuseRay : kShadowRay);
     const ReceiverHit receiver =
         find_receiver(scene, s.active, s.point + w * gap, s.towards, {s.edge, s.instance}, rays, p.random);
     s.active &= receiver.found & (receiver.hit.distance > 1e-5f * largest_component(s.point));
@@ -282,7 +281,7 @@ EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& t
         bent ? step_from_hider(scene, s, curve, p.t, hidden) : leave_contact(scene, s.active, p.t, hidden, y);
     const Vec3 kept = kept_before_start(scene, s.active, y, s.towards, s.reach);
     return append_scattering(work, queued, s.active, lane_index() + at, s.point, s.towards, y, aside, kept,
-                             splat(0), length + 2, seen.bounces, splat(static_cast<int>(kDiffuseRay)));
+                             splat(0), length + 2, seen.bounces, splat(kDiffuseRay));
 }
 
 // Adds the hider's part of sweep . dq. Returns the adjoint of the other surface's point.
@@ -323,7 +322,7 @@ EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const Derivativ
     const Vec3 color = select(s.screen_form, s.color * -dot(s.x.normal, s.view.across_of), s.color);
     const Vec3 by_normal = hider_blocks(mode, scene, motion, s, color);
     const Vec3 by_y = s.sweep * (s.lambda - 1.0f), g = by_normal + by_y;
-    const Mask sphere = s.active & (s.y.kind == splat(static_cast<int>(kSphereLight)));
+    const Mask sphere = s.active & (s.y.kind == splat(kSphereLight));
     const Vec3 from =
         any(sphere) ? sphere_point_blocks(mode, scene, motion, sphere, s, by_normal, by_y, color) : zero3();
     if (any(sphere | (s.active & (s.lambda > 0.0f))))

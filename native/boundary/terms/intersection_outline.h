@@ -39,7 +39,7 @@ EG_OUTLINE IntersectionOutline sample_intersection_outline(const SceneView& scen
     const LensPoint lens = lens_of(scene.camera, p.random);
     const Float u = p.u0 + (p.u1 - p.u0) * p.tau;
     LightCut cut = light_cut(l, s.kind, p.a + p.t * u, p.t, face_normal);
-    const Mask disk = s.active & (s.kind == splat(static_cast<int>(kDiskLight)));
+    const Mask disk = s.active & (s.kind == splat(kDiskLight));
     if (any(disk)) {
         const Vec3 origin = project(scene.camera, l.position, lens).origin;
         const LightCut facing = facing_disk_cut(l, face.triangle, face_normal, origin, u);
@@ -56,8 +56,7 @@ EG_OUTLINE IntersectionOutline sample_intersection_outline(const SceneView& scen
     const Vec3 d = s.view.across_of;
     // The camera sees a sphere's outside, or its inside from within.
     const Vec3 way = s.view.origin - l.position;
-    const Mask within =
-        (s.kind == splat(static_cast<int>(kSphereLight))) & (dot(way, way) <= l.radius * l.radius);
+    const Mask within = (s.kind == splat(kSphereLight)) & (dot(way, way) <= l.radius * l.radius);
     const Float face_along = dot(face_normal, d), light_along = dot(cut.normal, d);
     s.active &= (face_along != 0.0f) & ((light_along < 0.0f) | (within & (light_along > 0.0f)));
     if (!any(s.active)) return s;

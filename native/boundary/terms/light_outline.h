@@ -39,7 +39,7 @@ struct OutlineSample {
     Vec3 color;  // L
 };
 
-EG_INLINE Mask is_sun(Int kind) { return kind == splat(static_cast<int>(kConeLight)); }
+EG_INLINE Mask is_sun(Int kind) { return kind == splat(kConeLight); }
 
 // The radius of the outline of a disk for parallel rays, and its derivatives.
 struct ParallelDisk {
@@ -57,7 +57,7 @@ EG_INLINE ParallelDisk parallel_disk(Float radius, Float depth) {
 EG_INLINE OutlinePoint outline_point(const LightRow& l, Int kind, Float u, Vec3 origin, Vec3 direction,
                                      bool parallel) {
     constexpr float kTurn = 6.28318531f;
-    const auto is = [&](LightKind k) { return kind == splat(static_cast<int>(k)); };
+    const auto is = [&](LightKind k) { return kind == splat(k); };
     Float s, c;
     sincos_turn(u, s, c);
     const Vec3 way = l.position - origin;
@@ -123,8 +123,7 @@ EG_OUTLINE OutlineSample sample_outline(const SceneView& scene, const BoundaryTa
     // Project the point and orient N
     s.view = project(camera, s.point, lens);
     s.active &= s.view.active & in_reach(camera, s.view.sx, s.view.sy);
-    const Mask flat = (s.kind == splat(static_cast<int>(kRectangleLight))) |
-                      (s.kind == splat(static_cast<int>(kEllipseLight)));
+    const Mask flat = (s.kind == splat(kRectangleLight)) | (s.kind == splat(kEllipseLight));
     s.active &= ~flat | (dot(s.view.direction, l.direction) < 0.0f);
     s.normal = cross(s.view.across_of, at_u.t);
     s.normal = select(dot(s.normal, at_u.out) < 0.0f, -s.normal, s.normal);
@@ -137,7 +136,7 @@ EG_OUTLINE OutlineSample sample_outline(const SceneView& scene, const BoundaryTa
     if (parallel) {
         // The disk that faces a parallel ray's origin is deeper than its centre by this distance.
         const Vec3 place = s.point - l.position;
-        const Mask disk = s.kind == splat(static_cast<int>(kDiskLight));
+        const Mask disk = s.kind == splat(kDiskLight);
         distance = select(disk, distance + dot(place, place) / max(distance, 1e-30f), distance);
     }
     const Float reach = min(distance, s.view.far);
@@ -147,7 +146,7 @@ EG_OUTLINE OutlineSample sample_outline(const SceneView& scene, const BoundaryTa
                       select(sun, s.view.direction * (reach - s.view.near), s.view.origin - end),
                       select(sun, splat(1.0f), 1.0f - s.view.near / max(reach, 1e-30f)),
                       {splat(1 << kCameraRay), kCameraRay, task.limits.transparent});
-    const Vec3 white = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    const Vec3 white = one3();
     s.color = l.radiance * light_factor(l, s.view.direction, distance) *
               select(reach > s.view.near, through, white);
     s.active &= largest_component(s.color) > 0.0f;
@@ -189,14 +188,14 @@ EG_INLINE void outline_blocks(Mode& mode, const SceneView& scene, const Derivati
                               const OutlineSample& s, Vec3 g) {
     // The light's parameters
     const Vec3 origin = s.view.origin;
-    const Mask disk = s.active & (s.kind == splat(static_cast<int>(kDiskLight))), sun = is_sun(s.kind);
+    const Mask disk = s.active & (s.kind == splat(kDiskLight)), sun = is_sun(s.kind);
     const bool widens = scene.camera.kind == kOrthographic && any(disk);
     Float row[kLightParams];
     const Vec3 to_light = select(sun, g * s.view.distance, g);
     Vec3 from = light_motion_row(scene.lights, s.row, s.kind, origin,
                                  select(sun, s.view.direction, s.point - origin), to_light, row);
     from = select(sun, g, from);  // y moves with the ray's origin
-    const Mask sphere = s.kind == splat(static_cast<int>(kSphereLight));
+    const Mask sphere = s.kind == splat(kSphereLight);
     if (any(sphere)) sphere_surface_row(scene.lights, sphere, s.row, s.point, g, row);
     Vec3 by_depth = zero3();
     if (widens) by_depth = parallel_disk_row(scene, s, disk, g, row);

@@ -45,9 +45,7 @@ EG_INLINE void leave_border(const SceneView& scene, const EdgeSample& s, Int fac
         (gather(scene.material_jumps, gather(scene.face_material, select(s.active, face, splat(0)))) != 0);
     if (!any(jumps)) return;
     Float c1, c2;
-    place_in_face(
-        placed_triangle(scene, select(jumps, face, splat(0)), select(jumps, instance, splat(-1))).triangle,
-        s.point + step, c1, c2);
+    place_in_face(placed_triangle(scene, jumps, face, instance).triangle, s.point + step, c1, c2);
     b1 = select(jumps, c1, b1);
     b2 = select(jumps, c2, b2);
 }

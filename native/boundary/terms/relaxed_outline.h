@@ -76,10 +76,10 @@ inline EG_NOINLINE EdgeSample sample_band(const SceneView& scene, const Boundary
     s.normal = out.normal = {splat(0.0f), splat(0.0f), splat(1.0f)};
     out.contact = splat(0.0f);
     out.hit.b1 = out.hit.b2 = out.hit.distance = splat(0.0f);
-    Float sx, sy, lens_u = splat(0.5f), lens_v = lens_u, part = splat(0.0f);
+    Float sx, sy, part = splat(0.0f);
     s.weight = place_in_cell(scene, task, p, sx, sy) * task.scale;
-    if (camera.aperture_radius > 0.0f)
-        sobol_pair(p.random.stream, p.random.sample, kPairLens, lens_u, lens_v);
+    const auto [lens_u, lens_v] = lens_numbers(camera, p.random);
+
     const Float choice = sobol_pair(p.random, vertex_pair(splat(1 << 20), kVertexChoice)).u;
     const CameraRay ray = camera_ray(camera, sx, sy, lens_u, lens_v);
     for (int i = 0; i < W; ++i) {

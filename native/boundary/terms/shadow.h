@@ -65,9 +65,9 @@ EG_INLINE ShadowLight sample_light_point(const SceneView& scene, const BoundaryT
         Float density;
         s.towards = environment_direction(scene, task, p, parted, density);
         s.distance = splat(__builtin_inff());
-        s.y.environment = splat(scene.environment_image.pixels ? -1 : 0);
+        s.y.environment = turns_with_environment(scene);
         light.geometry = 1.0f / max(density, 1e-30f);
-        light.blockers = splat(scene.environment_image.sampled ? 1 << kShadowRay : 1 << kDiffuseRay);
+        light.blockers = environment_blockers(scene);
         return light;
     }
     const auto [u, v] = sobol_pair(p.random, kPairLight);

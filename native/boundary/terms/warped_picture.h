@@ -40,9 +40,7 @@ EG_INLINE int append_camera_path(const SceneView& scene, const ImageTask& task, 
     p.active = active;
     p.path = path;
     const Closest hit = trace_first(scene, p, sx, sy, lens_u, lens_v, embree::kIncoherent);
-    Closest none = hit;
-    none.hit = splat(0);
-    return append_met(work, queued, p, hit, zero3(), none);
+    return append_met(work, queued, p, hit, zero3());
 }
 
 EG_INLINE void take_radiance(const Workspace& work, int count, float* const (&to)[3]) {
@@ -63,10 +61,10 @@ static void warp_record_kernel(const SceneView& scene, const WarpTask& task, Wor
     int queued = 0;
     for (int at = 0; at < count; at += W) {
         const SegmentSample p = sample_edge_segment(scene, of, at, cursor);
-        Float sx, sy, lens_u = splat(0.5f), lens_v = lens_u;
+        Float sx, sy;
         Float weight = place_in_cell(scene, of, p, sx, sy) * of.scale;
-        if (camera.aperture_radius > 0.0f)
-            sobol_pair(p.random.stream, p.random.sample, kPairLens, lens_u, lens_v);
+        const auto [lens_u, lens_v] = lens_numbers(camera, p.random);
+
         const Float choice = sobol_pair(p.random, vertex_pair(splat(1 << 20), kVertexChoice)).u;
         PictureWarp warp[W];
         const Mask within = find_warps(scene, p.active, camera_ray(camera, sx, sy, lens_u, lens_v), warp);

@@ -27,9 +27,7 @@ namespace {
 // Meshes with shading normals that may differ from their faces' normals.
 std::vector<int32_t> bent_meshes(const SceneView& scene, const SceneTables& tables) {
     std::vector<uint8_t> mapped(tables.material_first_closure.size() - 1, 0);
-    for (size_t m = 0; m < mapped.size(); ++m)
-        for (int32_t k = tables.material_first_closure[m]; k < tables.material_first_closure[m + 1]; ++k)
-            mapped[m] |= (scene.closure_flags[k] & kHasNormalMap) != 0;
+    for (size_t m = 0; m < mapped.size(); ++m) mapped[m] = has_flags(tables, m, kHasNormalMap);
     std::vector<int32_t> out;
     for (int32_t mesh = 0; mesh < tables.visible_meshes; ++mesh) {
         const auto m = static_cast<size_t>(mesh);
@@ -45,15 +43,17 @@ std::vector<int32_t> bent_meshes(const SceneView& scene, const SceneTables& tabl
     return out;
 }
 
-// Whether horizons of faces move relative to the light that they cut off (boundary/terms/horizon.h).
-Reason moving_horizons(const BoundaryFacts& f) {
+// Whether horizons of faces move relative to the light that they cut off (boundary/terms/horizon.h). Fields
+// are no lights, so only indirect light comes from them.
+Reason moving_horizons(const BoundaryFacts& f, bool indirect) {
     const SceneView& scene = f.scene;
-    const bool sized = scene.lights.sized_count + scene.lights.sized_distant > 0;
+    const bool sized = scene.lights.all_sized() > 0;
     // Some lights face their receiver.
     const bool turns = scene.lights.kinds & kTurningLights;
     const RequestedMotion& m = f.motion;
-    return m.any_mesh_moves() || m.rotation || (m.lights && sized) || (m.camera && turns) ? Reason::kNeeded
-                                                                                          : Reason::kStill;
+    return unless(m.any_mesh_moves() || (indirect && m.any_field_moves()) || m.rotation ||
+                      (m.lights && sized) || (m.camera && turns),
+                  Reason::kStill);
 }
 
 void decide_horizons(const BoundaryFacts& f, Decisions& decided) {
@@ -62,15 +62,15 @@ void decide_horizons(const BoundaryFacts& f, Decisions& decided) {
     std::vector<int32_t> bent;
     if (scene.corner_normal || (scene.all_flags & kHasNormalMap)) bent = bent_meshes(scene, f.tables);
     const Reason exists = bent.empty() ? Reason::kNone : Reason::kNeeded;
-    const auto decide = [&](Part part, int depth, bool lit) {
-        const Reason rendered = options.max_depth >= depth ? Reason::kNeeded : Reason::kNotRendered;
-        const Reason light = lit ? Reason::kNeeded : Reason::kPointlike;
-        decided.decide(part, first_of({rendered, exists, light, moving_horizons(f)}));
+    const auto decide = [&](Part part, bool indirect, bool lit) {
+        const Reason rendered = unless(options.max_depth >= (indirect ? 3 : 2), Reason::kNotRendered);
+        const Reason light = unless(lit, Reason::kPointlike);
+        decided.decide(part, first_of({rendered, exists, light, moving_horizons(f, indirect)}));
         decided[part].meshes = bent;
     };
     if (options.terms[kShadowTerm])
-        decide(Part::kHorizons, 2, scene.has_environment || (scene.lights.kinds & ~kPointlikeLights));
-    if (options.terms[kIndirectTerm]) decide(Part::kIndirectHorizons, 3, true);
+        decide(Part::kHorizons, false, scene.has_environment || (scene.lights.kinds & ~kPointlikeLights));
+    if (options.terms[kIndirectTerm]) decide(Part::kIndirectHorizons, true, true);
 }
 
 void decide_primary(const BoundaryFacts& f, Decisions& decided) {
@@ -165,7 +165,7 @@ void decide_shadows(const BoundaryFacts& f, Reason black, Decisions& decided) {
     decide(Part::kLightShadows, unless(lights, Reason::kNoLight), meshes || m.camera || m.lights, alone);
     decide(Part::kEnvironmentShadows, unless(scene.has_environment, Reason::kNoLight),
            meshes || m.camera || m.rotation, alone);
-    const bool sized = scene.lights.sized_count + scene.lights.sized_distant > 0;
+    const bool sized = scene.lights.all_sized() > 0;
     // Of lights of the table these samples have shadows only behind the first surface
     const Reason beyond = f.options.max_depth > 2 ? unless(sized, Reason::kNoLight) : Reason::kNotRendered;
     decide(Part::kCameraSampledShadows,

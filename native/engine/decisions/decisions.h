@@ -151,14 +151,8 @@ std::vector<int32_t> hard_cones(const SceneTables::LightRows& lights);
 template <typename Is>
 std::vector<int32_t> used_materials(const SceneTables& tables, const Is& is) {
     std::vector<int32_t> out;
-    for (size_t m = 0; m < tables.material_used.size(); ++m) {
-        if (!tables.material_used[m]) continue;
-        for (int32_t k = tables.material_first_closure[m]; k < tables.material_first_closure[m + 1]; ++k)
-            if (is(static_cast<size_t>(k))) {
-                out.push_back(static_cast<int32_t>(m));
-                break;
-            }
-    }
+    for (size_t m = 0; m < tables.material_used.size(); ++m)
+        if (tables.material_used[m] && any_closure(tables, m, is)) out.push_back(static_cast<int32_t>(m));
     return out;
 }
 

@@ -43,20 +43,16 @@ bool may_jump_within_surfaces(const SceneTables& tables) {
     const auto& programs = tables.textures.closure_program;
     if (std::all_of(programs.begin(), programs.end(), [](int32_t program) { return program < 0; }))
         return false;
-    const auto textured = [&](int32_t material, const auto& counts) {
-        const auto m = static_cast<size_t>(material);
-        for (auto k = static_cast<size_t>(tables.material_first_closure[m]);
-             k < static_cast<size_t>(tables.material_first_closure[m + 1]); ++k)
-            if (programs[k] >= 0 && counts(k)) return true;
-        return false;
-    };
+
     const int32_t first =
         tables.fields.empty() ? static_cast<int32_t>(tables.face_material.size()) : tables.first_field_face();
     const auto end = static_cast<int32_t>(tables.face_material.size());
     for (int32_t face = 0; face < end; ++face) {
         const bool on_field = face >= first && face < first + static_cast<int32_t>(tables.fields.size());
-        if (textured(tables.face_material[static_cast<size_t>(face)],
-                     [&](size_t closure) { return !on_field || texture_jumps(tables, closure).any(); }))
+        const auto jumps = [&](size_t k) {
+            return programs[k] >= 0 && (!on_field || texture_jumps(tables, k).any());
+        };
+        if (any_closure(tables, static_cast<size_t>(tables.face_material[static_cast<size_t>(face)]), jumps))
             return true;
     }
     return false;
@@ -66,7 +62,7 @@ bool may_jump_within_surfaces(const SceneTables& tables) {
 // size where smooth-shaded faces turn away from them, and behind smooth surfaces whose normals a map bends.
 bool lights_jump(const SceneTables& tables, const LightView& lights) {
     const auto& flags = tables.closure_flags;
-    if (lights.sized_count + lights.sized_distant > 0 &&
+    if (lights.all_sized() > 0 &&
         std::any_of(flags.begin(), flags.end(), [](int32_t f) { return (f & kHasNormalMap) != 0; }))
         return true;
     if ((lights.kinds & kPointlikeLights) && !tables.corner_normal.empty()) return true;
@@ -84,7 +80,7 @@ bool lights_cross(const EdgeList& edges) {
 }
 
 float widest_followed(const SceneTables& tables, const LightView& lights) {
-    const bool sized = lights.sized_count + lights.sized_distant > 0;
+    const bool sized = lights.all_sized() > 0;
     if (lights.face_light && tables.fields.empty()) return kFollowedByEmitters;
     return sized ? kFollowedByLights : kFollowedAlpha;
 }
@@ -125,7 +121,7 @@ double angular_radius(const LightNode& light, const std::vector<Vector>& places)
 std::vector<float> angular_radii(const SceneTables& tables, const LightView& lights) {
     std::vector<float> out(tables.lights.kind.size(), 0.0f);
     const auto places = lights.sized_count > 0 ? places_on_lobes(tables) : std::vector<Vector>{};
-    for (int32_t k = 0; k < lights.sized_count + lights.sized_distant; ++k) {
+    for (int32_t k = 0; k < lights.all_sized(); ++k) {
         const int32_t row = lights.sized[k];
         const LightNode& node = lights.nodes[lights.node_of[lights.light_of_row[row]]];
         out[static_cast<size_t>(row)] = static_cast<float>(angular_radius(node, places));

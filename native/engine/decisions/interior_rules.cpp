@@ -11,16 +11,12 @@
 namespace edgegrad {
 
 bool is_black(const SceneView& scene, int32_t material) {
-    for (int32_t closure = scene.material_first_closure[material];
-         closure < scene.material_first_closure[material + 1]; ++closure) {
-        const float* color =
-            scene.closure_params + static_cast<ptrdiff_t>(closure) * kMaterialParams + kBaseColor;
-        if (!(scene.closure_flags[closure] & kLambertian) || color[0] > 0.0f || color[1] > 0.0f ||
-            color[2] > 0.0f ||
-            (scene.textures.closure_program && scene.textures.closure_program[closure] >= 0))
-            return false;
-    }
-    return true;
+    return !any_closure(scene, static_cast<size_t>(material), [&](size_t closure) {
+        const float* color = scene.closure_params + closure * kMaterialParams + kBaseColor;
+        return !(scene.closure_flags[closure] & kLambertian) || color[0] > 0.0f || color[1] > 0.0f ||
+               color[2] > 0.0f ||
+               (scene.textures.closure_program && scene.textures.closure_program[closure] >= 0);
+    });
 }
 
 namespace {
@@ -131,12 +127,8 @@ Reason constant_by_motion(const SceneView& scene, const SceneTables& tables, con
                ((flags & kHasEmission) && (lit || !(flags & kLambertian)));
     };
     std::vector<uint8_t> stays(black.size());
-    for (size_t m = 0; m < stays.size(); ++m) {
-        stays[m] = !lit || black[m];
-        for (int32_t closure = scene.material_first_closure[m]; closure < scene.material_first_closure[m + 1];
-             ++closure)
-            stays[m] &= !matters(static_cast<size_t>(closure));
-    }
+    for (size_t m = 0; m < stays.size(); ++m)
+        stays[m] = (!lit || black[m]) && !any_closure(scene, m, matters);
     const std::vector<uint8_t> moving = requested_meshes(tables, requested);
     for (size_t mesh = 0; mesh < moving.size(); ++mesh)
         for (int32_t face = tables.mesh_first_face[mesh];
@@ -201,15 +193,10 @@ Reason constant_by_kind(const SceneView& scene, const SceneTables& tables, const
 // Whether a mesh that moves gives light.
 bool moving_meshes_glow(const SceneView& scene, const SceneTables& tables, const Requested& requested) {
     if (!(scene.all_flags & kHasEmission)) return false;
-    std::vector<uint8_t> glows(tables.material_first_closure.size() - 1, 0);
-    for (size_t m = 0; m < glows.size(); ++m)
-        for (int32_t closure = scene.material_first_closure[m]; closure < scene.material_first_closure[m + 1];
-             ++closure)
-            glows[m] |= (scene.closure_flags[closure] & kHasEmission) != 0;
+    std::vector<uint8_t> glows(tables.material_first_closure.size() - 1);
+    for (size_t m = 0; m < glows.size(); ++m) glows[m] = has_flags(scene, m, kHasEmission);
     for (size_t mesh = 0; mesh < requested.moving().size(); ++mesh)
-        for (int32_t face = tables.mesh_first_face[mesh];
-             requested.moving()[mesh] && face < tables.mesh_first_face[mesh + 1]; ++face)
-            if (glows[static_cast<size_t>(scene.face_material[face])]) return true;
+        if (requested.moving()[mesh] && has_face_of(tables, mesh, glows)) return true;
     return false;
 }
 
@@ -237,8 +224,7 @@ bool all_black(const SceneView& scene, const SceneTables& tables) {
 }
 
 bool rims_move(const SceneView& scene, const SceneTables& tables, const Requested& requested) {
-    const bool textures = requested.any("texture_pixels") || requested.any("texture_attributes") ||
-                          requested.any("texture_lookups") || requested.any("texture_constants");
+    const bool textures = requested.textures();
     for (size_t closure = 0; closure < tables.closure_flags.size(); ++closure) {
         if (!may_have_rim(tables, closure, scene.least_alpha > 0.0f)) continue;
         if (requested.geometry()) return true;

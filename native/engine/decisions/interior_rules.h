@@ -26,8 +26,7 @@ bool rims_move(const SceneView& scene, const SceneTables& tables, const Requeste
 bool shapes_lobes(const Requested& requested, size_t closure);
 
 // The surfaces that have derivatives, if nothing else does. With requested emission, or requested
-// transmittance
-// (`passed`, see engine/decisions/transparent_closures.h), light everywhere has derivatives.
+// transmittance (`passed`, see engine/decisions/transparent_closures.h), light everywhere has derivatives.
 RequestedSurfaces requested_surfaces(const SceneView& scene, const SceneTables& tables,
                                      const Requested& requested, const std::vector<int32_t>& passed);
 

@@ -14,7 +14,7 @@ namespace {
 std::vector<int32_t> lights_in_mirrors(const BoundaryFacts& f) {
     const LightView& lights = f.scene.lights;
     std::vector<int32_t> shown;
-    for (int32_t k = 0; k < lights.sized_count + lights.sized_distant; ++k) {
+    for (int32_t k = 0; k < lights.all_sized(); ++k) {
         const int32_t row = lights.sized[k];
         if ((lights.visible_to[row] & kBentRays) &&
             may_be_specular(f.tables, f.scene.light_followed ? f.scene.light_followed[row] : 0.0f))
@@ -26,18 +26,14 @@ std::vector<int32_t> lights_in_mirrors(const BoundaryFacts& f) {
 
 // Whether no surface scatters light but by perfect lobes.
 bool all_perfect(const SceneView& scene, const SceneTables& tables) {
-    const auto perfect = [&](size_t closure) {
+    const auto imperfect = [&](size_t closure) {
         const int32_t kind = tables.closure_kind[closure];
         const float roughness = tables.closure_params[kMaterialParams * closure + kRoughness];
-        return (kind == kGlossy || kind == kGlass || kind == kRefraction) && roughness == 0.0f &&
-               !is_textured(tables, closure, kRoughness);
+        return (kind != kGlossy && kind != kGlass && kind != kRefraction) || roughness != 0.0f ||
+               is_textured(tables, closure, kRoughness);
     };
-    for (size_t m = 0; m < tables.material_used.size(); ++m) {
-        if (!tables.material_used[m] || is_black(scene, static_cast<int32_t>(m))) continue;
-        for (int32_t k = tables.material_first_closure[m]; k < tables.material_first_closure[m + 1]; ++k)
-            if (!perfect(static_cast<size_t>(k))) return false;
-    }
-    return true;
+    const std::vector<int32_t> found = used_materials(tables, imperfect);
+    return std::all_of(found.begin(), found.end(), [&](int32_t m) { return is_black(scene, m); });
 }
 
 }  // namespace

@@ -93,7 +93,7 @@ class Search {
     void lit_surfaces() {
         if (!any_moves_ || f_.options.max_depth < 2 || all_black(f_.scene, tables_)) return;
         const LightView& lights = f_.scene.lights;
-        const bool sized = lights.face_light || lights.sized_count + lights.sized_distant > 0;
+        const bool sized = lights.face_light || lights.all_sized() > 0;
         if (sized || f_.scene.has_environment)
             meshes(Part::kPartlySeenShadows, partly_met_meshes(tables_, kScatteredRays | 1 << kShadowRay));
         light_jumps();
@@ -159,10 +159,8 @@ class Search {
  private:
     // Whether shading normals may turn, or the normals of faces.
     bool normals_turn() const {
-        for (const char* table :
-             {"normals", "texture_pixels", "texture_attributes", "texture_lookups", "texture_constants"})
-            if (requested_.any(table)) return true;
-        return (requested_.span("closure_params").columns &
+        return requested_.any("normals") || requested_.textures() ||
+               (requested_.span("closure_params").columns &
                 Requested::columns(kNormalMap, kNormalStrength + 1)) != 0;
     }
 

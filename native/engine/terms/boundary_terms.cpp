@@ -262,7 +262,7 @@ void TermBuilder::add_camera_sampled_shadows() {
         faces = camera_sampled_emitters(scene_, edges_.tables);
     if (!scene_.has_environment && faces.empty())
         lobes = camera_sampled_materials(kShadowSegments, kReflectedShadows);
-    const bool behind = !lobes.empty(), table = scene_.lights.sized_count + scene_.lights.sized_distant > 0;
+    const bool behind = !lobes.empty(), table = scene_.lights.all_sized() > 0;
     const bool lit = !faces.empty() || (table && options_.max_depth > 2);
     if (!scene_.has_environment && !(behind && lit)) return decided_.none(kPart, Reason::kNone);
     const FoundEdges& found = silhouettes();

@@ -75,11 +75,8 @@ void add_disk_intersections(const SceneView& scene, const EdgeList& edges, const
 // The curve about a light, divided into segments.
 void add_turns(SegmentCell light, double mass, Candidates& out) {
     for (int k = 0; k < kTurnSegments; ++k) {
-        out.edge.push_back(0);
+        out.add(0, static_cast<float>(k) / kTurnSegments, static_cast<float>(k + 1) / kTurnSegments, mass);
         out.cell.push_back(light);
-        out.u0.push_back(static_cast<float>(k) / kTurnSegments);
-        out.u1.push_back(static_cast<float>(k + 1) / kTurnSegments);
-        out.cumulative.push_back(out.mass() + mass);
     }
 }
 

@@ -25,8 +25,8 @@ struct PathRecording {
         sweep.camera_moves = requested.any("camera");
         work.vertices->geometry = sweep.geometry;
         // Light of rays without a hit has a derivative by its own parameters, or by the ray's direction.
-        work.vertices->misses = run.scene.lights.sized_count + run.scene.lights.sized_distant > 0 ||
-                                run.scene.environment_image.pixels || requested.any("environment");
+        work.vertices->misses = run.scene.lights.all_sized() > 0 || run.scene.environment_image.pixels ||
+                                requested.any("environment");
         work.vertices->requested = surfaces;
         work.vertices->passed.closures = passed.empty() ? nullptr : passed.data();
         return sweep;

@@ -30,8 +30,7 @@ bool bends_chains(const SceneTables& t, const Requested& requested) {
         Requested::columns(kIor, kIor + 1) | Requested::columns(kNormalMap, kNormalStrength + 1);
     const Requested::Span rows = requested.span("closure_params");
     const bool bends = (rows.columns & bending) != 0;
-    const bool textures = requested.any("texture_pixels") || requested.any("texture_attributes") ||
-                          requested.any("texture_lookups") || requested.any("texture_constants");
+    const bool textures = requested.textures();
     for (size_t closure = 0; closure < t.closure_flags.size(); ++closure) {
         if (!may_be_specular(t, closure)) continue;
         if (bends && rows.first < (closure + 1) * kMaterialParams && rows.last > closure * kMaterialParams)

@@ -98,8 +98,7 @@ EG_INLINE void weigh_lobe_samples(const SceneView& scene, const SurfacePoint& x,
     if (!any(shared)) return;
     // Count the lights along the direction, and find the density of emitter samples of this one
     const Mask above = dot(x.normal, s.w) > 0.0f;
-    const Int kind =
-        select(above, splat(static_cast<int>(kGlossyRay)), splat(static_cast<int>(kTransmissionRay)));
+    const Int kind = select(above, splat(kGlossyRay), splat(kTransmissionRay));
     const Receiver from{x.position, x.normal, both_sides, shading};
     Float count = splat(0.0f), emitter = select(along_lobes, splat(0.0f), s.pdf);
     Mask met = splat(0);

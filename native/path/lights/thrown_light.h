@@ -45,7 +45,7 @@ EG_OUTLINE LightSample sample_thrown_light(const SceneView& scene, Mask active, 
     const Mask coat = choice * sum >= mirror;
     const Vec3 view = select(coat, f.view, f.turned_view);
     const Microfacets facets = select_facets(coat, f.coat.facets, f.mirror.facets);
-    thrown.lobe = select(coat, splat(static_cast<int>(kCoatLobe)), splat(static_cast<int>(kMirrorLobe)));
+    thrown.lobe = select(coat, splat(kCoatLobe), splat(kMirrorLobe));
     thrown.half = sample_normal(facets, view, splat(1.0f), u, v);
     const Float density = followed_density(facets, view, splat(1.0f), dot(thrown.half, view)) *
                           select(coat, sum - mirror, mirror) / max(sum, 1e-20f);
@@ -53,8 +53,7 @@ EG_OUTLINE LightSample sample_thrown_light(const SceneView& scene, Mask active, 
     active &= (density > 0.0f) & (largest_component(s.value) > 0.0f) & (dot(x.normal, s.wi) > 0.0f);
     // Sample one of the lights along the reflection
     Float count;
-    LightSample light =
-        sample_met_light(scene, active, x, s.wi, splat(static_cast<int>(kGlossyRay)), bounces, which, count);
+    LightSample light = sample_met_light(scene, active, x, s.wi, splat(kGlossyRay), bounces, which, count);
     thrown.active = light.active;
     const RayLobe lobe = lobe_of_rays(f, thrown.lobe, splat(0), thrown.half);
     const Float share = share_of_rays(lobe, followed_for(scene, light.active, light.row));
@@ -67,7 +66,7 @@ EG_OUTLINE LightSample sample_thrown_light(const SceneView& scene, Mask active, 
 // Records the density of a ray's microfacet normal, with respect to D(h) dh, if one of the lobes in
 // `throwing` has sampled it. Where it meets nothing, that lobe throws the environment's light.
 EG_INLINE void record_thrown_ray(Vertex& v, Mask active, const Bsdf& f, Int throwing, const BsdfSample& s) {
-    const Mask coat = s.lobe == splat(static_cast<int>(kCoatLobe));
+    const Mask coat = s.lobe == splat(kCoatLobe);
     const Mask thrown = active & s.active & ~s.transmitted & ~s.specular & (((throwing >> s.lobe) & 1) != 0);
     if (!any(thrown)) return;
     const Vec3 view = select(coat, f.view, f.turned_view);

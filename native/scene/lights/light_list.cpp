@@ -22,9 +22,7 @@ std::vector<float> material_emission(const SceneTables& t) {
     std::vector<float> out(materials);
     for (size_t m = 0; m < materials; ++m) {
         out[m] = mean(&t.emission[3 * m]);
-        for (auto closure = static_cast<size_t>(t.material_first_closure[m]);
-             closure < static_cast<size_t>(t.material_first_closure[m + 1]); ++closure)
-            if (t.closure_flags[closure] & kHasEmission) out[m] = std::max(out[m], kLeastTextured);
+        if (has_flags(t, m, kHasEmission)) out[m] = std::max(out[m], kLeastTextured);
     }
     return out;
 }

@@ -56,6 +56,8 @@ struct LightView {
     // Rows that rays can meet, which have a size. Distant ones come last.
     const int32_t* sized;
     int32_t sized_count, sized_distant;
+
+    int32_t all_sized() const { return sized_count + sized_distant; }
 };
 
 }  // namespace edgegrad

@@ -17,7 +17,7 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-EG_INLINE Mask is_kind(Int kind, ShaderKind k) { return kind == splat(static_cast<int>(k)); }
+EG_INLINE Mask is_kind(Int kind, ShaderKind k) { return kind == splat(k); }
 
 // The local frame of mirrors. In `anisotropic` lanes the mirror's own x axis is along the tangent, rotated
 // about z by `turns`, or about the shading normal in lanes of `layered`, as in Cycles. The frame itself does
@@ -228,7 +228,7 @@ EG_INLINE void sample_mirror(const Bsdf& f, const Reflection& r, bool coat, Mask
     const Mask followed = picked & r.facets.followed;
     if (any(followed))
         follow_sample(r.facets, followed, view, r.facets.bound, w, h, cosine, reflectance(r, cosine), d);
-    d.ray_kind = select(picked, splat(static_cast<int>(kGlossyRay)), d.ray_kind);
+    d.ray_kind = select(picked, splat(kGlossyRay), d.ray_kind);
 }
 
 // Samples a direction. The random number u_all chooses the lobe and is then rescaled, so that samples that
@@ -242,7 +242,7 @@ EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float choice, Float u_al
     d.half = f.normal;
     d.value = zero3();
     d.probability = splat(1.0f);
-    d.ray_kind = splat(static_cast<int>(kDiffuseRay));
+    d.ray_kind = splat(kDiffuseRay);
     d.lobe = splat(0);
     // Choose a lobe
     Mask left = active;
@@ -292,7 +292,7 @@ EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float choice, Float u_al
                     picked & f.glass.facets.followed & ~(s.refracted & refracts_smoothly(f.glass));
                 follow_sample(f.glass.facets, followed, f.view, splat(1.0f), s.w, s.h, dot(s.h, f.view),
                               s.value, d);
-                d.ray_kind = select(picked, splat(static_cast<int>(kGlossyRay)), d.ray_kind);
+                d.ray_kind = select(picked, splat(kGlossyRay), d.ray_kind);
                 break;
             }
             default:
@@ -307,7 +307,7 @@ EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float choice, Float u_al
     s.specular = d.perfect;
     s.half = d.half;
     s.lobe = d.lobe;
-    s.ray_kind = select(d.transmitted, splat(static_cast<int>(kTransmissionRay)), d.ray_kind);
+    s.ray_kind = select(d.transmitted, splat(kTransmissionRay), d.ray_kind);
     s.active = done & select(d.transmitted, side < 0.0f, side > 0.0f);
     // The density is that of the direction before its way to the world and back. This way's rounding error e
     // is the same for all samples of a lobe. In the density it would shift the samples against the lobe, and

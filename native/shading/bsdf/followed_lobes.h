@@ -71,7 +71,7 @@ EG_INLINE Mask has_followed_lobes(const Bsdf& f) {
 EG_INLINE RayLobe lobe_of_rays(const Bsdf& f, Int lobe, Mask transmitted, Vec3 h) {
     RayLobe out;
     for_each_facets(f, [&](Lobe k, const Microfacets& g) EG_INLINE_LAMBDA {
-        Mask follows = (lobe == splat(static_cast<int>(k))) & g.followed;
+        Mask follows = (lobe == splat(k)) & g.followed;
         if (k == kInterfaceLobe) follows &= ~(transmitted & refracts_smoothly(f.glass));
         out.alpha = select(follows, widest_alpha(g), out.alpha);
     });

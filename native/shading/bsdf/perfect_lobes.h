@@ -20,7 +20,7 @@ EG_INLINE Float bending_cosine(const Interface& g, Float cosine) {
 
 // Light of followed lobes, for the microfacet normal h in the lobe's frame.
 EG_INLINE void scatter_followed(const Bsdf& f, Int lobe, Mask transmitted, Vec3 h, Vec3& w, Vec3& value) {
-    const auto of = [&](Lobe k) { return lobe == splat(static_cast<int>(k)); };
+    const auto of = [&](Lobe k) { return lobe == splat(k); };
     const auto put = [&](const Microfacets& g, Mask m, Vec3 view, Vec3 way, Mask through, Float cosine,
                          Vec3 color) {
         value = select(m, color * (followed_light(g, view, way, through, cosine) * relative_density(g, h)),
@@ -54,7 +54,7 @@ EG_INLINE void scatter_followed(const Bsdf& f, Int lobe, Mask transmitted, Vec3 
 EG_INLINE Specular scatter_specular(const Bsdf& f, Int lobe, Mask transmitted, Mask followed, Vec3 half) {
     const Vec3 z = {splat(0.0f), splat(0.0f), splat(1.0f)};
     const Float cosine = f.view.z;
-    const auto is = [&](Lobe k) { return lobe == splat(static_cast<int>(k)); };
+    const auto is = [&](Lobe k) { return lobe == splat(k); };
     Vec3 w = z * (2.0f * cosine) - f.view, value = zero3();
     if (f.any_lobe[kMirrorLobe]) value = select(is(kMirrorLobe), reflectance(f.mirror, cosine), value);
     if (f.any_lobe[kCoatLobe]) value = select(is(kCoatLobe), reflectance(f.coat, cosine), value);
@@ -88,7 +88,7 @@ EG_INLINE Interface plain_interface(Int kind, Vec3 color, Float ior, Mask from_i
 
 // `scatter_specular` of such closures. `mirror` is their normal (valid_mirror_normal).
 EG_INLINE Specular scatter_plainly(const Interface& g, Vec3 mirror, Vec3 view, Int lobe, Mask transmitted) {
-    const Mask interface = lobe == splat(static_cast<int>(kInterfaceLobe)), through = interface & transmitted;
+    const Mask interface = lobe == splat(kInterfaceLobe), through = interface & transmitted;
     const Float cosine = dot(mirror, view);
     const Split s = split_light(g, cosine);
     const Float along = select(through, bending_cosine(g, cosine) / g.eta - s.cosine, 2.0f * cosine),

@@ -45,7 +45,7 @@ EG_INLINE Vec3 filter_environment(const EnvironmentView& map, Float u, Float v) 
 
 // Factor of the environment's colour in the direction w.
 EG_INLINE Vec3 environment_gain(const SceneView& scene, Vec3 w) {
-    if (!scene.environment_image.pixels) return gray(splat(1.0f));
+    if (!scene.environment_image.pixels) return one3();
     Float u, v;
     environment_place(scene, w, u, v);
     return filter_environment(scene.environment_image, u, v);
@@ -55,6 +55,16 @@ EG_INLINE Vec3 environment_gain(const SceneView& scene, Vec3 w) {
 EG_INLINE Vec3 environment_radiance(const SceneView& scene, Vec3 w) {
     const Vec3 color = splat3(scene.environment);
     return scene.environment_image.pixels ? color * environment_gain(scene, w) : color;
+}
+
+// The meshes that block light of the environment: shadow rays test for samples of its image; without an image
+// that is sampled, scattered rays find it.
+EG_INLINE Int environment_blockers(const SceneView& scene) {
+    return splat(scene.environment_image.sampled ? 1 << kShadowRay : 1 << kDiffuseRay);
+}
+// Lanes whose light turns with the environment: all, or none if its radiance is the same in all directions.
+EG_INLINE Mask turns_with_environment(const SceneView& scene) {
+    return splat(scene.environment_image.pixels ? -1 : 0);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -24,7 +24,7 @@ struct Arc {
 // The arc between two points of the plane, relative to x.
 EG_INLINE Arc arc_between(Mask active, Vec3 n, Vec3 p, Vec3 q) {
     p = p - n * dot(n, p);
-    const Vec3 first = p * (1.0f / max(sqrt(dot(p, p)), 1e-30f));
+    const Vec3 first = unit_vector(p);
     return {active, first, atan2(dot(cross(n, first), q), dot(first, q))};
 }
 
@@ -84,7 +84,7 @@ struct CutLight {
     Arc arc;
 
     EG_INLINE Float distance(Vec3 w) const {
-        const auto is = [&](LightKind k) { return kind == splat(static_cast<int>(k)); };
+        const auto is = [&](LightKind k) { return kind == splat(k); };
         const Mask flat = is(kRectangleLight) | is(kEllipseLight), disk = is(kDiskLight);
         const Vec3 normal = select(flat, light.direction, center);
         const Float way = dot(center, normal) / dot(w, normal);
@@ -99,7 +99,7 @@ EG_INLINE CutLight cut_light(const LightView& lights, Mask active, Int row, Int 
     cut.center = l.position - x;
     const Vec3 c = cut.center;
     const auto take = [&](LightKind k, const auto& arc_of) {
-        const Mask here = active & (kind == splat(static_cast<int>(k)));
+        const Mask here = active & (kind == splat(k));
         if (!(lights.kinds >> k & 1) || !any(here)) return;
         const Arc arc = arc_of(here);
         cut.arc.active |= arc.active;

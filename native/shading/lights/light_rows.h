@@ -182,9 +182,8 @@ EG_INLINE bool shines_along(const SceneView& scene, int row, int from_mesh, int 
 
 // Visits the sized lights of the table that rays of `kind` along w meet between the distances near and far
 // from the point `from`, if they shine on such rays and on the mesh that scattered them, which the path has
-// met after `bounces`. Lights do not block
-// rays. Calls visit(row's number, mask, row, distance, density of emitter samples there without the choice of
-// the light).
+// met after `bounces`. Lights do not block rays. Calls visit(row's number, mask, row, distance, density of
+// emitter samples there without the choice of the light).
 template <typename Visit>
 EG_INLINE void for_each_met_light(const SceneView& scene, Mask active, Vec3 from, Int from_mesh, Vec3 w,
                                   Float near, Float far, Int kind, Int bounces, const Visit& visit) {

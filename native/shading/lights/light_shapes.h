@@ -193,7 +193,7 @@ EG_INLINE ShapeSample sample_sphere(Vec3 center, Float radius, Float u, Float v)
 
 EG_INLINE ShapeSample sample_facing_disk(Vec3 center, Float radius, Float u, Float v) {
     Vec3 a, b;
-    const Vec3 axis = center * (1.0f / max(sqrt(dot(center, center)), 1e-30f));
+    const Vec3 axis = unit_vector(center);
     basis(axis, a, b);
     Float x, y;
     sample_disk(u, v, x, y);

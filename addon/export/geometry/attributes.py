@@ -156,7 +156,7 @@ def _read(mesh: Any, arrays: MeshArrays, name: str, of: ObjectValues) -> Any:
         if uv_name in RADIAL.values():
             return _radial_tangents(mesh, arrays, uv_name)
         if uv_name == ACTIVE_UV and not mesh.uv_layers:
-            return tangents(arrays, _around_sphere(mesh).take(arrays.faces, axis=0), around=CLOSED_SPHERE)
+            return tangents(arrays, around_sphere(mesh).take(arrays.faces, axis=0), around=CLOSED_SPHERE)
         uv = _read(mesh, arrays, uv_name, of) if uv_layer(mesh, uv_name) is not None else None
         return None if uv is None else tangents(arrays, uv)
     return _layer(mesh.attributes.get(name), mesh, arrays)
@@ -204,7 +204,7 @@ def _undeformed(mesh: Any) -> F32:
     return points
 
 
-def _around_sphere(mesh: Any) -> F32:
+def around_sphere(mesh: Any) -> F32:
     """(n, 2) places on a sphere around the object's origin: Cycles takes tangents from them if there is no UV map."""
     points = _undeformed(mesh)
     x, y, z = points.T

@@ -18,6 +18,7 @@ from edgegrad.expression import Attribute
 
 from .hashes import WORD, name_hash
 from .instancers import InstancerValues
+from .islands import island_randoms
 from .layers import layer_values, property_of
 from .mesh import MeshArrays
 from .normals import shading_normals
@@ -34,6 +35,7 @@ GENERATED = "(generated)"
 OBJECT = "(object coordinates)"
 OBJECT_NORMAL = "(object normal)"
 POINTINESS = "(pointiness)"
+ISLAND = "(random per island)"
 EDGE_DISTANCES = "(distances to edges)"
 RANDOM, INDEX, COLOR, LOCATION = "(object random)", "(object index)", "(object color)", "(object location)"
 SCALE, SIDE = "(object scale)", "(object side)"
@@ -141,6 +143,8 @@ def _read(mesh: Any, arrays: MeshArrays, name: str, of: ObjectValues) -> Any:
         return shading_normals(arrays.positions, arrays.faces, arrays.smoothing, arrays.normals)
     if name == POINTINESS:
         return pointiness(mesh).take(arrays.faces, axis=0)
+    if name == ISLAND:
+        return island_randoms(mesh).take(arrays.faces, axis=0)
     if name == EDGE_DISTANCES:
         return _edge_distances(arrays.positions.take(arrays.faces, axis=0))
     if name == ACTIVE_COLOR:

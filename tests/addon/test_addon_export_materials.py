@@ -249,7 +249,7 @@ def test_what_cannot_be_read_is_baked_and_nothing_else_changes() -> None:
     tree = Tree(Roughness=0.3)
     geometry, half = tree.node("NewGeometry"), tree.node("Math", operation="MULTIPLY_ADD")
     half.inputs[1].default_value, half.inputs[2].default_value = 0.0, 0.25
-    tree.link(geometry.outputs["Random Per Island"], half.inputs[0])
+    tree.link(geometry.outputs["Parametric"], half.inputs[0])
     tree.link(half.outputs[0], "Roughness")
     # Rounded edges can't be read, nor what is bumped on them.
     bevel, bump, checker = tree.node("Bevel"), tree.node("Bump"), tree.node("TexChecker")
@@ -302,7 +302,7 @@ def test_baked_directions_are_those_of_the_surface() -> None:
 
 def test_failed_bakes_leave_the_sockets_values() -> None:
     tree = Tree(Roughness=0.3)
-    tree.link(tree.node("NewGeometry").outputs["Random Per Island"], "Roughness")
+    tree.link(tree.node("NewGeometry").outputs["Parametric"], "Roughness")
     made = bs.export(bake=0)
     m = made.scene.materials["M"]
     assert m.textures == {} and m.roughness == pytest.approx(0.3)

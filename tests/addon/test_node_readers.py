@@ -26,10 +26,14 @@ OF_SURFACE = {
     "VolumeInfo",    "Fresnel", "LayerWeight", "Bump", "NormalMap", "Bevel", "Tangent", "Displacement",
     "VectorDisplacement",
 }  # fmt: skip
-# Inputs whose value must not vary.
-CONSTANT = {"Location": (0.3, -0.7, 1.1), "Rotation": (0.4, -0.8, 1.3), "Center": (0.2, 0.1, -0.3),
-            "Axis": (0.5, 1.0, -0.7), "Angle": 0.8}  # fmt: skip
-CONSTANT_OF = {"Mapping": {"Scale": (1.5, 0.5, -2.0)}}
+# Inputs that are also tried with these constant values, by node.
+ANGLES = {"Location": (0.3, -0.7, 1.1), "Rotation": (0.4, -0.8, 1.3), "Center": (0.2, 0.1, -0.3),
+          "Axis": (0.5, 1.0, -0.7), "Angle": 0.8}  # fmt: skip
+CONSTANT = {
+    "Mapping": (ANGLES | {"Scale": (1.5, 0.5, -2.0)}, ANGLES, {"Scale": (0.0, 0.5, -2.0)}),
+    "VectorRotate": (ANGLES, {"Axis": (0.0, 0.0, 0.0)}, {"Center": ANGLES["Center"], "Angle": 0.8}),
+    "MapRange": ({"From Min": 0.5, "From Max": 0.5}, {"From Min": (0.5,) * 3, "From Max": (0.5,) * 3}),
+}
 # Noise is looked up some hundreds away from the origin for its further colours, where coordinates are rounded.
 TOLERANCE = {"TexNoise": 2e-4, "TexVoronoi": 2e-4, "TexWave": 2e-4, "TexMagic": 2e-4, "TexBrick": 2e-4,
              "Blackbody": 1e-3}  # fmt: skip
@@ -68,13 +72,12 @@ def settings(kind: str) -> Iterator[dict[str, Any]]:
                 yield {prop.identifier: value}
 
 
-def build(kind: str, given: dict[str, Any], output: str, n: Nodes) -> Any:
-    """Add a node whose inputs vary, and return its output."""
+def build(kind: str, given: dict[str, Any], output: str, constants: dict[str, Any], n: Nodes) -> Any:
+    """Add a node whose inputs vary, but for the constants, and return its output."""
     node = n.node(kind, **({} if kind in TABLES else given))
-    constants = CONSTANT | CONSTANT_OF.get(kind, {})
     vectors = [n.p, n.q]
     for k, socket in enumerate(one for one in node.inputs if one.enabled):
-        if socket.name in constants:
+        if isinstance(constants.get(socket.name), tuple if socket.type == "VECTOR" else float):
             socket.default_value = constants[socket.name]
         elif socket.type in ("VECTOR", "RGBA"):
             n.tree.links.new(vectors[k % 2], socket)
@@ -120,7 +123,9 @@ def cases(kind: str) -> dict[str, Any]:
             continue
         for output in made.outputs:
             if output.enabled and output.type in ("VALUE", "VECTOR", "RGBA"):
-                found[f"{given} {output.identifier}"] = partial(build, kind, given, output.identifier)
+                for constants in ({}, *CONSTANT.get(kind, ())):
+                    name = f"{given} {output.identifier} {constants or ''}"
+                    found[name] = partial(build, kind, given, output.identifier, constants)
     return found
 
 

@@ -6,7 +6,7 @@ so Blender's data stay unchanged.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -18,14 +18,17 @@ from numpy.typing import NDArray
 
 import edgegrad
 
+from ..geometry.attributes import CLOSED_SPHERE, around_sphere
 from ..materials.material import BakedOutput
+from ..nodes.constants import Place, Values
 from ..nodes.links import by_identifier, group_output
+from .trees import Trees, insert
 from .unwrap import widened
 
 MARGIN = 2  # pixels around each UV island that repeat its border: interpolation reads one of them
 SAMPLES = 4  # per pixel; bakes evaluate textures without lighting, so their only noise is that of antialiasing
 OCCLUSION_SAMPLES = 32  # the same of Ambient Occlusion, which is noisy
-UV_NAME = "Edgegrad bake"
+UV_NAME, ZERO_NAME, SPHERE_NAME = "Edgegrad bake", "Edgegrad none", "Edgegrad sphere"
 OUTSIDE = -1.0  # coordinate of faces that are not baked
 
 
@@ -172,9 +175,29 @@ class ObjectBaker:
             uv = self._read(name)
             uv[~chosen] = OUTSIDE
         mesh.uv_layers[name].uv.foreach_set("vector", uv.ravel())
+        self._unmapped = active is None
+        if self._unmapped and self._read_zero():
+            active = ZERO_NAME
         if active is not None:  # nodes without a map's name must keep reading the user's map
             mesh.uv_layers[active].active_render = True
         return uv
+
+    def _read_zero(self) -> bool:
+        """Add what Cycles reads on a mesh without a UV map: coordinates 0, and tangents around a sphere."""
+        mesh = self._mesh
+        vertices, sizes = self._loops("vertex_index", len(mesh.loops)), self._sizes()
+        across = around_sphere(mesh)[vertices]
+        # A face between u = 1 and u = 0 goes on beyond 1.
+        face = np.repeat(np.arange(len(sizes)), sizes)
+        high = np.zeros(len(sizes), np.float32)
+        np.maximum.at(high, face, across[:, 0])
+        across[:, 0] += CLOSED_SPHERE & (high[face] - across[:, 0] > 0.5)
+        for name, uv in ((SPHERE_NAME, across), (ZERO_NAME, np.zeros_like(across))):
+            layer = mesh.uv_layers.new(name=name, do_init=False)
+            if layer is None:
+                return False
+            layer.uv.foreach_set("vector", np.ascontiguousarray(uv, np.float32).ravel())
+        return True
 
     def _read(self, layer: str) -> NDArray[np.float32]:
         uv = np.empty((len(self._mesh.loops), 2), np.float32)
@@ -223,8 +246,8 @@ class ObjectBaker:
                                        selected_editable_objects=[self._object]):  # fmt: skip
             yield
 
-    def bake(self, material: Any, baked: BakedOutput) -> edgegrad.Image:
-        """Bake the output of one node on this object to an image.
+    def bake(self, material: Any, baked: BakedOutput, constants: Mapping[Place, Values]) -> edgegrad.Image:
+        """Bake the output of one node on this object to an image, with constants of the rendered object.
 
         Raises
         ------
@@ -239,7 +262,7 @@ class ObjectBaker:
                                                  float_buffer=True, is_data=True))  # fmt: skip
                 if chosen:
                     wired = keep(material.copy())
-                    _wire(wired, baked, keep)
+                    _wire(wired, baked, constants, self._unmapped, keep)
                     target = image
                 else:
                     wired = keep(bpy.data.materials.new("Edgegrad bake"))
@@ -281,14 +304,21 @@ def _take_image(material: Any, image: Any) -> None:
     nodes.active = node
 
 
-def _wire(material: Any, baked: BakedOutput, keep: Temporary) -> None:
-    """Connect one output of a node to the surface of a copied material; groups around the node are copied too."""
-    tree, around = material.node_tree, []
-    for name in baked.groups:
-        node = tree.nodes[name]
-        node.node_tree = keep(node.node_tree.copy())
-        around.append((tree, node))
-        tree = node.node_tree
+def _wire(
+    material: Any, baked: BakedOutput, constants: Mapping[Place, Values], unmapped: bool, keep: Temporary
+) -> None:  # fmt: skip
+    """Connect one output of a node to the surface of a copied material; groups around the node are copied too.
+
+    Parameters
+    ----------
+    unmapped
+        Whether the mesh has no UV map of the user's.
+    """
+    trees = Trees(material, keep)
+    insert(constants, trees)
+    for groups, name in baked.tangents if unmapped else ():
+        trees.inside(groups).nodes[name].uv_map = SPHERE_NAME
+    tree, around = trees.inside(baked.groups), list(trees.around(baked.groups))
     socket = by_identifier(tree.nodes[baked.node].outputs, baked.output)
     kind = "NodeSocketVector" if baked.normal else "NodeSocketColor"
     for outer, node in reversed(around):

@@ -15,6 +15,7 @@ from ..geometry.attributes import BAKED_UV, TANGENT, tangents
 from ..geometry.group import Group
 from ..geometry.meshes import PlacedMeshes
 from ..materials.material import MaterialReading
+from ..nodes.constants import on_object
 from ..nodes.images import Images
 from . import cache
 from .bake import BakeError, CopiedObject, ObjectBaker, Temporary, temporary
@@ -95,12 +96,14 @@ def _kept_or_baked(group: Group, groups: Sequence[Group], needed: dict[str, Mate
     outputs = [(name, baked) for name, reading in needed.items() for baked in reading.baked]
     materials = {name: _material(name) for name in needed}
     around = _occluders(group, groups, materials, out)
+    own = {name: values[0] for name, values in group.own.items()}
+    constants = {name: on_object(reading.constants, own) for name, reading in needed.items()}
     with temporary() as keep:
         copied = _copied(keep, source, depsgraph)
         if len(copied.mesh.loops) != group.corner_count:
             raise BakeError("its mesh differs from the rendered one")
         key = cache.key_of_bake(copied, group.slots, materials, outputs, resolution,
-                                b"" if around is None else around.key())  # fmt: skip
+                                b"" if around is None else around.key(), constants)  # fmt: skip
         known = cache.kept(key, cache.KeptBake)
         if known is not None:
             return known
@@ -108,7 +111,7 @@ def _kept_or_baked(group: Group, groups: Sequence[Group], needed: dict[str, Mate
         made = KeptBake(baker.uv, {})
         for name, baked in outputs:
             try:
-                made.images[name, baked] = baker.bake(materials[name], baked)
+                made.images[name, baked] = baker.bake(materials[name], baked, constants[name])
             except BakeError as error:
                 _failed(out, name, source.object, error, baked.node)
     if len(made.images) == len(outputs):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections import OrderedDict
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 import edgegrad
 
 from ..materials.material import BakedOutput
+from ..nodes.constants import Place, Values
 from .bake import CopiedObject
 from .content import UnknownContent, content_of, mesh_content
 
@@ -45,7 +46,8 @@ _kept: OrderedDict[bytes, Bake] = OrderedDict()
 
 
 def key_of_bake(copied: CopiedObject, slots: tuple[str, ...], materials: dict[str, Any],
-                outputs: list[tuple[str, BakedOutput]], resolution: int, around: bytes) -> bytes | None:  # fmt: skip
+                outputs: list[tuple[str, BakedOutput]], resolution: int, around: bytes,
+                constants: Mapping[str, Mapping[Place, Values]]) -> bytes | None:  # fmt: skip
     """Hash of all that decides a bake; None if something may change unnoticed.
 
     Parameters
@@ -58,6 +60,8 @@ def key_of_bake(copied: CopiedObject, slots: tuple[str, ...], materials: dict[st
         The outputs to bake.
     around
         Hash of what the bake sees beside the object.
+    constants
+        What each material gets of the rendered object.
     """
     try:
         contents = [(name, content_of(one)) for name, one in materials.items()]
@@ -65,7 +69,8 @@ def key_of_bake(copied: CopiedObject, slots: tuple[str, ...], materials: dict[st
     except UnknownContent:
         return None
     frame = bpy.context.scene.frame_current_final
-    rest = (copied.matrix, copied.color, copied.index, slots, outputs, resolution, frame, around)
+    rest = (copied.matrix, copied.color, copied.index, slots, outputs, resolution, frame, around,
+            [(name, sorted(one.items())) for name, one in constants.items()])
     return hashlib.sha256(repr((mesh, contents, rest)).encode()).digest()
 
 

@@ -18,6 +18,7 @@ from edgegrad.expression import Attribute
 
 from .hashes import WORD, name_hash
 from .instancers import InstancerValues
+from .islands import island_randoms
 from .layers import layer_values, property_of
 from .mesh import MeshArrays
 from .normals import shading_normals
@@ -34,6 +35,7 @@ GENERATED = "(generated)"
 OBJECT = "(object coordinates)"
 OBJECT_NORMAL = "(object normal)"
 POINTINESS = "(pointiness)"
+ISLAND = "(random per island)"
 EDGE_DISTANCES = "(distances to edges)"
 RANDOM, INDEX, COLOR, LOCATION = "(object random)", "(object index)", "(object color)", "(object location)"
 SCALE, SIDE = "(object scale)", "(object side)"
@@ -141,6 +143,8 @@ def _read(mesh: Any, arrays: MeshArrays, name: str, of: ObjectValues) -> Any:
         return shading_normals(arrays.positions, arrays.faces, arrays.smoothing, arrays.normals)
     if name == POINTINESS:
         return pointiness(mesh).take(arrays.faces, axis=0)
+    if name == ISLAND:
+        return island_randoms(mesh).take(arrays.faces, axis=0)
     if name == EDGE_DISTANCES:
         return _edge_distances(arrays.positions.take(arrays.faces, axis=0))
     if name == ACTIVE_COLOR:
@@ -156,7 +160,7 @@ def _read(mesh: Any, arrays: MeshArrays, name: str, of: ObjectValues) -> Any:
         if uv_name in RADIAL.values():
             return _radial_tangents(mesh, arrays, uv_name)
         if uv_name == ACTIVE_UV and not mesh.uv_layers:
-            return tangents(arrays, _around_sphere(mesh).take(arrays.faces, axis=0), around=CLOSED_SPHERE)
+            return tangents(arrays, around_sphere(mesh).take(arrays.faces, axis=0), around=CLOSED_SPHERE)
         uv = _read(mesh, arrays, uv_name, of) if uv_layer(mesh, uv_name) is not None else None
         return None if uv is None else tangents(arrays, uv)
     return _layer(mesh.attributes.get(name), mesh, arrays)
@@ -204,7 +208,7 @@ def _undeformed(mesh: Any) -> F32:
     return points
 
 
-def _around_sphere(mesh: Any) -> F32:
+def around_sphere(mesh: Any) -> F32:
     """(n, 2) places on a sphere around the object's origin: Cycles takes tangents from them if there is no UV map."""
     points = _undeformed(mesh)
     x, y, z = points.T

@@ -21,6 +21,7 @@ from .attributes import (
     IS_STRAND,
     LENGTH,
     OBJECT,
+    OBJECT_NORMAL,
     RANDOM_STRAND,
     THICKNESS,
     ObjectValues,
@@ -29,6 +30,7 @@ from .attributes import (
 from .hashes import hash_words
 from .layers import layer_values
 from .mesh import MeshArrays
+from .normals import shading_normals
 from .strands import FEWEST_SIDES, RIBBON, Strands, lengths, prisms, resampled, sides_for, straight, triangles, usable
 
 F64 = NDArray[np.float64]
@@ -320,6 +322,11 @@ def _attributes(strands: Strands, arrays: MeshArrays, point: NDArray[np.int64], 
             out[name] = strands.along[name][corner].astype(np.float32)
         elif name in strands.each:
             out[name] = strands.each[name][strand].astype(np.float32)
+        elif name == GENERATED:  # Cycles has none for curves
+            out[name] = arrays.positions[arrays.faces]
+        elif name == OBJECT_NORMAL:
+            normals = shading_normals(arrays.positions, arrays.faces, arrays.smoothing, arrays.normals)
+            out[name] = normals.astype(np.float32)
     return {name: np.ascontiguousarray(value) for name, value in out.items()}
 
 

@@ -18,11 +18,11 @@ def name_hash(name: str) -> int:
     return int(hash_words(np.array([text], np.uint32), 0)[0])
 
 
-def hash_words(first: NDArray[Any], second: int) -> NDArray[np.uint32]:
-    """Hash of two 32-bit words each: the final mix of lookup3 (Jenkins 2006)."""
-    start = np.uint32((0xDEADBEEF + (2 << 2) + 13) & WORD)
+def hash_words(first: NDArray[Any], second: int | None = None) -> NDArray[np.uint32]:
+    """Hash of one or two 32-bit words each: the final mix of lookup3 (Jenkins 2006)."""
+    start = np.uint32((0xDEADBEEF + ((1 if second is None else 2) << 2) + 13) & WORD)
     a = np.asarray(first, np.uint32) + start
-    b = np.full_like(a, (int(start) + second) & WORD)
+    b = np.full_like(a, (int(start) + (second or 0)) & WORD)
     c = np.full_like(a, start)
     for k in (14, 11, 25, 16, 4, 14, 24):
         # The roles of the three words rotate: c changes by b, then a by c, then b by a.

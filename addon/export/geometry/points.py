@@ -12,11 +12,20 @@ from edgegrad import Camera
 from edgegrad.scene.placement import stretches
 
 from ...problem import Report
-from .attributes import OBJECT, POINT_RADIUS, RANDOM_POINT, ObjectValues, is_of_object
+from .attributes import (
+    GENERATED,
+    OBJECT,
+    OBJECT_NORMAL,
+    POINT_RADIUS,
+    RANDOM_POINT,
+    ObjectValues,
+    is_of_object,
+)
 from .hair import MOST_TRIANGLES, pixel_size
 from .hashes import hash_words
 from .layers import layer_values
 from .mesh import MeshArrays
+from .normals import shading_normals
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -69,7 +78,10 @@ def build_points(ob: Any, camera: Camera, values: ObjectValues, names: set[str],
                         np.arange(len(every), dtype=np.int32), np.zeros(len(every), np.int32))  # fmt: skip
     if smooth:
         arrays.smoothing = every
-        arrays.normals = np.tile(ball, (len(kept), 1)).astype(np.float32)
+        # Cycles' normals point away from the centre in world space, also where the scale makes points ellipsoids.
+        away = ball @ (linear.T @ linear) if stretches(linear) else ball
+        away = away / np.linalg.norm(away, axis=1, keepdims=True)
+        arrays.normals = np.tile(away, (len(kept), 1)).astype(np.float32)
     point = kept[every // len(ball)]
     out: dict[str, F64 | F32] = {}
     for name in names:
@@ -77,8 +89,10 @@ def build_points(ob: Any, camera: Camera, values: ObjectValues, names: set[str],
         found = read.get(name)
         if own is not None:
             out[name] = np.broadcast_to(np.array(own), (*every.shape, len(own)))
-        elif name == OBJECT:
+        elif name in (OBJECT, GENERATED):  # Cycles has no others for points
             out[name] = arrays.positions[every]
+        elif name == OBJECT_NORMAL:
+            out[name] = shading_normals(arrays.positions, every, arrays.smoothing, arrays.normals)
         elif found is not None:
             out[name] = found[point]
     return arrays, {name: np.ascontiguousarray(value, np.float32) for name, value in out.items()}

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad import expression as e
-from edgegrad.expression import Expression, images_of, nodes_of, replaced
+from edgegrad.expression import Expression, Operand, images_of, nodes_of, replaced
 from edgegrad.scene.material import SMOOTH_NORMAL
 
 from ...problem import Report
@@ -20,6 +20,7 @@ from ..approximated.volumes import describe_volume, read_absorption
 from ..geometry import attributes
 from ..nodes import links as nodes
 from ..nodes.camera_view import CameraView
+from ..nodes.constants import Place, attributes_of, constants_of
 from ..nodes.expressions import Reader, Unreadable, number
 from ..nodes.images import Images
 from ..nodes.read_normals import displaced_normal
@@ -57,12 +58,15 @@ class BakedOutput:
         Name of the node, and identifier of its output.
     normal
         Whether the output is a normal, which is baked as a normal map.
+    tangents
+        Tangent nodes that it depends on and that read the active UV map, with the names of the groups around them.
     """
 
     groups: tuple[str, ...]
     node: str
     output: str
     normal: bool
+    tangents: tuple[tuple[tuple[str, ...], str], ...] = ()
 
 
 @dataclass
@@ -83,6 +87,8 @@ class MaterialReading:
         Maps a field to the node that is linked to its socket.
     baked
         Outputs that must be baked before the material can be rendered.
+    constants
+        Values of the whole object, and of the view layer, that they depend on.
     """
 
     value: edgegrad.Material | edgegrad.Mixture
@@ -93,6 +99,7 @@ class MaterialReading:
     emission_strength: SocketPath | None = None
     fed: dict[str, str] = field(default_factory=dict)
     baked: list[BakedOutput] = field(default_factory=list)
+    constants: dict[Place, Operand] = field(default_factory=dict)
 
     def stand_in(self, baked: BakedOutput) -> str:
         """Name of the placeholder image that expressions read for an output that must be baked."""
@@ -138,7 +145,7 @@ class MaterialReading:
     def attributes(self) -> set[str]:
         """Return the names of the attributes that the material reads from meshes."""
         found = [node for expression in self.expressions() for node in nodes_of(expression)]
-        names = {node.name for node in found if isinstance(node, e.Attribute)}
+        names = {node.name for node in found if isinstance(node, e.Attribute)} | attributes_of(self.constants)
         for node in found:
             if isinstance(node, e.NormalMap):
                 names |= {node.uv, node.uv + attributes.TANGENT}
@@ -264,7 +271,12 @@ class _Reading:
         if output.type not in ("VALUE", "INT", "BOOLEAN", "VECTOR", "RGBA"):
             return None
         path = tuple(group.name for group in groups)
-        baked = BakedOutput(path, output.node.name, output.identifier, normal)
+        before = [(output, groups), *nodes.upstream(output.node, groups)]
+        tangents = dict.fromkeys((tuple(group.name for group in around), one.node.name) for one, around in before
+                                 if one.node.type == "TANGENT" and one.node.direction_type == "UV_MAP"
+                                 and not one.node.uv_map)  # fmt: skip
+        baked = BakedOutput(path, output.node.name, output.identifier, normal, tuple(tangents))
+        self.reading.constants |= constants_of(self.reader, output, groups)
         if baked not in self.reading.baked:
             self.reading.baked.append(baked)
         image = self.reading.stand_in(baked)

@@ -1,3 +1,9 @@
 """Translation of node trees to expressions: links, values, colours, textures, normals and images."""
 
-from . import read_colors, read_inputs, read_normals, read_textures  # noqa: F401  (they register the node types)
+from . import (  # noqa: F401  (they register the node types)
+    read_colors,
+    read_inputs,
+    read_mappings,
+    read_normals,
+    read_textures,
+)

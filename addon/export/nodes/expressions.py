@@ -1,6 +1,7 @@
 """Translation of shader node graphs to `edgegrad.expression` trees.
 
-The modules `read_inputs`, `read_colors` and `read_textures` register one function for each type of node.
+The modules `read_inputs`, `read_colors`, `read_mappings`, `read_normals` and `read_textures` register one function for
+each type of node.
 """
 
 from __future__ import annotations
@@ -156,22 +157,24 @@ class Reader:
             return baked
         return folded(value) if isinstance(value, Expression) and not any(operands(value)) else value
 
-
     def _note_bake(self, output: Any, groups: Groups) -> None:
-        """Note what a bake, which knows no particles and no ray, does not have."""
+        """Note what a bake, which knows no camera and no ray, does not have."""
         found = [(output, groups), *upstream(output.node, groups)]
         for one, around in found:
             name = label(one.node, around)
-            if one.node.type == "PARTICLE_INFO":
-                self.note(f"node '{name}' ({one.node.bl_label}) is baked, where its object is no particle")
-            elif one.node.type in OF_VIEW or (one.node.type, one.identifier) in OF_VIEW:
+            if one.node.type in OF_VIEW or (one.node.type, one.identifier) in OF_VIEW or _turns_to_camera(one.node):
                 self.note(f"node '{label(output.node, groups)}' is baked, so it does not vary with the ray as "
                           f"'{one.name}' of node '{name}' does")  # fmt: skip
 
 
 # Nodes or outputs that depend on the ray.
 OF_VIEW = {"LIGHT_PATH", "FRESNEL", "LAYER_WEIGHT", "CAMERA", ("TEX_COORD", "Reflection"), ("TEX_COORD", "Camera"),
-           ("NEW_GEOMETRY", "Incoming"), ("NEW_GEOMETRY", "Backfacing")}  # fmt: skip
+           ("TEX_COORD", "Window"), ("NEW_GEOMETRY", "Incoming"), ("NEW_GEOMETRY", "Backfacing")}  # fmt: skip
+
+
+def _turns_to_camera(node: Any) -> bool:
+    """Whether a node transforms vectors from or to the space of the camera."""
+    return node.type == "VECT_TRANSFORM" and "CAMERA" in (node.convert_from, node.convert_to)
 
 
 def has_texture_mapping(node: Any) -> bool:

@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from mathutils import Euler, Matrix, Vector
 
 from edgegrad import expression as e
 from edgegrad.expression import Operand
 
 from ..geometry import attributes
-from .expressions import Reader, folded, number, reads, rgb
+from .expressions import Reader, folded, number, reads
 from .links import Groups
 from .read_inputs import rows, unreadable
 
@@ -30,48 +29,6 @@ def _vector_math(reader: Reader, node: Any, groups: Groups, output: Any) -> Oper
         raise unreadable(node, groups, node.operation)
     a, b, c = (reader.value(socket, groups) for socket in node.inputs[:3])
     return e.VectorMath(node.operation, a, b, c, reader.get(node, "Scale", groups))
-
-
-def _constants(reader: Reader, node: Any, groups: Groups, *names: str) -> list[Any]:
-    values = [rgb(folded(reader.get(node, name, groups))) for name in names]
-    if any(value is None for value in values):
-        raise unreadable(node, groups, "its settings are linked")
-    return values
-
-
-@reads("MAPPING")
-def _mapping(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    kind = node.vector_type
-    scale, angles = _constants(reader, node, groups, "Scale", "Rotation")
-    location = _constants(reader, node, groups, "Location")[0] if kind in ("POINT", "TEXTURE") else np.zeros(3)
-    return e.Transform(reader.get(node, "Vector", groups), rows(mapping_matrix(kind, location, angles, scale)),
-                       kind == "NORMAL")  # fmt: skip
-
-
-def mapping_matrix(kind: str, location: Any, angles: Any, scale: Any) -> Any:
-    """(3, 4) affine map of a Mapping node."""
-    turn = np.array(Euler(angles, "XYZ").to_matrix(), np.float64)
-    inverse = np.divide(1.0, scale, out=np.zeros(3), where=np.asarray(scale) != 0.0)
-    if kind == "TEXTURE":
-        linear = inverse[:, None] * turn.T
-        return np.column_stack([linear, -linear @ location])
-    return np.column_stack([turn * (inverse if kind == "NORMAL" else scale), location])
-
-
-@reads("VECTOR_ROTATE")
-def _rotate(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    kind = node.rotation_type
-    (center,) = _constants(reader, node, groups, "Center")
-    if kind == "EULER_XYZ":
-        turn = Euler(_constants(reader, node, groups, "Rotation")[0], "XYZ").to_matrix()
-    else:
-        (angle,) = _constants(reader, node, groups, "Angle")
-        axis = (Vector(_constants(reader, node, groups, "Axis")[0]) if kind == "AXIS_ANGLE"
-                else Vector([float(kind[0] == letter) for letter in "XYZ"]))  # fmt: skip
-        turn = Matrix.Rotation(float(angle[0]), 3, axis) if axis.length > 0.0 else Matrix.Identity(3)
-    linear = np.array(turn, np.float64)
-    linear = linear.T if node.invert else linear
-    return e.Transform(reader.get(node, "Vector", groups), rows(np.column_stack([linear, center - linear @ center])))
 
 
 @reads("VECT_TRANSFORM")

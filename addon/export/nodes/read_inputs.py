@@ -75,6 +75,8 @@ def _geometry(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand
         return e.Backfacing()
     if output.identifier == "Pointiness":
         return attributes.layer(attributes.POINTINESS)
+    if output.identifier == "Random Per Island":
+        return attributes.layer(attributes.ISLAND)
     raise unreadable(node, groups, output.identifier)
 
 
@@ -84,11 +86,42 @@ def _attribute(reader: Reader, node: Any, groups: Groups, output: Any) -> Operan
         if reader.view is None:
             raise unreadable(node, groups, "attribute of the view layer", bakeable=False)
         return _of_layer(reader.view.of_layer(node.attribute_name) or (0.0, 0.0, 0.0, 0.0), output)
-    kind = {"OBJECT": attributes.PROPERTY, "INSTANCER": attributes.INSTANCER}.get(node.attribute_type, "")
-    value = attributes.layer(kind + node.attribute_name)
+    kind = {"OBJECT": attributes.PROPERTY, "INSTANCER": attributes.INSTANCER}.get(node.attribute_type)
+    value = _layer(reader, node, groups, node.attribute_name) if kind is None else attributes.layer(
+        kind + node.attribute_name)  # fmt: skip
     if output.identifier == "Fac":
         return e.Average(value)
     return e.Channel(value, 3) if output.identifier == "Alpha" else value
+
+
+# Names that Cycles keeps for attributes of its own, which hide those that meshes have by these names.
+RESERVED = {"uv": attributes.ACTIVE_UV, "generated": attributes.GENERATED, "pointiness": attributes.POINTINESS,
+            "random_per_island": attributes.ISLAND, "curve_intercept": attributes.INTERCEPT,
+            "curve_length": attributes.LENGTH, "curve_random": attributes.RANDOM_STRAND,
+            "point_random": attributes.RANDOM_POINT}  # fmt: skip
+ABSENT = frozenset((
+    "vertex_color", "undeformed", "undisplaced", "motion_P", "motion_N", "particle", "ptex_face_id", "ptex_uv",
+    "density", "color", "flame", "heat", "temperature", "velocity", "velocity_x", "velocity_y", "velocity_z",
+    "shadow_transparency",
+))  # fmt: skip
+UNREAD = frozenset(("N", "generated_transform", "tangent", "tangent_sign"))
+
+
+def _layer(reader: Reader, node: Any, groups: Groups, name: str) -> Operand:
+    """Return the attribute that Cycles finds by a name."""
+    if name in UNREAD:
+        reader.note(f"node '{label(node, groups)}' reads 0; '{name}' is the name of an attribute of Cycles' own")
+    elif name in ABSENT:
+        return _hidden(reader, node, groups, name)
+    else:
+        return attributes.layer(RESERVED.get(name, name))
+    return (0.0, 0.0, 0.0, 0.0)
+
+
+def _hidden(reader: Reader, node: Any, groups: Groups, name: str) -> Operand:
+    reader.note(f"node '{label(node, groups)}' reads 0, as in Cycles, which keeps the name '{name}' for an attribute "
+                "of its own; rename the attribute")  # fmt: skip
+    return (0.0, 0.0, 0.0, 0.0)
 
 
 def _of_layer(values: tuple[float, ...], output: Any) -> Operand:
@@ -101,7 +134,9 @@ def _of_layer(values: tuple[float, ...], output: Any) -> Operand:
 
 @reads("VERTEX_COLOR")
 def _color_attribute(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    value = attributes.layer(node.layer_name or attributes.ACTIVE_COLOR)
+    name = node.layer_name
+    hidden = name in (*RESERVED, *ABSENT, *UNREAD)
+    value = _hidden(reader, node, groups, name) if hidden else attributes.layer(name or attributes.ACTIVE_COLOR)
     return e.Channel(value, 3) if output.identifier == "Alpha" else value
 
 

@@ -312,6 +312,7 @@ def _map_number(low: Lowering, node: e.MapRange, x: Value, from_min: Value, from
     out = low.mad(factor, low.sub(to_max, to_min), to_min)
     if not node.vector:
         out = low.select(low.build.emit("EQUAL", width, 0.0), 0.0, out)
-    if node.clamp and node.interpolation in ("LINEAR", "STEPPED"):
+    # Cycles clamps smooth steps of vectors no further, but those of numbers, which matters for an empty range.
+    if node.clamp and (not node.vector or node.interpolation in ("LINEAR", "STEPPED")):
         out = _clamp_between(low, out, to_min, to_max)
     return out

@@ -2,4 +2,4 @@
 
 from __future__ import annotations
 
-from . import changing, spaces  # noqa: F401  (importing a family registers its cases)
+from . import carriers, changing, of_objects, spaces  # noqa: F401  (importing a family registers its cases)

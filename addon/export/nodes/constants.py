@@ -1,0 +1,66 @@
+"""What the object of a bake does not have: values of the rendered object, its instancer and the view layer.
+
+They are constants for a whole object, so that the copied materials of a bake get them as constants. Object Info,
+Particle Info and Attribute nodes would read them from the bake's own object.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from edgegrad import expression as e
+from edgegrad.expression import Expression, Operand, nodes_of, replaced
+
+from ..geometry.attributes import is_of_object
+from .expressions import Reader, Unreadable, folded
+from .links import Groups, upstream
+
+# Names of the groups around a node, its own name, and the identifier of one of its outputs.
+Place = tuple[tuple[str, ...], str, str]
+Constants = Mapping[Place, Operand]
+Values = tuple[float, ...]
+
+_NODES = ("OBJECT_INFO", "PARTICLE_INFO")
+_KINDS = ("OBJECT", "INSTANCER", "VIEW_LAYER")  # of attributes
+
+
+def _is_constant(node: Any) -> bool:
+    return node.type in _NODES or (node.type == "ATTRIBUTE" and node.attribute_type in _KINDS)
+
+
+def constants_of(reader: Reader, output: Any, groups: Groups) -> dict[Place, Operand]:
+    """Translate the constants that an output depends on; expressions may read attributes of the whole object."""
+    found: dict[Place, Operand] = {}
+    for one, around in [(output, groups), *upstream(output.node, groups)]:
+        if not _is_constant(one.node):
+            continue
+        try:
+            value = reader.output(one, around)
+        except Unreadable:  # without a view
+            continue
+        found[tuple(group.name for group in around), one.node.name, one.identifier] = value
+    return found
+
+
+def attributes_of(constants: Constants) -> set[str]:
+    """Return the names of the attributes that constants read."""
+    return {node.name for value in constants.values() if isinstance(value, Expression)
+            for node in nodes_of(value) if isinstance(node, e.Attribute)}  # fmt: skip
+
+
+def on_object(constants: Constants, own: Mapping[str, Values]) -> dict[Place, Values]:
+    """Evaluate constants for an object with these attributes; others are 0, as in Cycles."""
+
+    def value(node: Expression) -> Expression:
+        if not isinstance(node, e.Attribute) or not is_of_object(node.name):
+            return node
+        found = own.get(node.name, (0.0, 0.0, 0.0, 0.0))
+        return e.Combine(*(found * 3 if len(found) == 1 else (*found, 0.0)[: max(len(found), 3)]))
+
+    out = {}
+    for place, one in constants.items():
+        given = folded(replaced(one, value)) if isinstance(one, Expression) else one
+        if not isinstance(given, Expression):
+            out[place] = (float(given),) * 3 if not isinstance(given, tuple) else given
+    return out

@@ -113,6 +113,14 @@ def test_targets_share_a_gain_if_they_say_so() -> None:
     assert found[0][0] == found[1][0] == pytest.approx(3.0, rel=1e-5) and found[3][0] == 1.0
 
 
+def test_a_known_gain_may_have_the_name_of_a_shared_one() -> None:
+    image = np.random.default_rng(4).random((8, 8, 3))
+    known = View(np.asarray(image, np.float32), shapes.camera(), None, 1.0, np.full(3, 4.0), "a")
+    gains = Gains([known, view(2.0 * image, EXPOSURE, shared="a")])
+    found = gains.find(adjoint_of(l2), dict.fromkeys(range(2), (image, image)))
+    assert found[0][0] == 4.0 and found[1][0] == pytest.approx(2.0, rel=1e-5)
+
+
 def test_gradient_at_the_truth_has_no_bias() -> None:
     """With few samples and an unknown exposure, the mean gradient of many seeds is zero within its noise."""
     scene = shapes.scene(*shapes.ball(2), world=1.0)

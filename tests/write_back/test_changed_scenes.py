@@ -176,6 +176,20 @@ def test_texts_that_were_changed_are_refused(session: Session) -> None:
         bpy.data.objects.remove(bpy.data.objects["Cube"])
 
 
+def test_what_was_written_before_a_damaged_entry_is_not_written_twice(session: Session) -> None:
+    cube = bpy.data.objects["Cube"]
+    before = positions(cube.data)
+    bpy.ops.object.mode_set(mode="EDIT")
+    session.write(result(session))
+    bpy.ops.object.mode_set(mode="OBJECT")
+    kept = json.loads(bpy.data.texts[TEXT].as_string())["results"]
+    bpy.data.texts[TEXT].from_string(json.dumps({"results": [*kept, {"vertices": "Cube"}]}))
+    for _ in range(2):
+        with pytest.raises(edgegrad_addon.problem.Problem, match=TEXT):
+            write_kept()
+        assert np.allclose(shown(cube), before + MOVE)
+
+
 def test_the_command_line_says_what_was_not_written(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

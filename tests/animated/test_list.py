@@ -34,6 +34,17 @@ def enabled() -> Iterator[None]:
     edgegrad_addon.unregister()
 
 
+@pytest.mark.parametrize("path", ['objects["Man in Black"].location', "objects['Man in Black'].location",
+                                  r'objects["5\" in steel"].location[1]'])  # fmt: skip
+def test_names_may_look_like_limits(path: str) -> None:
+    assert Wanted.parse(path) == Wanted(path)
+    assert Wanted.parse(f"{path} in -1:2") == Wanted(path, -1.0, 2.0)
+    assert Wanted.parse(f"{path} in :2") == Wanted(path, None, 2.0)
+    for limits in ("0", "nan:1", "low:1"):
+        with pytest.raises(Problem, match="must have the form LOW:HIGH"):
+            Wanted.parse(f"{path} in {limits}")
+
+
 def driver(*paths: str) -> Driver:
     return Driver(bpy.context.scene, [bpy.context.scene.camera], [Wanted(path) for path in paths])
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+from ..arguments import whole
 from ..problem import Problem
 from .fitted_values import WORDS
 from .replacement import FieldRequest
@@ -12,20 +13,13 @@ from .replacement import FieldRequest
 RESOLUTIONS = (16, 512)
 
 
-def _resolution(text: str) -> int:
-    value = int(text)
-    if not RESOLUTIONS[0] <= value <= RESOLUTIONS[1]:
-        raise argparse.ArgumentTypeError(f"must be {RESOLUTIONS[0]} to {RESOLUTIONS[1]}, not {value}")
-    return value
-
-
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options to a subcommand."""
     parser.add_argument("--field", metavar="OBJECT",
                         help="fit this object as a distance field, whose topology may change; an empty that shows a "
                         "cube is a box in which the shape begins as a ball")  # fmt: skip
-    parser.add_argument("--resolution", type=_resolution, metavar="N", help="cells of the field along its longest side "
-                        "(default: 64)")  # fmt: skip
+    parser.add_argument("--resolution", type=whole(*RESOLUTIONS), metavar="N",
+                        help="cells of the field along its longest side (default: 64)")  # fmt: skip
     parser.add_argument("--field-start", choices=["shape", "ball"], help="begin with the shape of the object (default) "
                         "or with a ball in its bounding box")  # fmt: skip
     parser.add_argument("--field-values", nargs="+", choices=list(WORDS.values()), metavar="VALUE",

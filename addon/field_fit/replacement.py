@@ -123,10 +123,10 @@ class Replacement:
 
     def entry(self, before: NDArray[Any], after: NDArray[Any]) -> dict[str, Any]:
         """Return the surface in world space, from which an object can be made later."""
-        found, surface = self.held.find(), self.mesh(after)
+        surface = self.mesh(after)
         layers, material = self._painted(surface)
-        return {"surface": self.held.name if found is None else found.name_full,
-                "points": np.round(surface.vertices, 9).tolist(), "triangles": surface.faces.tolist(),
+        return {"surface": self.held.name_now, "points": np.round(surface.vertices, 9).tolist(),
+                "triangles": surface.faces.tolist(),
                 "layers": {name: np.round(values, 6).tolist() for name, values in layers.items()},
                 "material": material}
 

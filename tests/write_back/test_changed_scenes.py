@@ -22,6 +22,7 @@ from edgegrad_addon.animated.parameter import Wanted
 from edgegrad_addon.export.geometry.mesh import positions
 from edgegrad_addon.parameters import Names
 from edgegrad_addon.session import Picture, Request, Session
+from edgegrad_addon.write_back.held import Held
 from edgegrad_addon.write_back.kept import TEXT, write_kept
 from tests.support.scenes import blender_scenes as bs
 
@@ -163,6 +164,14 @@ def test_all_kinds_of_results_are_written_from_the_text(session: Session) -> Non
     assert np.allclose(shown(bpy.data.objects["Cube"]), before + MOVE)
     assert color(other) == pytest.approx(COLOR) and bpy.data.lights["Bulb"].energy == pytest.approx(POWER)
     assert bpy.data.objects["Empty"].location.x == pytest.approx(PLACE)
+
+
+def test_removed_data_are_named_by_their_kind() -> None:
+    mesh = bpy.data.meshes.new("Net")
+    held = Held.of("meshes", mesh)
+    bpy.data.meshes.remove(mesh)
+    with pytest.raises(edgegrad_addon.problem.Problem, match=r"^mesh 'Net': was removed"):
+        held.get()
 
 
 def test_texts_that_were_changed_are_refused(session: Session) -> None:

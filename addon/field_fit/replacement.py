@@ -165,8 +165,7 @@ def replace_by_field(scene: Any, export: Export, request: FieldRequest) -> Repla
         raise Problem(f"{where}: there is no such object in scene '{scene.name}'; name one of its objects")
     if ob.library is not None or ob.override_library is not None:
         raise Problem(f"{where}: is linked from another file, so it can't be replaced; make it local first")
-    if ob.mode == "EDIT":
-        raise Problem(f"{where}: is in edit mode; leave it first")
+    check_object(ob)
     notes: list[str] = []
     exported: str | None = None
     if ob.type == "EMPTY" and ob.instance_type != "COLLECTION":

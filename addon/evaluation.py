@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 
 import bpy
 
+from .export.surroundings.camera import active_camera
 from .problem import Problem
 
 T = TypeVar("T")
@@ -78,8 +79,7 @@ def evaluate(scene: Any, work: Callable[[Evaluation], T], camera: Any = None) ->
         If there is no camera, or if Blender cannot evaluate the scene for a render. Exceptions of `work` are raised
         unchanged.
     """
-    if camera is None and scene.camera is None:
-        raise Problem(f"scene '{scene.name}': has no camera; add one and make it active")
+    camera = camera or active_camera(scene)
     if any(bpy.app.is_job_running(job) for job in ("RENDER", "OBJECT_BAKE")):
         raise Problem(f"scene '{scene.name}': can't be read while Blender renders or bakes; wait for it, or cancel it")
     bpy.ops.ed.flush_edits()

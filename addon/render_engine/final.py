@@ -18,6 +18,7 @@ from ..evaluation import Evaluation
 from ..export.exported import Export
 from ..export.geometry.attributes import INDEX
 from ..export.scene import BAKE_RESOLUTION, export_evaluated
+from ..export.surroundings.camera import active_camera
 from ..preferences import threads
 from .passes import ALBEDO, DEPTH, NORMAL, OBJECT_INDEX, alpha_scene, channel, has_alpha
 
@@ -111,9 +112,7 @@ def render_frame(engine: Any, depsgraph: Any) -> None:
 
 def _export(depsgraph: Any, wanted: Sequence[Channel]) -> Export:
     scene = depsgraph.scene
-    camera = scene.camera
-    if camera is None:
-        raise ValueError(f"scene '{scene.name}': has no camera; add one and make it active")
+    camera = active_camera(scene)
     # Bakes run Blender's operators, which only its main thread may do.
     main = threading.current_thread() is threading.main_thread()
     names = frozenset({INDEX} if any(one.content == OBJECT_INDEX for one in wanted) else ())

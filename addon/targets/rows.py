@@ -11,6 +11,7 @@ import bpy
 
 from edgegrad import images
 
+from ..export.surroundings.camera import render_size
 from .film_files import first_file, is_numbered
 from .frames import is_movie
 
@@ -64,13 +65,6 @@ def _size_of(file: Path, status: os.stat_result) -> tuple[int, int] | None:
             known = state, None
         _sizes[str(file)] = known
     return known[1]
-
-
-def render_size(scene: Any) -> tuple[int, int]:
-    """Return width and height of the scene's renders, of the whole picture."""
-    render = scene.render
-    return tuple(int(side * render.resolution_percentage / 100) for side in  # type: ignore[return-value]
-                 (render.resolution_x, render.resolution_y))  # fmt: skip
 
 
 def set_render_size(scene: Any, size: tuple[int, int]) -> None:

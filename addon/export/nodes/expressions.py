@@ -1,6 +1,7 @@
 """Translation of shader node graphs to `edgegrad.expression` trees.
 
-The modules `read_inputs`, `read_colors` and `read_textures` register one function for each type of node.
+The modules `read_inputs`, `read_colors`, `read_normals` and `read_textures` register one function for each type of
+node.
 """
 
 from __future__ import annotations
@@ -155,7 +156,6 @@ class Reader:
             self._note_bake(output, groups)
             return baked
         return folded(value) if isinstance(value, Expression) and not any(operands(value)) else value
-
 
     def _note_bake(self, output: Any, groups: Groups) -> None:
         """Note what a bake, which knows no particles and no ray, does not have."""

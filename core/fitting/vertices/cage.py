@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...geometry import topology
+from ...geometry.labels import summed
 from .fold_guard import FoldGuard, with_neighbours
 
 F64 = NDArray[np.float64]
@@ -55,7 +56,7 @@ class Cage:
     def _pushed(self, move: F64) -> F64:
         """Moves of the welded rendered vertices."""
         each = np.einsum("eij,ej->ei", self._blocks, move[self._columns])
-        return np.stack([np.bincount(self._rows, each[:, k], len(self._surface)) for k in range(3)], axis=1)
+        return summed(self._rows, each, len(self._surface))
 
     def _movers(self, touched: Bool) -> Bool:
         out = np.zeros(len(self._vertices), bool)

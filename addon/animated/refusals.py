@@ -82,9 +82,9 @@ def _curves(animation: Any) -> Iterator[Any]:
 
 
 def _curves_of_strips(animation: Any) -> Iterator[Any]:
-    """Yield the curves of unmuted strips."""
-    for track in animation.nla_tracks:
-        for strip in () if track.mute else track.strips:
+    """Yield the curves of strips that have an effect."""
+    for track in animation.nla_tracks if animation.use_nla else ():
+        for strip in () if track.mute else (one for one in track.strips if not one.mute):
             yield from _curves_of(strip.action, getattr(strip, "action_slot", None))
 
 

@@ -124,6 +124,22 @@ def test_refusals_name_the_thing_and_the_cure() -> None:
         Driver(bpy.context.scene, [bpy.context.scene.camera], [Wanted(f"{zoo.CUBE}.scale", 2.0, 3.0)])
 
 
+def test_strips_count_only_while_they_have_an_effect() -> None:
+    """The cure that the refusal names helps."""
+    ob = zoo.stage()
+    ob.keyframe_insert("location", frame=1)
+    animation = ob.animation_data
+    strip = animation.nla_tracks.new().strips.new("Strip", 1, animation.action)
+    animation.action = None
+    (place, *_) = data_path.find(f"{zoo.CUBE}.location")
+    with pytest.raises(Problem, match="mute the strip"):
+        refusals.check(place)
+    strip.mute = True
+    refusals.check(place)
+    strip.mute, animation.use_nla = False, False
+    refusals.check(place)
+
+
 def test_linked_properties_are_refused(tmp_path: Path) -> None:
     zoo.stage()
     path = tmp_path / "library.blend"

@@ -26,10 +26,10 @@ from . import vertex_options
 from .animated.driver import Driver
 from .animated.parameter import Wanted
 from .animated.stored import stored_wanted, wanted_of
-from .arguments import whole
 from .blend_file import open_blend
 from .export import export_scene, render_export
 from .field_fit import options as field_options
+from .field_fit.options import whole
 from .fit_output import FitOutput
 from .fit_setup import add_beginning, beginning, stored_request, stored_settings, with_setup
 from .json_lines import write_line

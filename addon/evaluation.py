@@ -15,7 +15,6 @@ from typing import Any, TypeVar
 
 import bpy
 
-from .export.surroundings.camera import active_camera
 from .problem import Problem
 
 T = TypeVar("T")
@@ -61,6 +60,13 @@ class _Engine(bpy.types.RenderEngine):
         """Call the work with the dependency graph of the render."""
         assert _Engine.work is not None
         _Engine.work(depsgraph)
+
+
+def active_camera(scene: Any) -> Any:
+    """Return the scene's active camera; raise `Problem` if it has none."""
+    if scene.camera is None:
+        raise Problem(f"scene '{scene.name}': has no camera; add one and make it active")
+    return scene.camera
 
 
 def evaluate(scene: Any, work: Callable[[Evaluation], T], camera: Any = None) -> T:

@@ -10,8 +10,8 @@ import edgegrad
 from ..animated.driver import Driver
 from ..animated.parameter import Wanted
 from ..differentiable import export_differentiable, let_normals_follow
+from ..evaluation import active_camera
 from ..export import Export
-from ..export.surroundings.camera import active_camera
 from ..parameters import Names
 
 

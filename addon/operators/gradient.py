@@ -12,7 +12,7 @@ from edgegrad import images
 
 from ..animated.driver import Driver
 from ..animated.stored import PROPERTY, wanted_of_rows
-from ..export.surroundings.camera import active_camera
+from ..evaluation import active_camera
 from ..look import plan as plans
 from ..look.check import case_of, cases, compared
 from ..look.derivative import Derivative, derivative_of_names, derivative_of_properties

@@ -9,7 +9,7 @@ import bpy
 from .. import rows, setups
 from ..animated import gathering
 from ..animated.stored import add_row
-from ..export.surroundings.camera import active_camera
+from ..evaluation import active_camera
 from ..problem import Problem
 from ..status import STATUS
 from . import _common

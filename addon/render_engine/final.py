@@ -14,11 +14,10 @@ from numpy.typing import NDArray
 
 import edgegrad
 
-from ..evaluation import Evaluation
+from ..evaluation import Evaluation, active_camera
 from ..export.exported import Export
 from ..export.geometry.attributes import INDEX
 from ..export.scene import BAKE_RESOLUTION, export_evaluated
-from ..export.surroundings.camera import active_camera
 from ..preferences import threads
 from .passes import ALBEDO, DEPTH, NORMAL, OBJECT_INDEX, alpha_scene, channel, has_alpha
 

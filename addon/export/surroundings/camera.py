@@ -22,13 +22,6 @@ def render_size(scene: Any) -> tuple[int, int]:
             max(1, render.resolution_y * render.resolution_percentage // 100))  # fmt: skip
 
 
-def active_camera(scene: Any) -> Any:
-    """Return the scene's active camera; raise `Problem` if it has none."""
-    if scene.camera is None:
-        raise Problem(f"scene '{scene.name}': has no camera; add one and make it active")
-    return scene.camera
-
-
 def export_camera(camera: Any, scene: Any, report: Report) -> edgegrad.Camera:
     """Export an evaluated camera object with the picture size of the scene.
 

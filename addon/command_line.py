@@ -29,6 +29,7 @@ from .animated.stored import stored_wanted, wanted_of
 from .blend_file import open_blend
 from .export import export_scene, render_export
 from .field_fit import options as field_options
+from .field_fit.options import whole
 from .fit_output import FitOutput
 from .fit_setup import add_beginning, beginning, stored_request, stored_settings, with_setup
 from .json_lines import write_line
@@ -104,12 +105,12 @@ def _parser() -> argparse.ArgumentParser:
                      "has no keyframes yet and should get one at each of the --frames")  # fmt: skip
     fit.add_argument("--frame-smoothness", type=float, metavar="W", help="weight of the prior of smooth motion over "
                      "the --frames; 0: none (default: 0.001)")  # fmt: skip
-    fit.add_argument("--first-every", type=_positive, metavar="N", help="fit every n-th of the --frames first "
+    fit.add_argument("--first-every", type=whole(1), metavar="N", help="fit every n-th of the --frames first "
                      "(default: 8)")  # fmt: skip
     fit.add_argument("--loss", choices=list(losses.NAMED),
                      help="how pictures are compared with their targets (default: pyramid)")  # fmt: skip
-    fit.add_argument("--iterations", type=_positive, help="steps (default: 200)")
-    fit.add_argument("--views-per-iteration", type=_positive, metavar="N", help="pictures per iteration (default: all)")
+    fit.add_argument("--iterations", type=whole(1), help="steps (default: 200)")
+    fit.add_argument("--views-per-iteration", type=whole(1), metavar="N", help="pictures per iteration (default: all)")
     add_beginning(fit)
     fit.add_argument("--smoothness", type=float,
                      help="how strongly neighbouring vertices move together (default: by number)")  # fmt: skip
@@ -123,7 +124,7 @@ def _parser() -> argparse.ArgumentParser:
                      help="folder for pictures before and after the fit, and report.json")  # fmt: skip
     fit.add_argument("--save", type=Path, metavar="BLEND", help="save the fitted scene as this .blend")
     fit.add_argument("--checkpoint", type=Path, metavar="FILE.npz", help="keep the state of the fit in this file")
-    fit.add_argument("--checkpoint-every", type=_positive, default=25, metavar="N",
+    fit.add_argument("--checkpoint-every", type=whole(1), default=25, metavar="N",
                      help="iterations between checkpoints (default: 25)")  # fmt: skip
     fit.add_argument("--resume", action="store_true", help="go on from --checkpoint, if there is one")
     fit.add_argument("--json-progress", action="store_true", help="print progress to stdout as lines of JSON")
@@ -158,7 +159,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def _common(parser: argparse.ArgumentParser, samples: int, default: int | None = 64) -> None:
     parser.add_argument("blend", nargs="?", help="the .blend to open (default: the open file)")
-    parser.add_argument("--samples", type=_positive, default=default, help=f"samples per pixel (default: {samples})")
+    parser.add_argument("--samples", type=whole(1), default=default, help=f"samples per pixel (default: {samples})")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--allow-scripts", "--enable-autoexec", action="store_true",
                         help="run Python scripts in the .blend: drivers and registered texts (default: off; a file "
@@ -180,13 +181,6 @@ def _animated(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--all-of", action="append", default=[], metavar="PATH",
                         help="all properties of an object, its data, a material, a world or a bone with those below "
                         "it, such as 'objects[\"Rig\"].pose.bones[\"Arm\"]'")  # fmt: skip
-
-
-def _positive(text: str) -> int:
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"must be 1 or more, not {value}")
-    return value
 
 
 def _frames(text: str) -> FrameRange:

@@ -62,6 +62,13 @@ class _Engine(bpy.types.RenderEngine):
         _Engine.work(depsgraph)
 
 
+def active_camera(scene: Any) -> Any:
+    """Return the scene's active camera; raise `Problem` if it has none."""
+    if scene.camera is None:
+        raise Problem(f"scene '{scene.name}': has no camera; add one and make it active")
+    return scene.camera
+
+
 def evaluate(scene: Any, work: Callable[[Evaluation], T], camera: Any = None) -> T:
     """Return `work(evaluation)` for the scene at its current frame, evaluated as a render evaluates it.
 
@@ -78,8 +85,7 @@ def evaluate(scene: Any, work: Callable[[Evaluation], T], camera: Any = None) ->
         If there is no camera, or if Blender cannot evaluate the scene for a render. Exceptions of `work` are raised
         unchanged.
     """
-    if camera is None and scene.camera is None:
-        raise Problem(f"scene '{scene.name}': has no camera; add one and make it active")
+    camera = camera or active_camera(scene)
     if any(bpy.app.is_job_running(job) for job in ("RENDER", "OBJECT_BAKE")):
         raise Problem(f"scene '{scene.name}': can't be read while Blender renders or bakes; wait for it, or cancel it")
     bpy.ops.ed.flush_edits()

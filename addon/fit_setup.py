@@ -34,10 +34,10 @@ def beginning(arguments: argparse.Namespace) -> dict[str, int | bool | None]:
 
 
 def with_setup(parser: argparse.ArgumentParser, argv: list[str], setup: Path) -> list[str]:
-    """Return the arguments of a command with the options of a set-up file before them.
+    """Return the arguments of a command with the options of a set-up file beside them.
 
     The file is an object of options by their names without dashes in front; several values are a list, and a switch is
-    true or false. Options that `argv` has too are left out, so that the command line decides.
+    true or false. Options that `argv` has too, or that exclude one of it, are left out: the command line decides.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def with_setup(parser: argparse.ArgumentParser, argv: list[str], setup: Path) ->
         raise Problem(f'{where}: must be an object of options, such as {{"iterations": 300}}')
     actions = {action.dest: action for action in parser._actions if action.dest not in ("help", "setup")}
     given = parser.parse_args(argv)
-    out = []
+    before, behind = list[str](), list[str]()
     for key, value in found.items():
         dest = key.replace("-", "_")
         action = actions.get(dest)
@@ -63,10 +63,13 @@ def with_setup(parser: argparse.ArgumentParser, argv: list[str], setup: Path) ->
             near = difflib.get_close_matches(dest, actions, 1)
             instead = f"; did you mean '{near[0]}'?" if near else ""
             raise Problem(f"{where}: there is no option '{key}'{instead}")
-        if getattr(given, dest) != action.default:
+        rivals = [one for group in parser._mutually_exclusive_groups if action in group._group_actions
+                  for one in group._group_actions]  # fmt: skip
+        if any(getattr(given, one.dest) != one.default for one in (action, *rivals)):
             continue
-        out += _arguments(where, key, action, value)
-    return [*out, *argv]
+        # An option with several values would take the .blend of `argv` as one of them.
+        (behind if action.nargs == "+" else before).extend(_arguments(where, key, action, value))
+    return [*before, *argv, *behind]
 
 
 def _arguments(where: str, key: str, action: argparse.Action, value: Any) -> list[str]:
@@ -74,13 +77,15 @@ def _arguments(where: str, key: str, action: argparse.Action, value: Any) -> lis
         if not isinstance(value, bool):
             raise Problem(f"{where}: '{key}' is a switch, so it must be true or false")
         return [action.option_strings[0]] if value else []
-    several = isinstance(action.default, list)
+    several = isinstance(action.default, list) or action.nargs == "+"
     values = value if isinstance(value, list) and several else [value]
     for one in values:
         if isinstance(one, bool) or not isinstance(one, (str, int, float)):
             raise Problem(f"{where}: '{key}' must be a text or a number{' or a list of them' if several else ''}")
     if not action.option_strings:  # the .blend
         return [str(one) for one in values]
+    if action.nargs == "+" and values:
+        return [action.option_strings[0], *map(str, values)]
     return [f"{action.option_strings[0]}={one}" for one in values]
 
 

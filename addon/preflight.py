@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from .export.surroundings.camera import render_size
 from .rows import title
 from .targets import rows
 
@@ -70,7 +71,7 @@ def _target(row: Any, number: int, scene: Any) -> Obstacle | None:
     problem = rows.problem_of(row)
     if problem:
         return Obstacle(f"Camera '{name}': {problem}", "edgegrad.target_open", "Open Target Picture", open_it)
-    size, rendered = rows.size_of(row), rows.render_size(scene)
+    size, rendered = rows.size_of(row), render_size(scene)
     if size is not None and not rows.has_aspect(row, scene):
         return Obstacle(f"Picture of '{name}' is {size[0]} × {size[1]}, of another aspect than renders of "
                         f"{rendered[0]} × {rendered[1]}", "edgegrad.match_render", "Match Render to Picture", open_it)

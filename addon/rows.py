@@ -15,6 +15,7 @@ from .problem import Problem
 from .session import Session
 from .write_back.image_pixels import check_image
 from .write_back.values import check_light
+from .write_back.vertices import check_own_mesh
 
 
 @dataclass(frozen=True)
@@ -84,8 +85,7 @@ def add_kind(scene: Any, kind: str, owner: Any) -> Any:
     if kind == "VERTICES":
         if owner.type != "MESH":
             raise Problem(f"{where}: is no mesh, so it has no vertices to fit")
-        if owner.data.library is not None or owner.library is not None:
-            raise Problem(f"{where}: is linked from another file; make it local first")
+        check_own_mesh(owner)
     elif kind == "POWER":
         check_light(owner, owner.name)
     elif kind == "IMAGE":

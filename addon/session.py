@@ -334,11 +334,6 @@ def _options(request: Request, ob: Any) -> VertexOptions:
     return request.vertex_options.get(ob.name, VertexOptions())
 
 
-def camera_names(scene: Any) -> list[str]:
-    """Return the names of the camera objects in the scene."""
-    return [ob.name for ob in scene.objects if ob.type == "CAMERA"]
-
-
 def find_camera(scene: Any, name: str) -> Any:
     """Return the camera object of this name in the scene.
 
@@ -349,6 +344,6 @@ def find_camera(scene: Any, name: str) -> Any:
     """
     ob = scene.objects.get(name)
     if ob is None or ob.type != "CAMERA":
-        known = ", ".join(f"'{known}'" for known in camera_names(scene)) or "none"
+        known = ", ".join(f"'{known.name}'" for known in scene.objects if known.type == "CAMERA") or "none"
         raise Problem(f"camera '{name}': there is no such camera in scene '{scene.name}' (known: {known})")
     return ob

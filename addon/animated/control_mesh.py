@@ -16,6 +16,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from edgegrad.geometry.labels import summed
 from edgegrad.scene.changes import StructureChange
 
 from ..export.geometry.mesh import positions
@@ -47,15 +48,11 @@ class LinearMap:
 
     def push(self, move: F64, rows: int) -> F64:
         """(rows, 3) moves of the exported vertices."""
-        return _summed(self.rows, np.einsum("eij,ej->ei", self.blocks, move[self.columns]), rows)
+        return summed(self.rows, np.einsum("eij,ej->ei", self.blocks, move[self.columns]), rows)
 
     def pull(self, gradient: F64) -> F64:
         """(count, 3) gradient by the vertices of the mesh."""
-        return _summed(self.columns, np.einsum("eij,ei->ej", self.blocks, gradient[self.rows]), self.count)
-
-
-def _summed(to: I64, values: F64, count: int) -> F64:
-    return np.stack([np.bincount(to, values[:, axis], minlength=count) for axis in range(3)], axis=1)
+        return summed(self.columns, np.einsum("eij,ei->ej", self.blocks, gradient[self.rows]), self.count)
 
 
 class ControlMesh:

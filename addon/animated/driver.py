@@ -320,6 +320,12 @@ def control_variable(control: ControlMesh, step: float | None = None, smoothness
                            ~control.pinned, rules, cage)  # fmt: skip
 
 
+def pulled(gradient: Mapping[str, F64], quotients: Sequence[Quotient], view: int) -> F64:
+    """Gradient by the numbers of a parameter that have these quotients, from that by what a view sees."""
+    return np.array([sum(float(np.vdot(gradient[name], value)) for (of, name), value in quotient.items()
+                         if of in (-1, view) and name in gradient) for quotient in quotients])  # fmt: skip
+
+
 def _placement(base: Export, now: dict[str, F64], quotients: dict[str, list[Quotient]],
                maps: dict[str, tuple[Key, LinearMap]], changed: set[Key], views: int) -> Placed:  # fmt: skip
     differentiated = {key for of in quotients.values() for quotient in of for key in quotient}
@@ -328,9 +334,7 @@ def _placement(base: Export, now: dict[str, F64], quotients: dict[str, list[Quot
     usable = sorted(key for key in differentiated if without_derivative(key[1]) is None)
 
     def pull(gradient: Mapping[str, F64], view: int) -> dict[str, F64]:
-        out = {path: np.array([sum(float(np.vdot(gradient[name], value)) for (of, name), value in quotient.items()
-                                    if of in (-1, view) and name in gradient) for quotient in of_path])
-               for path, of_path in quotients.items()}  # fmt: skip
+        out = {path: pulled(gradient, of_path, view) for path, of_path in quotients.items()}
         return out | {path: one.pull(gradient[name]) for path, ((_, name), one) in maps.items()}
 
     def push(path: str, number: int, view: int) -> dict[str, F64]:
@@ -352,5 +356,3 @@ def _placement(base: Export, now: dict[str, F64], quotients: dict[str, list[Quot
         push=push,
         columns=quotients,
     )  # fmt: skip
-
-

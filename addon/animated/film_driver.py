@@ -22,7 +22,7 @@ from ..evaluation import Evaluation, evaluate
 from ..export import Export
 from ..problem import Problem
 from .arrays import CAMERA, F64, Key, moved, value_of
-from .driver import Driver, Placed
+from .driver import Driver, Placed, pulled
 from .parameter import Wanted
 from .quotients import Prober, Quotient
 
@@ -204,9 +204,7 @@ class FilmDriver(Driver):
         def pull(gradient: Mapping[str, F64], view: int) -> dict[str, F64]:
             shot, out = self.shots[view], {}
             for path, of_path in frames[shot.frame].quotients.items():
-                found = np.array([sum(float(np.vdot(gradient[name], value)) for (of, name), value in quotient.items()
-                                      if of in (-1, shot.camera) and name in gradient) for quotient in of_path])
-                out[path] = found
+                out[path] = found = pulled(gradient, of_path, shot.camera)
                 if self._keyed(path):
                     out[path] = np.zeros((len(self.times), len(found)))
                     out[path][self.times.index(shot.frame)] = found

@@ -47,14 +47,14 @@ class Wanted:
     def parse(text: str, keyed: bool = False) -> Wanted:
         """Read 'PATH' or 'PATH in LOW:HIGH'."""
         path, separator, limits = text.rpartition(" in ")
-        if not separator or path.count('"') % 2:
+        if not separator or any(sign in limits for sign in "\"']"):  # a name may contain " in "
             return Wanted(text.strip(), keyed=keyed)
         low, colon, high = limits.partition(":")
         try:
             bounds = [float(one) if one.strip() else None for one in (low, high)]
         except ValueError:
             bounds = []
-        if not colon or len(bounds) != 2:
+        if not colon or len(bounds) != 2 or any(one is not None and math.isnan(one) for one in bounds):
             raise Problem(f"parameter '{text}': its limits must have the form LOW:HIGH, such as -1:1")
         return Wanted(path.strip(), bounds[0], bounds[1], keyed=keyed)
 

@@ -69,7 +69,6 @@ class Prober:
 
     def __post_init__(self) -> None:
         self.sizes = Sizes(self.base)
-        self.evaluations = 0
 
     def quotient(self, place: Place, h: float) -> Quotient:
         """Return the difference quotients of all arrays that a step of `h` to both sides moves.
@@ -175,7 +174,6 @@ class Prober:
         now = place.write(value)
         if now == middle:
             return now, {}
-        self.evaluations += 1
         return now, moved(self.base, self.export())
 
     def _change(self, quotient: Quotient, h: float) -> float:

@@ -9,15 +9,23 @@ from ..problem import Problem
 from .data_path import Place
 
 
+def check_own(where: str, datablock: Any, what: str = "") -> None:
+    """Raise `Problem` if a datablock of another file, or an override of one, can't be written.
+
+    The message names what is wrong with `where`, or with `what` of it.
+    """
+    if datablock.library is not None:
+        raise Problem(f"{where}: {what}is linked from '{datablock.library.filepath}' and can't be written; make it "
+                      "local first")  # fmt: skip
+    if datablock.override_library is not None:
+        raise Problem(f"{where}: {what}is a library override, whose values Blender takes from its reference; make it "
+                      "local first")  # fmt: skip
+
+
 def check(place: Place, may_be_keyed: bool = False) -> None:
     """Raise `Problem`, with the cure, if a fit cannot set this property, or not write its keys."""
     owner, where = place.owner, f"property '{place.name}'"
-    if owner.library is not None:
-        raise Problem(f"{where}: '{owner.name}' is linked from '{owner.library.filepath}' and can't be written; make "
-                      "it local first")  # fmt: skip
-    if owner.override_library is not None:
-        raise Problem(f"{where}: '{owner.name}' is a library override, whose values Blender takes from its reference; "
-                      "make it local first")  # fmt: skip
+    check_own(where, owner, f"'{owner.name}' ")
     if getattr(owner, "mode", "") == "EDIT":
         raise Problem(f"{where}: '{owner.name}' is in edit mode; leave it first")
     for animation, prefix in _animations(place):
@@ -74,9 +82,9 @@ def _curves(animation: Any) -> Iterator[Any]:
 
 
 def _curves_of_strips(animation: Any) -> Iterator[Any]:
-    """Yield the curves of unmuted strips."""
-    for track in animation.nla_tracks:
-        for strip in () if track.mute else track.strips:
+    """Yield the curves of strips that have an effect."""
+    for track in animation.nla_tracks if animation.use_nla else ():
+        for strip in () if track.mute else (one for one in track.strips if not one.mute):
             yield from _curves_of(strip.action, getattr(strip, "action_slot", None))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 
 from ..problem import Problem
 from .fitted_values import WORDS
@@ -12,11 +13,20 @@ from .replacement import FieldRequest
 RESOLUTIONS = (16, 512)
 
 
-def _resolution(text: str) -> int:
-    value = int(text)
-    if not RESOLUTIONS[0] <= value <= RESOLUTIONS[1]:
-        raise argparse.ArgumentTypeError(f"must be {RESOLUTIONS[0]} to {RESOLUTIONS[1]}, not {value}")
-    return value
+def whole(least: int, most: int | None = None) -> Callable[[str], int]:
+    """Return the type of whole numbers from `least` to `most`; None: without an end."""
+    allowed = f"{least} or more" if most is None else f"{least} to {most}"
+
+    def read(text: str) -> int:
+        try:
+            value = int(text)
+        except ValueError:
+            raise argparse.ArgumentTypeError(f"must be a whole number, {allowed}, not '{text}'") from None
+        if value < least or (most is not None and value > most):
+            raise argparse.ArgumentTypeError(f"must be {allowed}, not {value}")
+        return value
+
+    return read
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,8 +34,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--field", metavar="OBJECT",
                         help="fit this object as a distance field, whose topology may change; an empty that shows a "
                         "cube is a box in which the shape begins as a ball")  # fmt: skip
-    parser.add_argument("--resolution", type=_resolution, metavar="N", help="cells of the field along its longest side "
-                        "(default: 64)")  # fmt: skip
+    parser.add_argument("--resolution", type=whole(*RESOLUTIONS), metavar="N",
+                        help="cells of the field along its longest side (default: 64)")  # fmt: skip
     parser.add_argument("--field-start", choices=["shape", "ball"], help="begin with the shape of the object (default) "
                         "or with a ball in its bounding box")  # fmt: skip
     parser.add_argument("--field-values", nargs="+", choices=list(WORDS.values()), metavar="VALUE",

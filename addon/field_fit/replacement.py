@@ -123,10 +123,10 @@ class Replacement:
 
     def entry(self, before: NDArray[Any], after: NDArray[Any]) -> dict[str, Any]:
         """Return the surface in world space, from which an object can be made later."""
-        found, surface = self.held.find(), self.mesh(after)
+        surface = self.mesh(after)
         layers, material = self._painted(surface)
-        return {"surface": self.held.name if found is None else found.name_full,
-                "points": np.round(surface.vertices, 9).tolist(), "triangles": surface.faces.tolist(),
+        return {"surface": self.held.name_now, "points": np.round(surface.vertices, 9).tolist(),
+                "triangles": surface.faces.tolist(),
                 "layers": {name: np.round(values, 6).tolist() for name, values in layers.items()},
                 "material": material}
 
@@ -165,8 +165,7 @@ def replace_by_field(scene: Any, export: Export, request: FieldRequest) -> Repla
         raise Problem(f"{where}: there is no such object in scene '{scene.name}'; name one of its objects")
     if ob.library is not None or ob.override_library is not None:
         raise Problem(f"{where}: is linked from another file, so it can't be replaced; make it local first")
-    if ob.mode == "EDIT":
-        raise Problem(f"{where}: is in edit mode; leave it first")
+    check_object(ob)
     notes: list[str] = []
     exported: str | None = None
     if ob.type == "EMPTY" and ob.instance_type != "COLLECTION":

@@ -117,7 +117,7 @@ def shape_of(mesh: edgegrad.Mesh, resolution: int, where: str) -> tuple[edgegrad
 def with_room(field: edgegrad.Field, cells: int) -> edgegrad.Field:
     """Return the field in a box that is larger by `cells` cells on each side, so that its surface has room to grow."""
     values = np.pad(np.asarray(field.values, np.float64), cells, mode="edge")
-    spacing = (field.upper - field.lower) / field.cells
+    spacing = field.spacing
     # Beyond the old box the distance grows; a constant would leave the new cells without a direction.
     for axis in range(3):
         away = np.maximum(cells - np.arange(values.shape[axis]), np.arange(values.shape[axis])

@@ -10,22 +10,21 @@ import edgegrad
 from ..animated.driver import Driver
 from ..animated.parameter import Wanted
 from ..differentiable import export_differentiable, let_normals_follow
+from ..evaluation import active_camera
 from ..export import Export
 from ..parameters import Names
-from ..problem import Problem
 
 
 def planned(context: Any, names: Names, wanted: Sequence[Wanted]) -> tuple[Export, list[str]]:
     """Export the scene of the active camera; return it with the paths of the parameters."""
     scene = context.scene
-    if scene.camera is None:
-        raise Problem(f"scene '{scene.name}': has no camera; add one and make it active")
+    camera = active_camera(scene)
     names, controls = names.with_controls(scene, True, bool(wanted))
     export = export_differentiable(scene)
     paths = names.paths(export, may_be_empty=True)
     let_normals_follow(export, paths)
     if wanted or controls:
-        driver = Driver(scene, [scene.camera], wanted, controls)
+        driver = Driver(scene, [camera], wanted, controls)
         paths += driver.place({one.path: one.value for one in driver.variables}).paths[0]
     return export, list(dict.fromkeys(paths))
 

@@ -12,6 +12,7 @@ from edgegrad import images
 
 from ..animated.driver import Driver
 from ..animated.stored import PROPERTY, wanted_of_rows
+from ..evaluation import active_camera
 from ..look import plan as plans
 from ..look.check import case_of, cases, compared
 from ..look.derivative import Derivative, derivative_of_names, derivative_of_properties
@@ -44,8 +45,7 @@ def active_row(context: Any) -> Any:
 def derivative_of(context: Any, row: Any) -> Derivative:
     """Prepare the derivative by the values of a row."""
     direction = context.scene.edgegrad.direction
-    if context.scene.camera is None:
-        raise Problem(f"scene '{context.scene.name}': has no camera; add one and make it active")
+    active_camera(context.scene)
     if row.kind != PROPERTY:
         return derivative_of_names(context, names_of([row]), direction)
     return derivative_of_properties(context, wanted_of_rows([row]), direction)
@@ -117,10 +117,8 @@ class Check(InBackground, bpy.types.Operator):
     def prepare(self, context: Any) -> tuple[Job, None]:
         row = active_row(context)
         samples = self.samples or context.scene.edgegrad.look_samples
-        camera = context.scene.camera
+        camera = active_camera(context.scene)
         if row.kind == PROPERTY:
-            if camera is None:
-                raise Problem(f"scene '{context.scene.name}': has no camera; add one and make it active")
             driver = Driver(context.scene, [camera], wanted_of_rows([row]))
             found, notes = list(cases(driver)), driver.notes
         else:

@@ -9,6 +9,7 @@ import bpy
 from .. import rows, setups
 from ..animated import gathering
 from ..animated.stored import add_row
+from ..evaluation import active_camera
 from ..problem import Problem
 from ..status import STATUS
 from . import _common
@@ -60,9 +61,7 @@ def _world(context: Any) -> list[tuple[Any, str]]:
 
 
 def _camera(context: Any) -> list[tuple[Any, str]]:
-    if context.scene.camera is None:
-        raise Problem(f"scene '{context.scene.name}': has no camera; add one and make it active")
-    return gathering.of_object(context.scene.camera)
+    return gathering.of_object(active_camera(context.scene))
 
 
 GATHER: dict[str, Callable[[Any], list[tuple[Any, str]]]] = {

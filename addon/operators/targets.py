@@ -6,6 +6,7 @@ from typing import Any
 
 import bpy
 
+from ..export.surroundings.camera import render_size
 from ..problem import Problem
 from ..status import STATUS
 from ..targets import rows
@@ -158,7 +159,7 @@ def _open(operator: Any, context: Any, path: str) -> set[str]:
     size, problem = rows.size_of(row), rows.problem_of(row)
     if problem:
         return _common.refuse(operator, Problem(f"image '{row.image}': {problem}"))
-    if first and size is not None and size != rows.render_size(context.scene):
+    if first and size is not None and size != render_size(context.scene):
         rows.set_render_size(context.scene, size)
         operator.report({"INFO"}, f"renders have the size of the picture now, {size[0]} x {size[1]}")
     return {"FINISHED"}

@@ -16,6 +16,7 @@ from bpy.app.handlers import persistent
 
 from .. import preflight, quality
 from .. import rows as parameter_rows
+from ..export.surroundings.camera import render_size
 from ..status import STATUS, redraw
 from ..targets import rows as target_rows
 from ..write_back.kept import TEXT
@@ -309,7 +310,7 @@ def _picture(row: Any, scene: Any) -> Picture:
     camera = "no camera" if row.camera is None else row.camera.name
     icon, words = target_rows.state(row, scene)
     complete = row.camera is not None and not target_rows.problem_of(row) and not target_rows.lacks_object(row)
-    size, rendered, shown, difference = target_rows.size_of(row), target_rows.render_size(scene), "", ""
+    size, rendered, shown, difference = target_rows.size_of(row), render_size(scene), "", ""
     if size is not None:
         shown = f"{size[0]} × {size[1]}"
         if size == rendered:

@@ -12,13 +12,12 @@ CHARACTER, MARGINS = 6.6, 52
 FIXED_SPACE = "\N{NO-BREAK SPACE}"
 
 
-def wrapped(context: Any, layout: Any, sentence: str, icon: str = "NONE", alert: bool = False) -> None:
+def wrapped(context: Any, layout: Any, sentence: str, icon: str = "NONE") -> None:
     """Draw a sentence on as many lines as it needs."""
     scale = context.preferences.system.ui_scale
     width = max(16, int((context.region.width / scale - MARGINS) / CHARACTER))
     column = layout.column(align=True)
     column.scale_y = 0.8
-    column.alert = alert
     for k, line in enumerate(lines(sentence, width)):
         column.label(text=line, icon=icon if k == 0 or icon == "NONE" else "BLANK1")
 

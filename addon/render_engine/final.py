@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 import edgegrad
 
-from ..evaluation import Evaluation
+from ..evaluation import Evaluation, active_camera
 from ..export.exported import Export
 from ..export.geometry.attributes import INDEX
 from ..export.scene import BAKE_RESOLUTION, export_evaluated
@@ -111,9 +111,7 @@ def render_frame(engine: Any, depsgraph: Any) -> None:
 
 def _export(depsgraph: Any, wanted: Sequence[Channel]) -> Export:
     scene = depsgraph.scene
-    camera = scene.camera
-    if camera is None:
-        raise ValueError(f"scene '{scene.name}': has no camera; add one and make it active")
+    camera = active_camera(scene)
     # Bakes run Blender's operators, which only its main thread may do.
     main = threading.current_thread() is threading.main_thread()
     names = frozenset({INDEX} if any(one.content == OBJECT_INDEX for one in wanted) else ())

@@ -19,7 +19,7 @@ from edgegrad.expression import Expression, Operand
 
 from ..export.geometry.attributes import INDEX
 from ..export.materials.holdouts import HELD
-from ..export.materials.shaders import product
+from ..export.materials.shaders import mixture, product, weighted
 from ..export.nodes.camera_view import CameraView
 from ..export.surroundings.backdrop import NAME as BACKDROP
 
@@ -105,7 +105,7 @@ def _emitting(scene: edgegrad.Scene, emitted: Callable[[str, Closures], Operand]
 
 def _emitter(scene: edgegrad.Scene, name: str, emitted: Callable[[str, Closures], Operand]) -> dict[
         str, edgegrad.Material | edgegrad.Mixture]:  # fmt: skip
-    closures = _closures(scene, name)
+    closures = weighted(scene.materials[name], scene.closures(name))
     layers: Closures = []
     for part, weight in closures:
         clear = _clearness(part)
@@ -121,18 +121,7 @@ def _emitter(scene: edgegrad.Scene, name: str, emitted: Callable[[str, Closures]
         glow.emission = np.broadcast_to(np.asarray(value, np.float64), 3).copy()
     layers.append((glow, 1.0))
     parts = {f"{name} / {k}": part for k, (part, _) in enumerate(layers)}
-    weights = np.array([weight if isinstance(weight, float) else 0.5 for _, weight in layers])
-    textures = {str(k): weight for k, (_, weight) in enumerate(layers) if isinstance(weight, Expression)}
-    return {**parts, name: edgegrad.Mixture(tuple(parts), weights, textures)}
-
-
-def _closures(scene: edgegrad.Scene, name: str) -> Closures:
-    """List the closures of a material with their weights."""
-    value = scene.materials[name]
-    if isinstance(value, edgegrad.Material):
-        return [(value, 1.0)]
-    weights = [value.textures.get(str(k), float(weight)) for k, weight in enumerate(value.weights)]
-    return list(zip(scene.closures(name), weights, strict=True))
+    return {**parts, name: mixture({key: weight for key, (_, weight) in zip(parts, layers, strict=True)})}
 
 
 def _clearness(part: edgegrad.Material) -> Operand:

@@ -112,6 +112,7 @@ class RayVisibilityPanel(EnginePanel, bpy.types.Panel):
             column.prop(ob, f"visible_{name}")
         layout.prop(ob, "is_holdout")
 
+
 class ShadowTerminatorPanel(EnginePanel, bpy.types.Panel):
     """Offsets of an object's shadow terminator, in the properties of the object."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Iterable
 from typing import Any
 
 import bpy
@@ -194,11 +193,7 @@ def _is_same(before: Export, after: Export) -> bool:
 def _is_equal(one: edgegrad.Camera | None, other: edgegrad.Camera | None) -> bool:
     if one is None or other is None:
         return one is other
-    return _fields_equal(one.__dict__.items(), other.__dict__)
-
-
-def _fields_equal(items: Iterable[tuple[str, Any]], other: dict[str, Any]) -> bool:
-    return all(np.array_equal(value, other[name]) for name, value in items)
+    return all(np.array_equal(value, getattr(other, name)) for name, value in vars(one).items())
 
 
 def _is_equal_request(one: Request, other: Request) -> bool:

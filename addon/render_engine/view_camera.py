@@ -69,10 +69,7 @@ def smaller(camera: edgegrad.Camera, divisor: int) -> edgegrad.Camera:
     """Return the camera with a picture of fewer pixels."""
     if divisor == 1:
         return camera
-    width, height = max(camera.width // divisor, 1), max(camera.height // divisor, 1)
-    # The field of view stays, so pixels keep their shape but for rounding of the size.
-    aspect = camera.pixel_aspect * (camera.height / height) / (camera.width / width)
-    return replace(camera, width=width, height=height, pixel_aspect=aspect)
+    return camera.of_size(max(camera.height // divisor, 1), max(camera.width // divisor, 1))
 
 
 def with_lens(camera: edgegrad.Camera, lens: edgegrad.Camera) -> edgegrad.Camera:

@@ -124,11 +124,9 @@ class FitJob(Job):
         began, step = time.monotonic(), self.step
         if step is None:
             return
-        target = np.asarray(self.session.targets[step.view].image)[..., :3]
         # A picture that can't be written must not end the fit.
         with contextlib.suppress(OSError):
-            if target.shape == step.picture.shape:
-                write_codes(self.file, images.derivative_image(step.picture - target))
+            write_codes(self.file, images.derivative_image(step.picture - step.target))
             for path, (name, codes) in self._pixels.items():
                 pixels = np.clip(step.values[path], 0.0, 1.0)
                 shown = pixels if codes else images.linear_to_srgb(pixels)

@@ -85,14 +85,14 @@ class FrameRange:
 
             image = bpy.data.images.get(picture.datablock)
             return image is not None and image.source in ("MOVIE", "SEQUENCE") and picture.frame is None
-        return is_numbered(picture.image) or (picture.frame is None and is_movie(absolute(picture.image)))
+        return _is_numbered(picture.image) or (picture.frame is None and is_movie(absolute(picture.image)))
 
     @staticmethod
     def _frame(picture: Picture, frame: int) -> Picture:
         found = replace(picture, frame=frame, time=frame)
         for name in ("image", "mask"):
             path = getattr(picture, name)
-            if not is_numbered(path):
+            if not _is_numbered(path):
                 continue
             path = file_at(path, frame)
             if not absolute(path).is_file():
@@ -100,6 +100,11 @@ class FrameRange:
                               f"'{path}' of frame {frame}; choose other frames")  # fmt: skip
             setattr(found, name, path)
         return found
+
+
+def _is_numbered(path: str) -> bool:
+    """Whether a path stands for one file a frame, and is not itself the name of a file."""
+    return is_numbered(path) and not absolute(path).is_file()
 
 
 def frame_of(picture: Picture) -> int:

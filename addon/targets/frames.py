@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ from edgegrad.images.coded import read_coded
 
 from ..evaluation import kept_result
 from ..problem import Problem
+from .film_files import frame_of_sequence
 
 
 @dataclass
@@ -85,11 +85,10 @@ def stored_datablock(name: str, frame: int) -> Stored:
 
 def _numbered(name: str, path: Path, frame: int) -> Path:
     """Return the file of a sequence whose number is that of the frame."""
-    parts = re.fullmatch(r"(.*?)(\d+)(\D*)", path.name)
-    if parts is None:
-        raise Problem(f"image '{name}': is a sequence, but the name of its file '{path.name}' has no number")
-    before, digits, after = parts.groups()
-    found = path.with_name(f"{before}{frame:0{len(digits)}d}{after}")
+    found = frame_of_sequence(path, lambda _: frame)
+    if found is None:
+        raise Problem(f"image '{name}': is a sequence, but the name of its file '{path.name}' has no number; "
+                      "choose one that has")  # fmt: skip
     if not found.is_file():
         raise Problem(f"image '{name}': its sequence has no file '{found.name}'; set Frame to one that is there")
     return found

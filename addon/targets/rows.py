@@ -8,10 +8,10 @@ from pathlib import Path, PurePath
 from typing import Any
 
 import bpy
-from PIL import Image
 
 from edgegrad import images
 
+from ..export.surroundings.camera import render_size
 from .film_files import first_file, is_numbered
 from .frames import is_movie
 
@@ -58,15 +58,13 @@ def _size_of(file: Path, status: os.stat_result) -> tuple[int, int] | None:
     state = status.st_mtime, status.st_size
     known = _sizes.get(str(file))
     if known is None or known[0] != state:
-        known = _sizes[str(file)] = state, _read_size(file)
+        try:
+            height, width = images.image_size(file)
+            known = state, (width, height)
+        except ValueError:  # the fit itself says what is wrong with the file
+            known = state, None
+        _sizes[str(file)] = known
     return known[1]
-
-
-def render_size(scene: Any) -> tuple[int, int]:
-    """Return width and height of the scene's renders, of the whole picture."""
-    render = scene.render
-    return tuple(int(side * render.resolution_percentage / 100) for side in  # type: ignore[return-value]
-                 (render.resolution_x, render.resolution_y))  # fmt: skip
 
 
 def set_render_size(scene: Any, size: tuple[int, int]) -> None:
@@ -127,17 +125,3 @@ def state(row: Any, scene: Any) -> tuple[str, str]:
 
 def _name(row: Any) -> str:
     return row.datablock.name if row.datablock is not None else PurePath(row.image.replace("\\", "/")).name
-
-
-def _read_size(file: Path) -> tuple[int, int] | None:
-    try:
-        if file.suffix.lower() == ".exr":
-            import OpenEXR
-
-            with OpenEXR.File(str(file), header_only=True) as found:
-                low, high = found.header()["dataWindow"]
-                return int(high[0] - low[0] + 1), int(high[1] - low[1] + 1)
-        with Image.open(file) as picture:
-            return picture.size
-    except Exception:  # whatever a damaged file raises: the fit itself says what is wrong with it
-        return None

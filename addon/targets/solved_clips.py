@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ import numpy as np
 from edgegrad.calibration import Calibrated, Lens
 
 from ..problem import Problem
+from .film_files import frame_of_sequence
 
 # Kind of the constraint by which a tracked camera follows its clip.
 SOLVER = "CAMERA_SOLVER"
@@ -93,12 +93,7 @@ def _picture(clip: Any, frame: int) -> tuple[Path, int | None]:
     path = Path(bpy.path.abspath(clip.filepath, library=clip.library))
     if clip.source == "MOVIE":
         return path, frame + clip.frame_offset
-    parts = re.fullmatch(r"(.*?)(\d+)(\D*)", path.name)
-    if parts is None:
-        return path, None
-    before, digits, after = parts.groups()
-    number = int(digits) + frame - 1 + clip.frame_offset
-    return path.with_name(f"{before}{number:0{len(digits)}d}{after}"), None
+    return frame_of_sequence(path, lambda first: first + frame - 1 + clip.frame_offset) or path, None
 
 
 def _place(scene: Any, clip: Any) -> Any:

@@ -83,8 +83,7 @@ class VerticesOf:
         write_move(self.object.get(), displacement(self.matrix, before, after), self.in_place)
 
     def entry(self, before: Any, after: Any) -> Entry:
-        found = self.object.find()
-        return {"vertices": self.object.name if found is None else found.name_full, "in_place": self.in_place,
+        return {"vertices": self.object.name_now, "in_place": self.in_place,
                 "corners": self.topology.corners,
                 "move": np.round(displacement(self.matrix, before, after), 9).tolist()}  # fmt: skip
 
@@ -105,10 +104,9 @@ class MaterialValue:
         write_material(self.material.get(), self.reading, self.field, np.asarray(after) / self.unit)
 
     def entry(self, before: Any, after: Any) -> Entry:
-        found = self.material.find()
         sockets = {name: None if path is None else [path.node, path.socket] for name, path in (
             (name, getattr(self.reading, name)) for name in SOCKETS)}  # fmt: skip
-        return {"material": self.material.name if found is None else found.name_full, "field": self.field,
+        return {"material": self.material.name_now, "field": self.field,
                 "sockets": sockets, "value": (np.asarray(after) / self.unit).tolist()}  # fmt: skip
 
 
@@ -127,8 +125,7 @@ class LightPower:
         write_power(self.light.get(), float(after) / self.unit)
 
     def entry(self, before: Any, after: Any) -> Entry:
-        found = self.light.find()
-        return {"light": self.light.name if found is None else found.name_full, "value": float(after) / self.unit}
+        return {"light": self.light.name_now, "value": float(after) / self.unit}
 
 
 @dataclass(frozen=True)
@@ -146,8 +143,7 @@ class PixelsOf:
         write_pixels(self.image.get(), np.asarray(after, np.float64), self.codes)
 
     def entry(self, before: Any, after: Any) -> Entry:
-        found = self.image.find()
-        return {"image": self.image.name if found is None else found.name_full, "codes": self.codes,
+        return {"image": self.image.name_now, "codes": self.codes,
                 "pixels": np.round(np.asarray(after, np.float64), 7).tolist()}  # fmt: skip
 
 

@@ -37,6 +37,12 @@ class Held:
         """Return the datablock as it is now; None: it was removed."""
         return next((one for one in getattr(bpy.data, self.collection) if one.session_uid == self.uid), None)
 
+    @property
+    def name_now(self) -> str:
+        """Its full name as it is now; that at the beginning if it was removed."""
+        found = self.find()
+        return self.name if found is None else str(found.name_full)
+
     def get(self) -> Any:
         """Return the datablock as it is now.
 
@@ -47,5 +53,6 @@ class Held:
         """
         found = self.find()
         if found is None:
-            raise Problem(f"{self.collection.rstrip('s')} '{self.name}': was removed while it was fitted")
+            kind = bpy.types.BlendData.bl_rna.properties[self.collection].fixed_type.name.lower()
+            raise Problem(f"{kind} '{self.name}': was removed while it was fitted; undo that")
         return found

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from edgegrad.images import linear_to_srgb
 
+from ..animated.refusals import check_own
 from ..export.nodes.images import holds_codes, name_of_codes
 from ..problem import Problem
 from . import image_undo
@@ -54,8 +55,7 @@ def check_image(image: Any, name: str) -> None:
     where = f"image '{name}'"
     if image is None:
         raise Problem(f"{where}: there is no such image")
-    if image.library is not None or image.override_library is not None:
-        raise Problem(f"{where}: is linked from another file and can't be written; make it local first")
+    check_own(where, image)
     if image.channels < 3:
         raise Problem(f"{where}: is grey, so it has no place for the colors that a fit finds; convert it to RGB")
 

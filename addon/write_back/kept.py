@@ -11,6 +11,7 @@ from ..problem import Problem
 from .destinations import Entry, StoredEntry
 
 TEXT = "Edgegrad result"
+DAMAGED = f"text '{TEXT}': was changed and can't be read; undo the change, or remove the text"
 
 
 def keep(entries: Sequence[Entry]) -> None:
@@ -34,7 +35,8 @@ def write_kept() -> tuple[list[str], list[str]]:
     if bpy.data.texts.get(TEXT) is None:
         raise Problem(f"there is no text '{TEXT}' with a result that was not written")
     done, failed, left = [], [], []
-    for entry in _stored():
+    entries = _stored()
+    for k, entry in enumerate(entries):
         try:
             stored = StoredEntry(entry)
             stored.write()
@@ -43,8 +45,8 @@ def write_kept() -> tuple[list[str], list[str]]:
             failed.append(str(problem))
             left.append(entry)
         except (KeyError, TypeError, ValueError, IndexError):
-            raise Problem(f"text '{TEXT}': was changed and can't be read; undo the change, or remove the "
-                          "text") from None  # fmt: skip
+            _store([*left, *entries[k:]])  # what was written must not be written twice
+            raise Problem(DAMAGED) from None
     _store(left)
     bpy.context.view_layer.update()
     return done, failed
@@ -57,7 +59,7 @@ def _stored() -> list[Entry]:
     try:
         found = json.loads(text.as_string())["results"]
     except (ValueError, KeyError, TypeError):
-        raise Problem(f"text '{TEXT}': was changed and can't be read; undo the change, or remove the text") from None
+        raise Problem(DAMAGED) from None
     return list(found)
 
 

@@ -10,7 +10,8 @@ from mathutils import Vector
 from mathutils.bvhtree import BVHTree
 from numpy.typing import NDArray
 
-from ..export.geometry.mesh import positions
+from ..export.geometry.mesh import corner_vertices, positions
+from ..export.geometry.visibility import RAYS
 from ..problem import Problem
 from .painted import Layers, paint
 
@@ -22,7 +23,9 @@ SUFFIX = " (field)"
 def check_object(ob: Any) -> None:
     """Raise `Problem` unless the object can be replaced as it is now."""
     if ob.mode == "EDIT":
-        raise Problem(f"object '{ob.name}': is in Edit Mode; leave it")
+        raise Problem(f"object '{ob.name}': is in edit mode; leave it first")
+    if abs(np.linalg.det(np.array(ob.matrix_world, np.float64)[:3, :3])) < 1e-30:
+        raise Problem(f"object '{ob.name}': is scaled to zero, so no new object can have its place; change its scale")
 
 
 def make_object(ob: Any, points: F64, triangles: NDArray[Any], layers: Layers, material: str | None) -> Any:
@@ -42,8 +45,8 @@ def make_object(ob: Any, points: F64, triangles: NDArray[Any], layers: Layers, m
     made.parent, made.parent_type, made.parent_bone = ob.parent, ob.parent_type, ob.parent_bone
     made.matrix_parent_inverse = ob.matrix_parent_inverse
     made.matrix_world = ob.matrix_world
-    for name in ("visible_camera", "visible_diffuse", "visible_glossy", "visible_transmission", "visible_shadow"):
-        setattr(made, name, getattr(ob, name))
+    for ray in RAYS:
+        setattr(made, f"visible_{ray}", getattr(ob, f"visible_{ray}"))
     if ob.type != "EMPTY":
         for slot in ob.material_slots:
             mesh.materials.append(slot.material)
@@ -95,11 +98,10 @@ def carry_over(ob: Any, mesh: Any) -> None:
         corners, polygons = np.empty((count, 3), np.int32), np.empty(count, np.int32)
         old.loop_triangles.foreach_get("loops", corners.ravel())
         old.loop_triangles.foreach_get("polygon_index", polygons)
-        owner = np.empty(len(old.loops), np.int32)
-        old.loops.foreach_get("vertex_index", owner)
+        owner = corner_vertices(old)
         triangles = positions(old).astype(np.float64)[owner[corners]]
         points = positions(mesh).astype(np.float64)
-        places = points[_loop_vertices(mesh)].reshape(-1, 3, 3)
+        places = points[corner_vertices(mesh)].reshape(-1, 3, 3)
         nearest = _nearest(triangles, places.mean(axis=1))
         weights = _weights(triangles[nearest], places)
         indices = np.empty(len(old.polygons), np.int32)
@@ -121,12 +123,6 @@ def carry_over(ob: Any, mesh: Any) -> None:
             made.data.foreach_set("color", _mixed(values[of_corner], weights).ravel())
     finally:
         evaluated.to_mesh_clear()
-
-
-def _loop_vertices(mesh: Any) -> NDArray[np.int32]:
-    out = np.empty(len(mesh.loops), np.int32)
-    mesh.loops.foreach_get("vertex_index", out)
-    return out
 
 
 def _nearest(triangles: F64, points: F64) -> NDArray[np.int64]:

@@ -47,11 +47,7 @@ def find_material(name: str) -> Any:
 def check_sockets(material: Any, reading: MaterialReading, fieldname: str) -> None:
     """Raise `Problem` unless the sockets of this field are still there and a fit can set them."""
     where = f"material '{material.name}'"
-    if material.library is not None:
-        raise Problem(f"{where}: is linked from another file and can't be written; make it local first")
-    if material.override_library is not None:
-        raise Problem(f"{where}: is a library override, whose values Blender takes from its reference; make it local "
-                      "first")  # fmt: skip
+    refusals.check_own(where, material)
     for path in _sockets(reading, fieldname):
         socket = found_socket(material, path)
         if socket is None:
@@ -96,11 +92,7 @@ def check_light(ob: Any, name: str) -> None:
     where = f"light '{ob.name}'"
     if ob.type != "LIGHT":
         raise Problem(f"{where}: there is no such light; the object of this name is a {ob.type.lower()}")
-    if ob.data.library is not None:
-        raise Problem(f"{where}: is linked from another file and can't be written; make it local first")
-    if ob.data.override_library is not None:
-        raise Problem(f"{where}: is a library override, whose values Blender takes from its reference; make it local "
-                      "first")  # fmt: skip
+    refusals.check_own(where, ob.data)
     sharing = [other.name for other in bpy.data.objects if other.data is ob.data and other != ob]
     if sharing:
         raise Problem(f"{where}: is shared with object '{sharing[0]}', which would change too; make it single-user "

@@ -10,6 +10,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..animated.refusals import check_own
 from ..evaluation import Evaluation, evaluate_alone
 from ..export.geometry.mesh import corner_vertices, positions
 from ..problem import Problem
@@ -35,6 +36,14 @@ def check_vertices(ob: Any, scene: Any, in_place: bool) -> None:
     _check_modifiers(ob, scene)
 
 
+def check_own_mesh(ob: Any) -> None:
+    """Raise `Problem` if the mesh of the object, or the object, is of another file and so can't be written."""
+    where = f"object '{ob.name}'"
+    check_own(where, ob.data, f"its mesh '{ob.data.name}' ")
+    if ob.library is not None:
+        check_own(where, ob)
+
+
 def check_editable(ob: Any, in_place: bool) -> None:
     """Raise `Problem` unless new vertices can be written into the mesh of the object as it is now."""
     where = f"object '{ob.name}'"
@@ -46,12 +55,7 @@ def check_editable(ob: Any, in_place: bool) -> None:
         raise Problem(f"{where}: is in edit mode; leave it first")
     if ob.mode == "SCULPT" and ob.use_dynamic_topology_sculpting:
         raise Problem(f"{where}: is sculpted with dynamic topology; leave sculpt mode first")
-    if mesh.library is not None or ob.library is not None:
-        raise Problem(f"{where}: its mesh '{mesh.name}' is linked from another file and can't be written; "
-                      "make it local first")  # fmt: skip
-    if mesh.override_library is not None:
-        raise Problem(f"{where}: its mesh '{mesh.name}' is a library override, whose vertices Blender takes from its "
-                      "reference; make it local first")  # fmt: skip
+    check_own_mesh(ob)
     sharing = [other.name for other in bpy.data.objects if other.data is mesh and other != ob]
     if sharing:
         raise Problem(f"{where}: its mesh '{mesh.name}' is shared with object '{sharing[0]}', which would change too; "

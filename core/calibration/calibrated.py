@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from .._check import file_path, shown
+from ..images import image_size
 from ..scene.camera import Camera
 from .lens import Lens
 
@@ -150,7 +150,10 @@ def _lens(where: str, values: Mapping[str, Any], image: Path) -> Lens:
 
     width, height = value("w"), value("h")
     if width is None or height is None:
-        width, height = _size(where, image)
+        try:
+            height, width = image_size(image)
+        except ValueError as error:
+            raise ValueError(f"{where}: states no w and h, and its picture gives none ({error})") from None
     fx, fy = value("fl_x"), value("fl_y")
     angle_x, angle_y = value("camera_angle_x"), value("camera_angle_y")
     for key, angle in (("camera_angle_x", angle_x), ("camera_angle_y", angle_y)):
@@ -172,24 +175,10 @@ def _lens(where: str, values: Mapping[str, Any], image: Path) -> Lens:
         raise ValueError(f"{where}: {error}") from None
 
 
-def _size(where: str, image: Path) -> tuple[float, float]:
-    """Size of a picture whose calibration does not state it."""
-    if image.suffix.lower() == ".exr":
-        from ..images import read_image
-
-        height, width = read_image(image).shape[:2]
-        return float(width), float(height)
-    try:
-        with Image.open(image) as opened:
-            return float(opened.size[0]), float(opened.size[1])
-    except OSError:
-        raise ValueError(f"{where}: states no w and h, and its picture '{image}' can't be read") from None
-
-
 def _pose(where: str, matrix: Any) -> F64:
     try:
         pose = np.array(matrix, np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         pose = np.zeros(0)
     if pose.shape not in ((3, 4), (4, 4)) or not np.isfinite(pose).all():
         raise ValueError(f"{where}: transform_matrix must be 4 x 4 numbers")
@@ -211,7 +200,7 @@ def _rigid(where: str, axes: F64, position: F64) -> F64:
 def _number(where: str, key: str, value: Any) -> float:
     try:
         out = float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         out = float("nan")
     if not np.isfinite(out):
         raise ValueError(f"{where}: {key} must be a number, not {shown(value)}")

@@ -117,13 +117,17 @@ class Lens(CheckedAtOnce):
         sides = numeric("Lens", "ideal", ideal).shape[:-1]
         x, y = np.moveaxis(np.asarray(array("Lens", "ideal", ideal, (*sides, 2), np.float64)), -1, 0)
         r2 = x * x + y * y
-        radial = (1.0 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3))) / (
-            1.0 + r2 * (self.k4 + r2 * (self.k5 + r2 * self.k6))
-        )
+        radial = self._radial(r2)
         cross = 2.0 * x * y
         moved_x = x * radial + self.p1 * cross + self.p2 * (r2 + 2.0 * x * x)
         moved_y = y * radial + self.p1 * (r2 + 2.0 * y * y) + self.p2 * cross
         return np.stack([self.fx * moved_x + self.cx, self.fy * moved_y + self.cy], axis=-1)
+
+    def _radial(self, r2: F64) -> F64:
+        """The factor R of the module's formula."""
+        return (1.0 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3))) / (
+            1.0 + r2 * (self.k4 + r2 * (self.k5 + r2 * self.k6))
+        )
 
     @property
     def shift(self) -> float:
@@ -194,9 +198,6 @@ class Lens(CheckedAtOnce):
         """Distance of ideal coordinates from the axis up to which the distortion grows outwards; then it folds back."""
         corners = [(x - self.cx, y - self.cy) for x in (0, self.width) for y in (0, self.height)]
         radii = np.linspace(0.0, max(float(np.hypot(*corner)) for corner in corners) / self.fx, 4096)
-        r2 = radii * radii
         with np.errstate(divide="ignore", invalid="ignore"):
-            moved = radii * (1.0 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3))) / (
-                1.0 + r2 * (self.k4 + r2 * (self.k5 + r2 * self.k6)))  # fmt: skip
-            falls = ~(np.diff(moved) > 0.0)
+            falls = ~(np.diff(radii * self._radial(radii * radii)) > 0.0)
         return float(radii[np.argmax(falls)]) if falls.any() else np.inf

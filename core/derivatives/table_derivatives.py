@@ -77,7 +77,7 @@ def shapes(tables: Tables) -> dict[str, tuple[int, ...]]:
     environment                  (3,)         colour times strength
     environment_pixels           (h, w, 3)    of the image, absent without one; not scaled by `environment`
     environment_rotation         (9,)         rows, world to image
-    camera                       (24,)        `camera_row.PLACES`
+    camera                       (24,)        `tables.camera.PLACES`
     ============================ ============ =====================================================================
     """
     out: dict[str, tuple[int, ...]] = {
@@ -175,7 +175,10 @@ def pull_back(
 def pull_back_of(
     scene: Scene, tables: Tables, wrt: Iterable[str]
 ) -> Callable[[Mapping[str, NDArray[np.float64]]], dict[str, NDArray[np.float64]]]:
-    """Return `pull_back` as a function of the gradients; later changes of the scene do not affect it."""
+    """Return `pull_back` as a function of the gradients, of the scene as it is now.
+
+    The pixels of images are not copied, so they must not be changed in place before the last call.
+    """
     of = {path: (np.shape(parameters.get(scene, path)), pieces(scene, tables, path)) for path in wrt}
 
     def pull(gradients: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:

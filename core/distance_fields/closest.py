@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .ragged import parts, rows_and_places
+from ..geometry.labels import rows_and_places
+from .ragged import parts
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]

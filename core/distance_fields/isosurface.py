@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._check import flag, instance, number, whole
+from ..geometry.labels import rows_and_places
 from ..scene.field import Field
 from ..scene.mesh import Mesh
 from . import linear, spline
 from .cell_cases import EDGES, triangles
-from .ragged import rows_and_places
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +15,7 @@ from ..scene.placement import expanded
 from .closest import nearest
 
 
-def sampled_attributes(field: Field, mesh: Mesh, layers: Sequence[str], *, cells: int = 2) -> Field:
+def sampled_attributes(field: Field, mesh: Mesh, layers: Iterable[str], *, cells: int = 2) -> Field:
     """Give a field attributes of a mesh: each value of a grid is that of the nearest place of the mesh.
 
     Parameters
@@ -42,7 +42,8 @@ def sampled_attributes(field: Field, mesh: Mesh, layers: Sequence[str], *, cells
     instance("sampled_attributes", "mesh", mesh, Mesh).validate("sampled_attributes")
     cells = whole("sampled_attributes", "cells", cells, 1, 1 << 14)
     placed = expanded(mesh)
-    for name in names("sampled_attributes", "layers", layers, "attributes of the mesh"):
+    layers = names("sampled_attributes", "layers", layers, "attributes of the mesh")
+    for name in layers:
         if name not in placed.attributes:
             raise ValueError(f"sampled_attributes: the mesh has no attribute {shown(name)}"
                              f"{near(name, placed.attributes)}")

@@ -36,7 +36,7 @@ def redistanced(field: Field) -> Field:
     """
     instance("redistanced", "field", field, Field)
     field.validate("redistanced")
-    values = distance_coefficients(field.values.astype(np.float64), (field.upper - field.lower) / field.cells)
+    values = distance_coefficients(field.values.astype(np.float64), field.spacing)
     return replace(field, values=values.astype(np.float32))
 
 

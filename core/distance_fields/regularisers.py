@@ -28,7 +28,7 @@ def laplacian(field: Field) -> tuple[float, F64]:
     The value, and (nx, ny, nz) its gradient by `field.values`.
     """
     instance("laplacian", "field", field, Field)
-    return laplacian_of(field.values.astype(np.float64), (field.upper - field.lower) / field.cells)
+    return laplacian_of(field.values.astype(np.float64), field.spacing)
 
 
 def laplacian_of(values: spline.Numbers, spacing: F64) -> tuple[Any, spline.Numbers]:
@@ -57,7 +57,7 @@ def eikonal(field: Field) -> tuple[float, F64]:
     The value, and (nx, ny, nz) its gradient by `field.values`.
     """
     instance("eikonal", "field", field, Field)
-    return eikonal_of(field.values.astype(np.float64), (field.upper - field.lower) / field.cells)
+    return eikonal_of(field.values.astype(np.float64), field.spacing)
 
 
 def eikonal_of(values: spline.Numbers, spacing: F64) -> tuple[Any, spline.Numbers]:

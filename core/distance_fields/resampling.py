@@ -60,7 +60,7 @@ def resampled(
     if not np.all((field.lower <= low) & (low < high) & (high <= field.upper)):
         raise ValueError("resampled: the new box must lie within the field's box, and lower below upper; nothing is "
                          "known of the field outside")
-    spacing = (field.upper - field.lower) / field.cells
+    spacing = field.spacing
     places = [np.clip((np.linspace(low[k], high[k], count[k] + 1) - field.lower[k]) / spacing[k], 0.0, field.cells[k])
               for k in range(3)]  # fmt: skip
     values = spline.coefficients(spline.at_nodes_of(field.values, places))

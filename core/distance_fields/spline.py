@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .linear import mapped
+
 Numbers = NDArray[Any]  # real or complex
 F64 = NDArray[np.float64]
 
@@ -186,12 +188,12 @@ def coarsened_gradient(gradient: F64) -> F64:
 
 def at_nodes_of(values: NDArray[np.floating], places: list[F64]) -> F64:
     """Values of a spline at all combinations of places along the axes, in grid coordinates within the box."""
-    out = np.asarray(values, np.float64)
+    maps = []
     for axis, u in enumerate(places):
         cell = np.clip(np.floor(u).astype(np.int64), 0, values.shape[axis] - 4)
         matrix = np.zeros((len(u), values.shape[axis]))
         rows = np.arange(len(u))
         for k, weight in enumerate(basis(u - cell)[0]):
             matrix[rows, cell + k] = weight
-        out = np.moveaxis(np.tensordot(matrix, out, axes=(1, axis)), 0, axis)
-    return np.ascontiguousarray(out)
+        maps.append(matrix)
+    return mapped(np.asarray(values, np.float64), maps)

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._check import instance, whole
+from ..geometry.labels import connected
 from ..geometry.topology import weld
 from ..scene.mesh import Mesh
 from ..scene.placement import expanded
 from .closest import nearest
-from .ragged import connected
 
 F64 = NDArray[np.float64]
 

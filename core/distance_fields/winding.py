@@ -15,7 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .ragged import connected, parts, rows_and_places
+from ..geometry.labels import connected, rows_and_places, summed
+from .linear import mapped
+from .ragged import parts
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
@@ -65,7 +67,7 @@ class Surface:
         names, number = np.unique(group[a], return_inverse=True)
         number = number.reshape(-1)
         size = np.bincount(number)
-        apexes = np.stack([np.bincount(number, vertices[a, axis]) / size for axis in range(3)], axis=1)
+        apexes = summed(number, vertices[a]) / size[:, None]
         reach = np.zeros(len(names))
         np.maximum.at(reach, number, np.abs(vertices[a] - apexes[number]).max(axis=1, initial=0.0))
         apexes += 2.0 * reach[:, None] * _APEX
@@ -188,6 +190,7 @@ class Surface:
         t = np.cos((2 * np.arange(_CHEBYSHEV) + 1) * np.pi / (2 * _CHEBYSHEV))
         places = np.stack(np.meshgrid(*(c + h * t for c, h in zip(centre, half, strict=True)), indexing="ij"), axis=-1)
         value = self._fans_at(places.reshape(-1, 3), chosen).reshape((_CHEBYSHEV,) * 3)
+        maps = []
         for axis in range(3):
             x = (axes[axis] - centre[axis]) / half[axis]
             weight = np.ones((len(x), _CHEBYSHEV))
@@ -195,8 +198,8 @@ class Surface:
                 for j in range(_CHEBYSHEV):
                     if j != k:
                         weight[:, k] *= (x - t[j]) / (t[k] - t[j])
-            value = np.moveaxis(np.tensordot(weight, value, axes=(1, axis)), 0, axis)
-        return value.reshape(-1)
+            maps.append(weight)
+        return mapped(value, maps).reshape(-1)
 
 
 def solid_angles(points: F64, corner: F64) -> F64:

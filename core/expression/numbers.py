@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .nodes import Expression, nodes_of
+from .nodes import Expression, nodes_of, replaced
 
 # Prefixes of the types of fields that may hold numbers. Integers and words are no parameters.
 _NUMERIC = ("Operand", "float", "tuple")
@@ -29,20 +29,18 @@ def with_numbers(root: Expression, values: Iterable[float]) -> Expression:
         If there are more or fewer values than numbers in the expression.
     """
     supply = iter(values)
-    made: dict[int, Expression] = {}
+
+    def filled(node: Expression) -> Expression:
+        changes = {name: _filled(value, supply) for name, value in _own(node)}
+        return replace(node, **changes) if changes else node  # type: ignore[type-var]
+
     try:
-        for node in nodes_of(root):
-            changes = {name: _filled(value, supply) for name, value in _own(node)}
-            for f in fields(node):  # type: ignore[arg-type]
-                value = getattr(node, f.name)
-                if isinstance(value, Expression):
-                    changes[f.name] = made[id(value)]
-            made[id(node)] = replace(node, **changes) if changes else node  # type: ignore[type-var]
+        made = replaced(root, filled)
     except StopIteration:
         raise ValueError("expression: has more numbers than were given") from None
     if next(supply, None) is not None:
         raise ValueError("expression: has fewer numbers than were given")
-    return made[id(root)]
+    return made
 
 
 def _own(node: Expression) -> Iterator[tuple[str, Any]]:

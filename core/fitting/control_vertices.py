@@ -15,6 +15,7 @@ import numpy as np
 from cholespy import CholeskySolverD, MatrixType
 from numpy.typing import NDArray
 
+from ..geometry.labels import summed
 from .checkpoints.resumable import Resumable
 from .optimisers import AdamUniform
 from .rigid_variables import BETA2
@@ -101,7 +102,7 @@ class ControlVertices(Resumable):
         change = self._optimiser.update(np.zeros_like(filtered), filtered * self.free, factor)
         if self._length is None and change.any():
             rows, columns, weights = self._map
-            moved = np.stack([np.bincount(rows, weights * change[columns, axis]) for axis in range(3)], axis=1)
+            moved = summed(rows, weights[:, None] * change[columns])
             longest = float(np.linalg.norm(moved, axis=1).max())
             self._length = factor * self.step / longest if longest > 0.0 else None
         if self._length is None:

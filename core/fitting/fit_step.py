@@ -39,7 +39,11 @@ class FitStep:
     values
         Maps a parameter path to the value after the step. Read-only.
     view, picture
-        Index of the last target of this iteration, and its picture at the values before the step. Read-only.
+        Index of the last target of this iteration, and its picture at the values before the step, with its gain if
+        that is unknown. Read-only.
+    target
+        What this picture is compared with: the target in the picture's size, over the world, without a known gain.
+        Read-only.
     gradient
         Maps a parameter path to the gradient of the loss at the values before the step. Read-only.
     effects
@@ -56,6 +60,7 @@ class FitStep:
     values: Mapping[str, Any]
     view: int
     picture: NDArray[np.float32]
+    target: NDArray[np.float32]
     gradient: Mapping[str, F64]
     effects: Mapping[str, float]
 

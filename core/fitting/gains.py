@@ -52,18 +52,23 @@ class Gains:
 
     def find(self, adjoint: Adjoint, halves: Mapping[int, tuple[Picture, ...]]) -> list[F64]:
         """Return the gains with the best ones of the views whose pictures are given, each in its two halves."""
-        groups: dict[tuple[str, str | int], list[int]] = {}
-        for j in halves:
-            view = self._seen[j]
-            if isinstance(view.gain, str):
-                groups.setdefault((view.gain, view.shared or j), []).append(j)
         out = list(self.values)
-        for (kind, shared), members in groups.items():
-            best = best_gain([(self._seen[j], halves[j]) for j in members], adjoint, kind, self.values[members[0]])
-            same = [j for j, view in enumerate(self._seen) if shared == view.shared and kind == view.gain]
-            for j in same or members:
-                out[j] = best
+        for kind, group in groups(self._seen):
+            members = [j for j in halves if j in group]
+            if members:
+                best = best_gain([(self._seen[j], halves[j]) for j in members], adjoint, kind, self.values[members[0]])
+                for j in group:
+                    out[j] = best
         return out
+
+
+def groups(seen: Sequence[View]) -> list[tuple[str, list[int]]]:
+    """Return the unknown gains: the kind of each, and the numbers of the views that share it."""
+    out: dict[tuple[str, str | int], list[int]] = {}
+    for j, view in enumerate(seen):
+        if isinstance(view.gain, str):
+            out.setdefault((view.gain, view.shared or j), []).append(j)
+    return [(kind, members) for (kind, _), members in out.items()]
 
 
 def best_gain(seen: Sequence[tuple[View, tuple[Picture, ...]]], adjoint: Adjoint, kind: str, start: F64) -> F64:

@@ -15,6 +15,7 @@ from cholespy import CholeskySolverD, MatrixType
 from numpy.typing import NDArray
 
 from ..geometry import topology
+from ..geometry.labels import summed
 
 F64 = NDArray[np.float64]
 
@@ -91,7 +92,7 @@ class LargeSteps:
 
     def _gather(self, rows: F64) -> F64:
         """Sum over the copies of each welded vertex: the transpose of indexing by `label`."""
-        return np.stack([np.bincount(self.label, rows[:, axis], minlength=self.count) for axis in range(3)], axis=1)
+        return summed(self.label, rows, self.count)
 
     def _factor(self) -> CholeskySolverD:
         """Factorise the symmetric positive definite I + lambda L, with L = degree - adjacency, by sparse Cholesky."""

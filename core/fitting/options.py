@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from .._check import choice, flag, function, instance, number, whole
 from .._fields import Check, Checked, by, optional
-from ..rendering.options import MOST_THREADS, Progress, checked_bounces, checked_field_edges
+from ..rendering.options import MOST_SAMPLES, MOST_THREADS, Progress, checked_bounces, checked_field_edges
 from ..scene.bounces import Bounces
 from .checkpoints.checkpoint_file import check_checkpoint
 from .fields.schedule import FieldSteps
@@ -52,8 +52,8 @@ class FitOptions(Checked):
 
     checks: ClassVar[Mapping[str, Check]] = {
         "iterations": by(whole, 1, 1_000_000),
-        "spp": by(whole, 1, 1 << 24),
-        "gradient_spp": by(whole, 1, 1 << 24),
+        "spp": by(whole, 1, MOST_SAMPLES),
+        "gradient_spp": by(whole, 1, MOST_SAMPLES),
         "bounces": lambda where, name, value: checked_bounces(where, value),
         "seed": by(whole, 0, 0xFFFFFFFF),
         "on_cancel": by(choice, ON_CANCEL),

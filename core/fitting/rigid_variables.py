@@ -17,6 +17,7 @@ from ..scene.field import Field
 from ..scene.mesh import Mesh
 from ..scene.placement import expanded, placed_meshes, places
 from ..scene.scene import Scene
+from .bounds import LEAST_SIZE
 from .checkpoints.resumable import Resumable
 from .optimisers import AdamMatrix, AdamUniform
 
@@ -44,6 +45,22 @@ class Positions(Resumable):
 
     def take_step(self, gradient: F64, factor: float) -> Any:
         self.value = self._optimiser.update(self.value, gradient, factor)
+        return self.value
+
+
+class Corners(Positions):
+    """A corner of a field's box. It stays on its side of the first box's middle: lower must be below upper."""
+
+    def __init__(self, scene: Scene, path: str, step: float | None) -> None:
+        super().__init__(scene, path, step)
+        held, name = parameters.owner(scene, path)
+        self.step = (MOVE_STEP if step is None else step) * float(np.linalg.norm(held.upper - held.lower))
+        self._optimiser = AdamUniform(self.step, beta2=BETA2)
+        least, middle = LEAST_SIZE * (held.upper - held.lower), 0.5 * (held.lower + held.upper)
+        self._limits = (-np.inf, middle - least) if name == "lower" else (middle + least, np.inf)
+
+    def take_step(self, gradient: F64, factor: float) -> Any:
+        self.value = np.clip(super().take_step(gradient, factor), *self._limits)
         return self.value
 
 

@@ -361,7 +361,8 @@ class Run:
     def _report(self, iteration: int, gradient: Mapping[str, F64]) -> FitStep:
         return FitStep(
             iteration, self.iterations, self.losses[-1], self.smoothed(), self.best + 1,
-            time.monotonic() - self.started, self.values(), *self.rendered, gradient, self.effects,
+            time.monotonic() - self.started, self.values(), *self.rendered, self.seen[self.rendered[0]].image,
+            gradient, self.effects,
         )
 
     def seed_of(self, k: int, j: int, kind: int) -> int:

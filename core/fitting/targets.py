@@ -207,9 +207,7 @@ def camera_for(where: str, camera: Camera, size: tuple[int, ...]) -> Camera:
     if wide >= width and high >= height:
         return camera
     if camera.crop is None:
-        # Pixels are stretched by what the aspects differ, so that the picture covers the same area.
-        stretch = (camera.height / high) / (camera.width / wide)
-        return replace(camera, width=wide, height=high, pixel_aspect=camera.pixel_aspect * stretch)
+        return camera.of_size(high, wide)
     raise ValueError(f"{where}: image is {wide} x {high} pixels, smaller than the crop of its camera, {width} x "
                      f"{height}; reduce the camera's size and its crop alike")
 

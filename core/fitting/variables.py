@@ -16,7 +16,7 @@ from .fields.grids import Attribute
 from .fields.schedule import FieldSteps
 from .fields.variables import Coefficients
 from .optimisers import Adam
-from .rigid_variables import BETA2, Directions, Poses, Positions
+from .rigid_variables import BETA2, Corners, Directions, Poses, Positions
 from .vertices.rules import VertexRules
 from .vertices.variables import Vertices
 
@@ -74,6 +74,8 @@ def unknown(
         return Vertices(path, mesh.vertices, mesh.faces, step, smoothness, slide, iterations, rules)
     if field == "position":
         return Positions(scene, path, step)
+    if field in ("lower", "upper"):
+        return Corners(scene, path, step)
     if field in ("direction", "across", "normals"):
         return Directions(scene, path, step)
     if field in ("to_world", "transform", "instances", "rotation"):

@@ -1,1 +1,1 @@
-"""Geometry of meshes: edge topology, convexity, bounding boxes and intersecting pairs."""
+"""Geometry of meshes: edges and the faces along them, edges of several meshes in one place, and views of cameras."""

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .labels import merge
+from .labels import merge, rows_and_places
 
 # Height of a triangle, as a fraction of its largest coordinate, that is rounding: a few units of single precision.
 ROUNDING = 5e-7
@@ -93,8 +93,7 @@ def pieces(
     order = np.argsort(key)
     place = order[np.searchsorted(key, line_of_side[:, None] * len(points) + sides, sorter=order)]
     count = np.abs(place[:, 1] - place[:, 0])
-    side = np.repeat(np.arange(len(sides)), count)
+    side, walked = rows_and_places(count)
     step = np.where(place[:, 1] > place[:, 0], 1, -1)[side]
-    walked = np.arange(len(side)) - np.repeat(np.cumsum(count) - count, count)
     at = place[side, 0] + step * walked
     return side, np.stack([pairs[at, 1], pairs[at + step, 1]], axis=1)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .collinear import collinear_faces
+from .labels import rows_and_places
 
 # Cosine of the angle between the faces of an edge, above which the edge is part of a smooth or flat surface.
 FLAT = 0.985
@@ -144,9 +145,8 @@ def _kept(mask: NDArray[np.bool_], *arrays: NDArray[np.int64]) -> tuple[NDArray[
 
 def _expanded(first: NDArray[np.int64], last: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """All numbers of the ranges [first, last): the range of each, and the number."""
-    count = last - first
-    of = np.repeat(np.arange(len(first)), count)
-    return of, np.arange(len(of)) + np.repeat(first - np.cumsum(count) + count, count)
+    of, place = rows_and_places(last - first)
+    return of, first[of] + place
 
 
 def _in_boxes(

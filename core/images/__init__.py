@@ -1,7 +1,7 @@
 """Image files: conversion of OpenEXR, PNG, JPEG and TIFF to and from linear light, and derivatives as pictures."""
 
 from .derivative_picture import derivative_image, labelled_derivative, write_derivative
-from .files import READABLE, WRITABLE, read_image, write_image
+from .files import READABLE, WRITABLE, image_size, read_image, write_image
 from .resampling import resample, same_aspect
 from .srgb import linear_to_srgb, srgb_to_linear
 from .targets import TargetPicture, made_by_blender, mask_of, read_mask, read_target, target_of_codes
@@ -13,6 +13,7 @@ __all__ = [
     "TargetPicture",
     "ViewTransform",
     "derivative_image",
+    "image_size",
     "labelled_derivative",
     "linear_to_srgb",
     "made_by_blender",

@@ -16,6 +16,7 @@ from .code_values import read_deep
 
 # Tag of EXIF that says how a picture is turned.
 ORIENTATION = 0x0112
+LYING = (5, 6, 7, 8)  # orientations that exchange rows and columns
 CODED = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
 
 
@@ -79,6 +80,19 @@ def read_coded(path: Path) -> Coded:
     return Coded(np.asarray(picture, np.float64) / 255.0, 255, blender)
 
 
+def coded_size(path: Path) -> tuple[int, int]:
+    """Return height and width of the picture that `read_coded` reads, from the head of the file alone."""
+    try:
+        with Image.open(path) as opened:
+            width, height = opened.size
+            # Pillow's own getexif of a PNG decodes all pixels; the size of a TIFF is that after its turn.
+            if opened.format != "TIFF" and Image.Image.getexif(opened).get(ORIENTATION, 1) in LYING:
+                width, height = height, width
+    except Exception as error:  # decoders raise many types for broken files
+        raise ValueError(f"image '{path}': can't be read ({error})") from None
+    return height, width
+
+
 _BAD_PROFILE = "its colour profile is broken; remove it, or save the picture as sRGB"
 
 
@@ -96,7 +110,7 @@ def _profile(path: Path, info: dict[Any, Any]) -> ImageCms.ImageCmsProfile | Non
 
 def _turned(values: NDArray[np.float64], orientation: int) -> NDArray[np.float64]:
     """Turn or mirror a picture as its orientation in EXIF says."""
-    if orientation in (5, 6, 7, 8):
+    if orientation in LYING:
         values = values.transpose(1, 0, 2)
     rows, columns = -1 if orientation in (3, 4, 7, 8) else 1, -1 if orientation in (2, 3, 6, 7) else 1
     return np.ascontiguousarray(values[::rows, ::columns])

@@ -1,8 +1,7 @@
 """Image files: conversion of OpenEXR, PNG, JPEG and TIFF to and from linear Rec.709 arrays.
 
 In memory, an image is float32 linear light with row 0 on top. Its alpha, if any, is *straight*: colours are not
-multiplied by alpha. EXR files store premultiplied linear colours, PNG files straight sRGB code values. All conversions
-between these forms are in this module.
+multiplied by alpha. EXR files store premultiplied linear colours, PNG files straight sRGB code values.
 """
 
 from __future__ import annotations
@@ -18,12 +17,9 @@ from .._check import file_path, flag, numeric
 from ..scene.camera import MAX_SIDE
 from .chromaticities import to_rec709
 from .code_values import write_codes
-from .coded import CODED, read_coded
-from .derivative_picture import derivative_image, write_derivative
+from .coded import CODED, coded_size, read_coded
 from .output_files import replacing
 from .srgb import linear_to_srgb, srgb_to_linear
-
-__all__ = ["derivative_image", "linear_to_srgb", "read_image", "srgb_to_linear", "write_derivative", "write_image"]
 
 F32 = NDArray[np.float32]
 
@@ -59,6 +55,21 @@ def read_image(path: str | Path) -> F32:
     with np.errstate(all="ignore"):  # files may contain non-finite pixels
         image = _read_exr(file) if file.suffix.lower() == ".exr" else _light(read_coded(file).values)
         return np.ascontiguousarray(image, np.float32)
+
+
+def image_size(path: str | Path) -> tuple[int, int]:
+    """Return height and width of the picture that `read_image` reads, from the head of the file alone.
+
+    Raises
+    ------
+    ValueError
+        If the file is missing, or its head can't be read; names the path.
+    """
+    file = readable(path)
+    if file.suffix.lower() != ".exr":
+        return coded_size(file)
+    (left, top), (right, bottom) = _headers(file)[0]["displayWindow"]
+    return int(bottom - top) + 1, int(right - left) + 1
 
 
 def readable(path: str | Path) -> Path:
@@ -131,7 +142,8 @@ def _light(codes: NDArray[np.float64]) -> NDArray[np.float64]:
     return codes
 
 
-def _read_exr(path: Path) -> NDArray[Any]:
+def _headers(path: Path) -> list[dict[str, Any]]:
+    """Headers of the parts of an EXR, whose windows are sound."""
     try:
         with OpenEXR.File(str(path), separate_channels=True, header_only=True) as file:
             headers = [dict(part.header) for part in file.parts]
@@ -139,6 +151,11 @@ def _read_exr(path: Path) -> NDArray[Any]:
         raise ValueError(f"image '{path}': can't be read ({error}); it is damaged or not an EXR file") from None
     for header in headers:
         _check_windows(path, header)
+    return headers
+
+
+def _read_exr(path: Path) -> NDArray[Any]:
+    headers = _headers(path)
     try:
         with OpenEXR.File(str(path), separate_channels=True) as file:
             parts = [(dict(part.header), {n: c.pixels for n, c in part.channels.items()}) for part in file.parts]

@@ -16,7 +16,7 @@ from ..reference import diffuse_tables
 from ..reference.simplify import obstacles
 from ..rendering.engine import engine_class
 from ..rendering.one_shot import caustic_share, prepared
-from ..rendering.options import FIELD_EDGES, TERMS
+from ..rendering.options import FIELD_EDGES, MOST_SAMPLES, TERMS
 from ..rendering.renderer import MAX_DERIVATIVE_DEPTH, Renderer
 from ..scene.bounces import MAX_DEPTH, Bounces
 from ..scene.scene import Scene
@@ -109,7 +109,7 @@ def plan(
     """
     wrt = names("plan", "wrt", wrt, "parameter paths")
     narrow = scene.narrow if isinstance(scene, Renderer) else engine_class("auto").narrow
-    measure = whole("plan", "measure", measure, 0, 1 << 24)
+    measure = whole("plan", "measure", measure, 0, MOST_SAMPLES)
     max_depth = whole("plan", "max_depth", max_depth, 1, MAX_DERIVATIVE_DEPTH if wrt and narrow else MAX_DEPTH)
     if narrow:
         diffuse_tables.check(wrt)

@@ -32,11 +32,6 @@ class SceneWords:
         found = self.by_part.get(part)
         return found if found is not None and found.computed else None
 
-    def reason(self, part: str) -> str:
-        """Why a part is computed or not."""
-        found = self.by_part.get(part)
-        return "" if found is None else found.reason
-
     def mesh_names(self, decision: Decision) -> str:
         """The meshes that a decision is about."""
         return listed([self.meshes[k] for k in decision.meshes])

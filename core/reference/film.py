@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry.labels import summed
 from ..tables.camera import PLACES
 from ..tables.tables import Tables
 from .surfaces import Floats, Ints, dot, unit
@@ -94,4 +95,4 @@ class Film:
 
     def splat(self, pixel: Ints, colour: Floats) -> Floats:
         """(pixels, 3) sum of the colours of the samples in each pixel."""
-        return np.stack([np.bincount(pixel, colour[:, c], self.pixels) for c in range(3)], axis=1)
+        return summed(pixel, colour, self.pixels)

@@ -50,8 +50,6 @@ class Surfaces:
         (F, 3) normals; n is zero for triangles without area.
     material, mesh
         (F,) indices.
-    visible
-        (F,) whether rays hit the triangle.
     albedo, emission
         (materials, 3); `two_sided` (materials,): whether the back emits too.
     scale
@@ -64,7 +62,6 @@ class Surfaces:
     n: Floats
     material: Ints
     mesh: Ints
-    visible: Bools
     albedo: Floats
     emission: Floats
     two_sided: Bools
@@ -90,7 +87,6 @@ class Surfaces:
             n=unit(M),
             material=tables.face_material.astype(np.int64),
             mesh=mesh,
-            visible=tables.visible.astype(bool)[mesh],
             environment=tables.environment.astype(np.float64),
             two_sided=diffuse.two_sided,
             **{name: getattr(diffuse, name).astype(np.float64) for name in _VALUES},

@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-TERMS = ("interior", "primary", "shadow", "indirect")
+from .options import TERMS
+
 # Relative cost of a sample of each term: the mean over the reference cases, in microseconds. Constants, since measured
 # times would make results differ from call to call. A cost that is too high takes samples from its term.
 COST = {"interior": 0.22, "primary": 0.4, "shadow": 0.2, "indirect": 0.5}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
@@ -123,6 +123,14 @@ class Camera(Checked):
             if not (x0 < x1 <= self.width and y0 < y1 <= self.height):
                 raise ValueError(f"{where}: crop {self.crop} must be a non-empty part of the picture of "
                                  f"{self.width} x {self.height} pixels")
+
+    def of_size(self, height: int, width: int) -> Camera:
+        """Return the camera with another size of the full picture, which covers the same; `crop` must be None.
+
+        The shape of pixels makes up for what the aspects differ.
+        """
+        stretch = (self.height / height) / (self.width / width)
+        return replace(self, width=width, height=height, pixel_aspect=self.pixel_aspect * stretch)
 
     @property
     def focal(self) -> float:

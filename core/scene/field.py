@@ -92,9 +92,14 @@ class Field(Checked):
         """(3,) numbers of cells along the axes."""
         return np.array(self.values.shape, np.int64) - (LEAST_SIZE - 1)
 
+    @property
+    def spacing(self) -> NDArray[np.float64]:
+        """(3,) sides of a cell in the field's own space."""
+        return (self.upper - self.lower) / self.cells
+
     def grid_to_world(self) -> NDArray[np.float64]:
         """(3, 4) rows of the map from grid coordinates, which count cells from `lower`, to the world."""
-        spacing = (self.upper - self.lower) / self.cells
+        spacing = self.spacing
         out = np.empty((3, 4), np.result_type(spacing, self.transform))  # complex for derivatives (complex_step)
         out[:, :3] = self.transform[:3, :3] * spacing
         out[:, 3] = self.transform[:3, :3] @ self.lower + self.transform[:3, 3]

@@ -173,6 +173,11 @@ class Material(Checked):
         "textures": by(mapping, _expression),
     }
 
+    @property
+    def emits(self) -> bool:
+        """Whether the surface may give light; a texture of the emission may be black."""
+        return "emission" in self.textures or bool(np.any(self.emission > 0.0))
+
     def validate(self, name: str) -> None:
         """Raise ``ValueError`` with one sentence that names the material and the wrong field."""
         where = f"material '{name}'"

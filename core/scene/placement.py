@@ -43,7 +43,7 @@ def stands_in_world(scene: Scene, mesh: Mesh) -> bool:
     closures = [closure for name in mesh.materials for closure in scene.closures(name)]
     if mesh.instances is None and not (is_moved(mesh) and any(map(has_tangent_frame, closures))):
         return True
-    return any("emission" in closure.textures or np.any(closure.emission > 0.0) for closure in closures)
+    return any(closure.emits for closure in closures)
 
 
 def has_tangent_frame(closure: Material) -> bool:

@@ -134,11 +134,14 @@ class Scene(Checked):
     @property
     def emitters(self) -> list[str]:
         """Names of the meshes with faces whose material may emit light."""
-        return self.meshes_with([name for name in self.materials if any(map(_emits, self.closures(name)))])
+        return self.meshes_with([name for name in self.materials if self._emits(name)])
 
     def emits(self, mesh_name: str) -> bool:
         """Whether a face of the mesh has a material that may emit light."""
-        return any(_emits(closure) for name in self.meshes[mesh_name].used_materials for closure in self.closures(name))
+        return any(map(self._emits, self.meshes[mesh_name].used_materials))
+
+    def _emits(self, material: str) -> bool:
+        return any(closure.emits for closure in self.closures(material))
 
     def _check_names(self) -> None:
         for name, material in self.materials.items():
@@ -189,7 +192,7 @@ class Scene(Checked):
                 raise ValueError(f"{where}: a mesh has this name too; rename one of them")
             _check_known(f"{where}: material", one.material, self.materials)
             for closure in self.closures(one.material):
-                if _emits(closure):
+                if closure.emits:
                     raise ValueError(f"{where}: its material '{one.material}' emits light, which fields cannot do; "
                                      "use a material without emission, or a mesh")
                 if "normal" in closure.textures and closure.normal_space == "TANGENT":
@@ -218,7 +221,3 @@ def validated(scene: Any) -> Scene:
         raise ValueError(f"scene must be an edgegrad.Scene, not {shown(scene)}")
     scene.validate()
     return scene
-
-
-def _emits(closure: Material) -> bool:
-    return "emission" in closure.textures or bool(np.any(closure.emission > 0.0))

@@ -327,6 +327,14 @@ def test_objects_that_cannot_be_fields_are_refused(target: Path, change: Any) ->
         prepare(target)
 
 
+def test_objects_without_thickness_are_refused_before_the_fit(target: Path) -> None:
+    """A ball in their box would be fitted, but not be written."""
+    bpy.data.objects["Cube"].scale.z = 0.0
+    bpy.context.view_layer.update()
+    with pytest.raises(Problem, match="object 'Cube': is scaled to zero"):
+        prepare(target, start="BALL")
+
+
 def test_a_name_that_is_not_there_is_refused(target: Path) -> None:
     with pytest.raises(Problem, match="object 'Ball': there is no such object in scene 'Scene'"):
         prepare(target, "Ball")

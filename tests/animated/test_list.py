@@ -34,6 +34,17 @@ def enabled() -> Iterator[None]:
     edgegrad_addon.unregister()
 
 
+@pytest.mark.parametrize("path", ['objects["Man in Black"].location', "objects['Man in Black'].location",
+                                  r'objects["5\" in steel"].location[1]'])  # fmt: skip
+def test_names_may_look_like_limits(path: str) -> None:
+    assert Wanted.parse(path) == Wanted(path)
+    assert Wanted.parse(f"{path} in -1:2") == Wanted(path, -1.0, 2.0)
+    assert Wanted.parse(f"{path} in :2") == Wanted(path, None, 2.0)
+    for limits in ("0", "nan:1", "low:1"):
+        with pytest.raises(Problem, match="must have the form LOW:HIGH"):
+            Wanted.parse(f"{path} in {limits}")
+
+
 def driver(*paths: str) -> Driver:
     return Driver(bpy.context.scene, [bpy.context.scene.camera], [Wanted(path) for path in paths])
 
@@ -111,6 +122,22 @@ def test_refusals_name_the_thing_and_the_cure() -> None:
     refused('objects["Ball"].modifiers["Fewer"].ratio', "the topology of object 'Ball' changes")
     with pytest.raises(Problem, match="outside of its limits"):
         Driver(bpy.context.scene, [bpy.context.scene.camera], [Wanted(f"{zoo.CUBE}.scale", 2.0, 3.0)])
+
+
+def test_strips_count_only_while_they_have_an_effect() -> None:
+    """The cure that the refusal names helps."""
+    ob = zoo.stage()
+    ob.keyframe_insert("location", frame=1)
+    animation = ob.animation_data
+    strip = animation.nla_tracks.new().strips.new("Strip", 1, animation.action)
+    animation.action = None
+    (place, *_) = data_path.find(f"{zoo.CUBE}.location")
+    with pytest.raises(Problem, match="mute the strip"):
+        refusals.check(place)
+    strip.mute = True
+    refusals.check(place)
+    strip.mute, animation.use_nla = False, False
+    refusals.check(place)
 
 
 def test_linked_properties_are_refused(tmp_path: Path) -> None:

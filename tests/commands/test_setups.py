@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import sys
 from pathlib import Path
@@ -17,6 +18,7 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 import edgegrad_addon
 from edgegrad import images, read_checkpoint
 from edgegrad_addon import command_line, rows
+from edgegrad_addon.fit_setup import with_setup
 from edgegrad_addon.session import Session
 from edgegrad_addon.write_back.kept import TEXT
 from tests.support.scenes import blender_scenes as bs
@@ -109,6 +111,19 @@ def test_a_file_has_the_options_of_the_command_line(start: Path, requests: list[
     assert fit(start, "--setup", setup, "--base-color", "Marble") == 1  # a list is replaced, not extended
 
 
+def test_files_have_lists_for_one_option_and_yield_to_what_excludes_theirs(tmp_path: Path) -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("blend", nargs="?")
+    parser.add_argument("--values", nargs="+")
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--one", action="store_true")
+    where.add_argument("--other", action="store_true")
+    setup = tmp_path / "setup.json"
+    setup.write_text('{"values": ["color", "roughness"], "one": true}')
+    found = parser.parse_args(with_setup(parser, ["--other", "a.blend"], setup))
+    assert found.values == ["color", "roughness"] and found.blend == "a.blend" and found.other and not found.one
+
+
 WRONG: dict[str, tuple[str, str]] = {
     "no JSON": ("{", "is no JSON"),
     "a list": ("[1]", "must be an object"),
@@ -133,6 +148,8 @@ def test_a_missing_file_and_wrong_values_are_refused(tmp_path: Path, capsys: pyt
     (tmp_path / "setup.json").write_text('{"iterations": 0}')
     assert fit("--setup", tmp_path / "setup.json", "--save", tmp_path / "a.blend") == 2
     assert "must be 1 or more" in said(capsys)
+    assert fit("--iterations", "many", "--save", tmp_path / "a.blend") == 2
+    assert "argument --iterations: must be a whole number, 1 or more, not 'many'" in said(capsys)
 
 
 def test_progress_is_json_lines(start: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

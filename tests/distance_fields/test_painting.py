@@ -32,7 +32,7 @@ def test_attributes_of_meshes_come_back() -> None:
     """From a field to a mesh and back, in a box that is turned and sheared."""
     field = exact_sphere(0.6, 19, transform=PLACE)
     painted = replace(field, attributes={"where": places(3, 2, 4)})
-    again = sampled_attributes(field, to_mesh(painted, finer=1), ["where"])
+    again = sampled_attributes(field, to_mesh(painted, finer=1), iter(["where"]))
     assert again.attributes["where"].shape == (9, 9, 9, 3) and not field.attributes
     mesh = to_mesh(again)
     inverse = np.linalg.inv(PLACE)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import edgegrad
-from edgegrad import Film, Scene, Target
+from edgegrad import Film, Scene, SpotLight, Target
 from edgegrad.fitting.film.film_schedule import FilmSchedule
 from edgegrad.fitting.film.keyed import KeyedNumbers, prior_gradient
 from edgegrad.fitting.film.keyed_parameters import KeyedParameters
@@ -185,10 +185,13 @@ def test_poses_are_pulled_back_by_their_derivative() -> None:
     (Film([1, 2], [POSE]), [POSE], "keyed and in wrt"),
     (Film([1, 2], ["meshes.object.vertices"]), [], "can't be keyed"),
     (Film([1, 2], ["lights.lamp.position"]), [], "can't be keyed"),
+    (Film([1, 2], ["lights.spot.across"]), [], "can't be keyed"),
     (Film([1, 2]), [], "no keyed parameter"),
     (Film([1, 2], [POSE], -1.0), [], "smoothness"),
 ])  # fmt: skip
 def test_wrong_films_are_refused(film: Film, wrt: list[str], says: str) -> None:
     scene, targets, _ = film_of(2, (8, 6))
+    down, across = np.array([0.0, 0.0, -1.0]), np.array([1.0, 0.0, 0.0])
+    scene.lights["spot"] = SpotLight(np.array([0.0, 0.0, 5.0]), down, 10.0, 0.9, 0.3, across=across)
     with pytest.raises(ValueError, match=says):
         edgegrad.fit(scene, targets, wrt, iterations=1, film=film)

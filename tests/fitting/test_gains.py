@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from edgegrad import Renderer
+from edgegrad import FitStep, Renderer
 from edgegrad.fitting.gains import Gains, best_gain
 from edgegrad.fitting.scene_fit import fit
 from edgegrad.fitting.targets import EXPOSURE, WHITE_BALANCE, Target, View
@@ -93,10 +93,12 @@ def test_colors_are_found_with_an_unknown_exposure(kind: str) -> None:
 def test_a_known_gain_is_undone() -> None:
     truth, scene, other = ball(1.2), ball(), ball()
     image = picture(truth)
-    one = fit(scene, Target(4.0 * image, gain=4.0), [COLOR], iterations=2, spp=2)
+    steps: list[FitStep] = []
+    one = fit(scene, Target(4.0 * image, gain=4.0), [COLOR], iterations=2, spp=2, callback=steps.append)
     two = fit(other, Target(image), [COLOR], iterations=2, spp=2)
     assert one.losses == two.losses
     np.testing.assert_array_equal(one.gains, np.full((1, 3), 4.0))
+    np.testing.assert_allclose(steps[0].target, image, rtol=1e-6)
 
 
 def test_targets_share_a_gain_if_they_say_so() -> None:
@@ -111,6 +113,14 @@ def test_targets_share_a_gain_if_they_say_so() -> None:
     # If only some are rendered, the others of the group follow.
     found = gains.find(adjoint_of(l2), {1: (images[1], images[1])})
     assert found[0][0] == found[1][0] == pytest.approx(3.0, rel=1e-5) and found[3][0] == 1.0
+
+
+def test_a_known_gain_may_have_the_name_of_a_shared_one() -> None:
+    image = np.random.default_rng(4).random((8, 8, 3))
+    known = View(np.asarray(image, np.float32), shapes.camera(), None, 1.0, np.full(3, 4.0), "a")
+    gains = Gains([known, view(2.0 * image, EXPOSURE, shared="a")])
+    found = gains.find(adjoint_of(l2), dict.fromkeys(range(2), (image, image)))
+    assert found[0][0] == 4.0 and found[1][0] == pytest.approx(2.0, rel=1e-5)
 
 
 def test_gradient_at_the_truth_has_no_bias() -> None:

@@ -11,7 +11,7 @@ from edgegrad import VertexRules
 from edgegrad.fitting.control_vertices import ControlVertices
 from edgegrad.fitting.variables import unknown
 from edgegrad.fitting.vertices.cage import Cage
-from edgegrad.fitting.vertices.fold_guard import FoldGuard
+from edgegrad.fitting.vertices.fold_guard import FoldGuard, with_neighbours
 from edgegrad.fitting.vertices.mirror import partners
 from edgegrad.fitting.vertices.rules import Constraint
 from edgegrad.geometry import topology
@@ -186,6 +186,14 @@ def test_no_step_folds_a_ball(seed: int) -> None:
         moved = moved + factor[:, None] * change
         assert _crossings(moved, faces) == 0
     assert np.abs(moved - vertices).max() > 0.05
+
+
+def test_one_chosen_neighbour_is_enough() -> None:
+    """The middle vertex has edges to four others; it is near a chosen one, whatever the order of the edges."""
+    for ends in ([[0, 1], [0, 2], [0, 3], [0, 4]], [[3, 0], [2, 0], [1, 0], [4, 0]]):
+        chosen = np.arange(5) == 2
+        assert with_neighbours(chosen, np.array(ends)).tolist() == [True, False, True, False, False]
+        assert with_neighbours(np.arange(5) == 0, np.array(ends)).all()
 
 
 def test_two_sheets_do_not_pass_through_each_other() -> None:

@@ -100,7 +100,7 @@ def test_data_window_is_placed_in_the_display_window(tmp_path: Path) -> None:
         displayWindow=display,
     )
     image = images.read_image(tmp_path / "a.exr")
-    assert image.shape == (10, 10, 3)
+    assert image.shape == (10, 10, 3) and images.image_size(tmp_path / "a.exr") == (10, 10)
     np.testing.assert_array_equal(image[1:6, 2:9], rgb)
     assert image.sum() == pytest.approx(rgb.sum(), rel=1e-6)
 
@@ -148,12 +148,13 @@ def test_sixteen_bit_png_keeps_its_bits(tmp_path: Path, channels: int) -> None:
     np.testing.assert_allclose(images.read_image(tmp_path / "a.png"), expected, atol=1e-6)
 
 
-def test_jpeg_is_turned_as_its_exif_says(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["a.jpg", "a.png", "a.tif"])
+def test_pictures_are_turned_as_their_exif_says(tmp_path: Path, name: str) -> None:
     exif = Image.Exif()
     exif[0x0112] = 6  # turn by 90 degrees to see it upright
-    Image.new("RGB", (32, 16), (255, 0, 0)).save(tmp_path / "a.jpg", exif=exif)
-    image = images.read_image(tmp_path / "a.jpg")
-    assert image.shape == (32, 16, 3)
+    Image.new("RGB", (32, 16), (255, 0, 0)).save(tmp_path / name, exif=exif)
+    image = images.read_image(tmp_path / name)
+    assert image.shape == (32, 16, 3) and images.image_size(tmp_path / name) == (32, 16)
     np.testing.assert_allclose(image[8, 8], [1.0, 0.0, 0.0], atol=0.02)
 
 

@@ -22,6 +22,7 @@ from edgegrad_addon.animated.parameter import Wanted
 from edgegrad_addon.export.geometry.mesh import positions
 from edgegrad_addon.parameters import Names
 from edgegrad_addon.session import Picture, Request, Session
+from edgegrad_addon.write_back.held import Held
 from edgegrad_addon.write_back.kept import TEXT, write_kept
 from tests.support.scenes import blender_scenes as bs
 
@@ -165,6 +166,14 @@ def test_all_kinds_of_results_are_written_from_the_text(session: Session) -> Non
     assert bpy.data.objects["Empty"].location.x == pytest.approx(PLACE)
 
 
+def test_removed_data_are_named_by_their_kind() -> None:
+    mesh = bpy.data.meshes.new("Net")
+    held = Held.of("meshes", mesh)
+    bpy.data.meshes.remove(mesh)
+    with pytest.raises(edgegrad_addon.problem.Problem, match=r"^mesh 'Net': was removed"):
+        held.get()
+
+
 def test_texts_that_were_changed_are_refused(session: Session) -> None:
     bpy.data.objects.remove(bpy.data.objects["Cube"])
     session.write(result(session))
@@ -174,6 +183,20 @@ def test_texts_that_were_changed_are_refused(session: Session) -> None:
         with pytest.raises(edgegrad_addon.problem.Problem, match=TEXT):
             write_kept()
         bpy.data.objects.remove(bpy.data.objects["Cube"])
+
+
+def test_what_was_written_before_a_damaged_entry_is_not_written_twice(session: Session) -> None:
+    cube = bpy.data.objects["Cube"]
+    before = positions(cube.data)
+    bpy.ops.object.mode_set(mode="EDIT")
+    session.write(result(session))
+    bpy.ops.object.mode_set(mode="OBJECT")
+    kept = json.loads(bpy.data.texts[TEXT].as_string())["results"]
+    bpy.data.texts[TEXT].from_string(json.dumps({"results": [*kept, {"vertices": "Cube"}]}))
+    for _ in range(2):
+        with pytest.raises(edgegrad_addon.problem.Problem, match=TEXT):
+            write_kept()
+        assert np.allclose(shown(cube), before + MOVE)
 
 
 def test_the_command_line_says_what_was_not_written(

@@ -68,6 +68,20 @@ def test_the_motion_of_the_example_is_found(tmp_path: Path) -> None:
     assert {"before_Camera_0001.png", "after_Camera_0002.png", "after_Camera_0003.png"} <= names
 
 
+def test_only_names_of_files_have_numbers_of_frames(tmp_path: Path) -> None:
+    """A folder may have # in its name, and so may a picture that is there."""
+    folder = tmp_path / "shot #12"
+    folder.mkdir()
+    for name in ("film.0001.exr", "film.0002.exr", "take #1.exr"):
+        images.write_image(folder / name, np.ones((2, 2, 3), np.float32))
+    film = FrameRange(1, 2)
+    numbered = film.pictures([Picture("Camera", str(folder / "film.####.exr"))], 1)
+    assert [one.image for one in numbered] == [str(folder / f"film.000{k}.exr") for k in (1, 2)]
+    for name in ("film.0001.exr", "take #1.exr"):
+        (single,) = film.pictures([Picture("Camera", str(folder / name))], 1)
+        assert single.image == str(folder / name) and single.time == 1
+
+
 def test_keyed_values_are_those_of_frames_and_shared_ones_of_all(tmp_path: Path) -> None:
     ob = staged(tmp_path)
     bpy.context.scene.frame_set(7)

@@ -146,7 +146,6 @@ def _refracted(half_space: F64, roughness: float, ior: float) -> F64:
         cos_out = np.sqrt(1.0 - (1.0 - cos_in**2) / ior**2)
         inside = cos_out * h[:, 2] - (cos_in * h[:, 2] - mu) / ior
         entered = inside[inside > 0.0]
-        entered = inside[inside > 0.0]
         out[k] = _lookup(half_space, entered if len(entered) else np.zeros(1))
     return out
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from edgegrad.geometry.labels import merge, summed
+
 F32 = NDArray[np.float32]
 I32 = NDArray[np.int32]
 
@@ -29,19 +31,7 @@ def islands(uv: F32, vertices: I32, sizes: I32) -> NDArray[np.int64]:
     key = np.empty((len(uv), 3), np.float32)
     key[:, 0], key[:, 1:] = vertices.astype(np.int32).view(np.float32), uv
     _, point = np.unique(key.view(np.dtype((np.void, 12))).reshape(-1), return_inverse=True)
-    point = point.reshape(-1)
-    # Each face and point takes the smallest number around it, until nothing changes. Following the numbers themselves
-    # halves the way each time.
-    number = np.arange(len(sizes))
-    while True:
-        of_point = np.full(point.max(initial=-1) + 1, len(sizes))
-        np.minimum.at(of_point, point, number[face])
-        new = number.copy()
-        np.minimum.at(new, face, of_point[point])
-        new = new[new]
-        if np.array_equal(new, number):
-            return np.asarray(number[face], np.int64)
-        number = new
+    return merge(np.arange(len(sizes)), face, point.reshape(-1))[face]
 
 
 def widened(uv: F32, chosen: NDArray[np.bool_], vertices: I32, sizes: I32, resolution: int) -> F32 | None:
@@ -54,7 +44,7 @@ def widened(uv: F32, chosen: NDArray[np.bool_], vertices: I32, sizes: I32, resol
     number = number.reshape(-1)
     count = np.bincount(number)
     points = uv.astype(np.float64)
-    centre = np.stack([np.bincount(number, points[:, k]) for k in (0, 1)], axis=1) / count[:, None]
+    centre = summed(number, points) / count[:, None]
     apart = points - centre[number]
     xx, xy, yy = (np.bincount(number, apart[:, i] * apart[:, k]) for i, k in ((0, 0), (0, 1), (1, 1)))
     angle = 0.5 * np.arctan2(2.0 * xy, xx - yy)  # of the direction of the largest spread

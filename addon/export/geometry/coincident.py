@@ -169,7 +169,7 @@ def _contains(corners: F64, normal: F64, points: F64, slack: F64) -> NDArray[np.
 
 def _hidden_emitters(out: Export, found: Triangles, plane: I64) -> list[tuple[int, int]]:
     """Pairs of owners of which one emits light, and whose faces lie on each other, seen by the camera or not."""
-    emits = np.array([_emits(out.scene, slot) for _, slot in found.owners])
+    emits = np.array([any(one.emits for one in out.scene.closures(slot)) for _, slot in found.owners])
     pairs: set[tuple[int, int]] = set()
     for owner in np.flatnonzero(emits):
         index = np.flatnonzero((found.owner == owner) & (plane >= 0))[:SAMPLES]
@@ -177,10 +177,6 @@ def _hidden_emitters(out: Export, found: Triangles, plane: I64) -> list[tuple[in
         pairs |= set(_others(found, plane, points, index, np.zeros(len(index), np.float32),
                              np.flatnonzero(plane >= 0)))  # fmt: skip
     return sorted(pairs)
-
-
-def _emits(scene: edgegrad.Scene, material: str) -> bool:
-    return any(np.any(one.emission > 0.0) or "emission" in one.textures for one in scene.closures(material))
 
 
 def _warn_about_lights(out: Export, found: Triangles) -> None:

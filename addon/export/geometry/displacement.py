@@ -17,6 +17,7 @@ import edgegrad
 from edgegrad import Scene, World, _native
 from edgegrad import expression as e
 from edgegrad.expression import Expression, Operand, nodes_of
+from edgegrad.geometry.labels import summed
 from edgegrad.tables.materials import COLUMNS, WIDTH
 from edgegrad.tables.textures.program import compile_textures
 
@@ -28,7 +29,7 @@ from ..nodes.links import Groups, by_identifier, feed
 from .attributes import ACTIVE_UV, OBJECT, TANGENT, layer
 from .group import Group
 from .mesh import MeshArrays
-from .normals import face_normals, shading_normals, unit
+from .normals import face_normals, shading_normals, unit, usable
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -201,14 +202,13 @@ def _moved_normals(positions: F32, arrays: MeshArrays, recomputed: NDArray[np.bo
         out[group] = unit(unit(out[group]) + after[vertex] - before[vertex])
     else:
         out[group] = after[vertex]
-    out[~(np.abs(out).max(axis=1, initial=0.0) > 0.0)] = (0.0, 0.0, 1.0)
-    return out.astype(np.float32)
+    return usable(out.astype(np.float32))
 
 
 def _vertex_normals(positions: F32, faces: I32, count: int) -> F64:
     """(count, 3) normalised sums of the unit normals of faces at vertices."""
     flat = np.repeat(face_normals(positions, faces), 3, axis=0)
-    return unit(np.stack([np.bincount(faces.reshape(-1), flat[:, k], count) for k in range(3)], axis=1))
+    return unit(summed(faces.reshape(-1), flat, count))
 
 
 def _evaluated(one: Displacement, group: Group, corner: NDArray[np.intp], normal: F64) -> F64:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edgegrad import Camera
+from edgegrad.images import srgb_to_linear
 from edgegrad.scene.placement import stretches
 
 from ...problem import Report
@@ -272,8 +273,7 @@ def _of_emitter(ob: Any, modifier: Any, numbers: range, names: set[str]) -> dict
             flat = np.fromiter(chain.from_iterable(
                 system.mcol_on_emitter(modifier, particle=particle(k), particle_no=k, vcol_no=index) for k in numbers),
                 np.float64, 3 * len(numbers))  # fmt: skip
-            codes = np.clip(flat.reshape(-1, 3), 0.0, 1.0)
-            found[name] = np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
+            found[name] = srgb_to_linear(np.clip(flat.reshape(-1, 3), 0.0, 1.0))
     return found
 
 

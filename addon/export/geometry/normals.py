@@ -126,6 +126,7 @@ def bits(*columns: NDArray[Any]) -> NDArray[np.uint64]:
 
 
 def unit(v: F64) -> F64:
+    """Return vectors (..., 3) at length 1; zero vectors stay zero."""
     length = np.linalg.norm(v, axis=-1, keepdims=True)
     return np.divide(v, length, out=np.zeros_like(v), where=length > 1e-30)
 

@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from edgegrad.geometry.labels import summed
+
 from .mesh import positions
-from .normals import bits
+from .normals import bits, unit, vertex_normals
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -21,8 +23,6 @@ def pointiness(mesh: Any) -> F32:
     of half a turn, is averaged over each vertex and its neighbours.
     """
     points = positions(mesh)
-    normals = np.empty((len(points), 3), np.float32)
-    mesh.vertex_normals.foreach_get("vector", normals.ravel())
     edges = np.empty((len(mesh.edges), 2), np.int32)
     mesh.edges.foreach_get("vertices", edges.ravel())
     _, first, place = np.unique(bits(points), return_index=True, return_inverse=True)
@@ -31,21 +31,11 @@ def pointiness(mesh: Any) -> F32:
     edge = np.unique(np.sort(place[edges], axis=1), axis=0)
     edge = edge[edge[:, 0] != edge[:, 1]]
     one, two = edge.T
-    normal = _unit(_sums(place, normals.astype(np.float64), count))
-    along = points[first[two]].astype(np.float64) - points[first[one]]
-    along = _unit(along)
+    normal = unit(summed(place, vertex_normals(mesh).astype(np.float64), count))
+    along = unit(points[first[two]].astype(np.float64) - points[first[one]])
     number = np.bincount(one, minlength=count) + np.bincount(two, minlength=count)
-    total = _sums(one, along, count) - _sums(two, along, count)
+    total = summed(one, along, count) - summed(two, along, count)
     cosine = np.einsum("nk,nk->n", normal, total) / np.maximum(number, 1)
     raw = np.where(number > 0, np.arccos(np.clip(cosine, -1.0, 1.0)) / np.pi, 0.0)
     blurred = raw + np.bincount(one, raw[two], count) + np.bincount(two, raw[one], count)
     return (blurred / (number + 1))[place][:, None].astype(np.float32)
-
-
-def _sums(index: NDArray[Any], vectors: F64, count: int) -> F64:
-    return np.stack([np.bincount(index, vectors[:, k], count) for k in range(3)], axis=1)
-
-
-def _unit(vectors: F64) -> F64:
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0.0)

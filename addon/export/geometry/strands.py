@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .mesh import MeshArrays
+from .normals import unit
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -94,10 +95,10 @@ def straight(strands: Strands) -> Strands:
     before, start, end, after = _neighbours(strands)
     strand = strands.of_point()[start]
     p = strands.points
-    along = _unit(p[end] - p[start])
+    along = unit(p[end] - p[start])
 
     def beyond(other: F64, point: I64) -> F64:
-        cosine = np.einsum("nk,nk->n", _unit(other), along)[:, None]
+        cosine = np.einsum("nk,nk->n", unit(other), along)[:, None]
         half = np.sqrt(np.maximum(1.0 - cosine, 0.0) / np.maximum(1.0 + cosine, 1e-6))
         return np.where(other.any(axis=1)[:, None], np.minimum(half, 1.0), 0.0) * strands.radius[point][:, None]
 
@@ -254,7 +255,7 @@ def _frames(strands: Strands) -> F64:
     """(p, 2, 3) two unit vectors across the strand at each point, carried along without twist."""
     _, start, end, _ = _neighbours(strands)
     chord = np.zeros((len(strands.points) + 1, 3))
-    chord[start] = _unit(strands.points[end] - strands.points[start])
+    chord[start] = unit(strands.points[end] - strands.points[start])
     along = chord[:-1].copy()
     along[end] += chord[start]
     u = np.zeros_like(strands.points)
@@ -263,24 +264,19 @@ def _frames(strands: Strands) -> F64:
         tangent = along[now]
         degenerate = np.einsum("nk,nk->n", tangent, tangent) < 1e-12
         tangent[degenerate] = (0.0, 0.0, 1.0)
-        along[now] = tangent = _unit(tangent)
+        along[now] = tangent = unit(tangent)
         ahead = _turned(tangent) if k == 0 else u[now - 1]
-        u[now] = _unit(ahead - tangent * np.einsum("nk,nk->n", ahead, tangent)[:, None])
+        u[now] = unit(ahead - tangent * np.einsum("nk,nk->n", ahead, tangent)[:, None])
         lost = ~(np.abs(u[now]).max(axis=1, initial=0.0) > 0.0)
         if lost.any():
             other = np.roll(tangent[lost], 1, axis=1) + (0.1, 0.2, 0.3)
-            u[now[lost]] = _unit(np.cross(tangent[lost], other))
+            u[now[lost]] = unit(np.cross(tangent[lost], other))
     return np.stack([u, np.cross(along, u)], axis=1)
 
 
 def _turned(along: F64) -> F64:
     """(n, 3) vectors across the unit vectors `along`; neighbours in this order are turned evenly around them."""
     least = np.eye(3)[np.argmin(np.abs(along), axis=1)]
-    u = _unit(np.cross(along, least))
+    u = unit(np.cross(along, least))
     angle = 2.0 * np.pi * GOLDEN * np.arange(len(along))[:, None]
     return np.asarray(np.cos(angle) * u + np.sin(angle) * np.cross(along, u))
-
-
-def _unit(v: F64) -> F64:
-    length = np.linalg.norm(v, axis=-1, keepdims=True)
-    return np.divide(v, length, out=np.zeros_like(v), where=length > 1e-30)

@@ -13,7 +13,7 @@ from edgegrad.expression import Operand
 from ..exported import Export
 from ..geometry.meshes import PlacedMeshes
 from .material import PART, MaterialReading
-from .shaders import product
+from .shaders import mixture, product, weighted
 
 CAMERA = e.LightPath("CAMERA")
 HELD = " (holdout)"  # end of the names of these materials
@@ -40,14 +40,8 @@ def _name(material: str) -> str:
 
 def _held_out(reading: MaterialReading, name: str) -> MaterialReading:
     """Copy a material; what is transparent stays so, as in Cycles."""
-    value = reading.value
-    if isinstance(value, edgegrad.Mixture):
-        found = [(reading.parts[key], value.textures.get(str(k), float(value.weights[k])))
-                 for k, key in enumerate(value.parts)]  # fmt: skip
-    else:
-        found = [(value, 1.0)]
     layers: list[tuple[edgegrad.Material, Operand]] = []
-    for part, weight in found:
+    for part, weight in weighted(reading.value, reading.shaders()):
         if part.kind == "TRANSPARENT":
             layers.append((part, weight))
             continue
@@ -58,6 +52,5 @@ def _held_out(reading: MaterialReading, name: str) -> MaterialReading:
                            product(weight, e.Math("MULTIPLY", CAMERA, clear))))  # fmt: skip
     keys = [f"{name}{PART}{k}" for k in range(len(layers))]
     parts = {key: part for key, (part, _) in zip(keys, layers, strict=True)}
-    weights = np.array([weight if isinstance(weight, float) else 0.5 for _, weight in layers])
-    textures = {str(k): weight for k, (_, weight) in enumerate(layers) if isinstance(weight, e.Expression)}
-    return replace(reading, value=edgegrad.Mixture(tuple(keys), weights, textures), parts=parts)
+    value = mixture({key: weight for key, (_, weight) in zip(keys, layers, strict=True)})
+    return replace(reading, value=value, parts=parts)

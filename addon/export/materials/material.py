@@ -26,7 +26,7 @@ from ..nodes.images import Images
 from ..nodes.read_normals import displaced_normal
 from .coats import separate_coat
 from .shader_nodes import read_shader
-from .shaders import Closure, Part, parts, product
+from .shaders import Closure, Part, mixture, parts, product
 
 PART = "/shader "  # separates the name of a mixture from that of its part
 # Inputs for (base colour, emission colour, emission strength) that a fit may write, by type of shader node.
@@ -246,16 +246,14 @@ class _Reading:
             self.reading.value = merged[0][1]
             self._note_sockets([part for part in found if not part.groups])
         elif merged:
-            weights = np.array([number(part.weight) or 0.0 if not isinstance(part.weight, Expression) else 0.5
-                                for part, _ in merged])  # fmt: skip
             keys = [f"{name}{PART}{k}: {nodes.label(part.node, part.groups)}" for k, (part, _) in enumerate(merged)]
-            textures = {str(k): part.weight for k, (part, _) in enumerate(merged)
-                        if isinstance(part.weight, Expression)}  # fmt: skip
             self.reading.parts = dict(zip(keys, (closure for _, closure in merged), strict=True))
+            layers = dict(zip(keys, (part.weight for part, _ in merged), strict=True))
             if len(keys) == 1:  # the weight of a single part counts only beside another part
-                keys, weights = [*keys, f"{name}{PART}1: black"], np.append(weights, max(1.0 - weights[0], 0.0))
-                self.reading.parts[keys[1]] = _black()
-            self.reading.value = edgegrad.Mixture(tuple(keys), weights, textures)
+                black, weight = f"{name}{PART}1: black", merged[0][0].weight
+                rest = 0.5 if isinstance(weight, Expression) else max(1.0 - (number(weight) or 0.0), 0.0)
+                self.reading.parts[black], layers[black] = _black(), rest
+            self.reading.value = mixture(layers)
         where = f"material '{self.material.name}'"
         for note in self.reader.notes:
             report.warn(where, note)
@@ -293,15 +291,12 @@ class _Reading:
             if color:
                 self.reading.base_color = SocketPath(part.node.name, color)
                 self._note_feed("base_color", part.node.inputs[color])
-            taken = self.reading.emission_color is not None and not self._emits(part)
+            taken = self.reading.emission_color is not None and part.node.type != "EMISSION"
             if emission and not taken:
                 self.reading.emission_color = SocketPath(part.node.name, emission)
                 self.reading.emission_strength = SocketPath(part.node.name, strength)
                 for name in (emission, strength):
                     self._note_feed("emission", part.node.inputs[name])
-
-    def _emits(self, part: Part) -> bool:
-        return part.node.type == "EMISSION"
 
     def _note_feed(self, fieldname: str, socket: Any) -> None:
         fed_by = nodes.source(socket)

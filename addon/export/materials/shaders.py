@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -77,6 +77,22 @@ def product(a: Operand, b: Operand) -> Operand:
     if a == 1.0 or b == 1.0:
         return b if a == 1.0 else a
     return e.Math("MULTIPLY", a, b)
+
+
+def mixture(layers: Mapping[str, Operand]) -> edgegrad.Mixture:
+    """Return the sum of closures with these names and weights."""
+    weights = [0.5 if isinstance(weight, Expression) else number(weight) or 0.0 for weight in layers.values()]
+    textures = {str(k): weight for k, weight in enumerate(layers.values()) if isinstance(weight, Expression)}
+    return edgegrad.Mixture(tuple(layers), np.array(weights), textures)
+
+
+def weighted(value: edgegrad.Material | edgegrad.Mixture,
+             closures: Iterable[edgegrad.Material]) -> list[tuple[edgegrad.Material, Operand]]:  # fmt: skip
+    """List the closures of a material with their weights."""
+    if isinstance(value, edgegrad.Material):
+        return [(value, 1.0)]
+    weights = [value.textures.get(str(k), float(weight)) for k, weight in enumerate(value.weights)]
+    return list(zip(closures, weights, strict=True))
 
 
 @dataclass

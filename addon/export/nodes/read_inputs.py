@@ -15,8 +15,6 @@ from ..geometry import attributes
 from .expressions import Reader, Unreadable, folded, number, reads
 from .links import Groups, label
 
-Rows = tuple[tuple[float, float, float, float], ...]
-
 
 def rows(matrix: Any) -> Any:
     """Convert the first three rows of a matrix to the form of `edgegrad.expression.Transform`."""
@@ -36,8 +34,6 @@ def _own_output(reader: Reader, node: Any, groups: Groups, output: Any) -> Opera
 
 @reads("UVMAP")
 def _uv_map(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    if node.from_instancer:
-        reader.note(f"node '{label(node, groups)}' uses the UV map of the object, not of its instancer")
     return attributes.layer(node.uv_map or attributes.ACTIVE_UV)
 
 
@@ -203,10 +199,6 @@ def _light_path(reader: Reader, node: Any, groups: Groups, output: Any) -> Opera
     return 0.0
 
 
-def _camera_distance(world_to_camera: Any) -> Operand:
-    return e.VectorMath("LENGTH", e.Transform(e.Coordinates("POSITION"), rows(world_to_camera)))
-
-
 @reads("VOLUME_INFO")
 def _of_no_mesh(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     """Return what the node gives on a mesh, which has no voxels."""
@@ -261,9 +253,9 @@ def _seen_pixel_size(size: Operand) -> Operand:
 def _camera_data(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     if reader.view is None:
         raise unreadable(node, groups, output.identifier, bakeable=False)
-    if output.identifier == "View Distance":
-        return _camera_distance(reader.view.world_to_camera)
     place = e.Transform(e.Coordinates("POSITION"), rows(reader.view.world_to_camera))
+    if output.identifier == "View Distance":
+        return e.VectorMath("LENGTH", place)
     return e.Channel(place, 2) if output.identifier == "View Z Depth" else e.VectorMath("NORMALIZE", place)
 
 

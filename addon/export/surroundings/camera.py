@@ -15,8 +15,8 @@ KINDS = {"PERSP": "PERSPECTIVE", "ORTHO": "ORTHOGRAPHIC", "PANO": "EQUIRECTANGUL
 MILLIMETRE = 1e-3
 
 
-def picture_size(scene: Any) -> tuple[int, int]:
-    """Width and height of the full picture, pixels, after Blender's resolution percentage."""
+def render_size(scene: Any) -> tuple[int, int]:
+    """Width and height of the scene's renders, of the whole picture."""
     render = scene.render
     return (max(1, render.resolution_x * render.resolution_percentage // 100),
             max(1, render.resolution_y * render.resolution_percentage // 100))  # fmt: skip
@@ -49,7 +49,7 @@ def export_camera(camera: Any, scene: Any, report: Report) -> edgegrad.Camera:
     if lens.type == "PANO" and _panorama(lens, "panorama_type") != "EQUIRECTANGULAR":
         raise Problem(f"{where}: its panorama is {_panorama(lens, 'panorama_type')}, which can't be rendered; set its "
                       "panorama type to Equirectangular, or its type to Perspective")  # fmt: skip
-    width, height = picture_size(scene)
+    width, height = render_size(scene)
     render = scene.render
     matrix = _pose(np.array(camera.matrix_world, np.float64), where, report)
     out = edgegrad.Camera(

@@ -19,7 +19,7 @@ from ..bakes.bake_scene import BakeScene, own_groups, show_to
 from ..exported import Export
 from ..nodes.ray_kinds import SAMPLED
 from .directed_lamps import may_be_directed, replace_light
-from .lamp_nodes import read_emission
+from .lamp_nodes import own_color, read_emission
 
 PIXELS = 64
 UNIFORM = 0.05  # spread of a light that counts as the same in all directions, relative to its maximum
@@ -39,14 +39,11 @@ def bake_lamps(out: Export, resolution: int) -> None:
             out.report.warn(where, note)
         if not emission.varying:
             continue
-        # The colour of the light without its nodes
-        tint = np.array(light.color, np.float64)
-        if getattr(light, "use_temperature", False):
-            tint = tint * np.array(light.temperature_color, np.float64)
+        color = own_color(light)
         reach = _reach(out, source.matrix[:3, 3])
         directed = directions(light, reach) if resolution > 0 and may_be_directed(out, name, light) else None
         if directed is not None:
-            replace_light(out, name, tint, directed, reach)
+            replace_light(out, name, color, directed, reach)
             out.report.tell(where, "shines differently in different directions, so it is a small body that glows")
             continue
         mean = mean_emission(light, reach) if resolution > 0 else None
@@ -54,7 +51,7 @@ def bake_lamps(out: Export, resolution: int) -> None:
         if mean is None:
             out.report.warn(where, f"its nodes are left out, since {why}")
             continue
-        out.scene.lights[name].color = np.maximum(tint * mean, 0.0)
+        out.scene.lights[name].color = np.maximum(color * mean, 0.0)
         out.report.warn(where, f"it emits the mean of its nodes, since {why}")
 
 

@@ -47,6 +47,12 @@ def has_nodes(light: Any) -> bool:
     return light.node_tree is not None and (bpy.app.version >= (5, 1, 0) or bool(light.use_nodes))
 
 
+def own_color(light: Any) -> NDArray[np.float64]:
+    """(3,) colour of a light without its nodes."""
+    color = np.array(light.color, np.float64)
+    return color * np.array(light.temperature_color) if getattr(light, "use_temperature", False) else color
+
+
 def read_emission(light: Any) -> LampEmission:
     """Read the nodes of a light (its data)."""
     if not has_nodes(light):

@@ -17,7 +17,7 @@ import edgegrad
 from edgegrad.tables.lights import LEAST_BLEND
 
 from ...problem import Report
-from .lamp_nodes import read_emission
+from .lamp_nodes import own_color, read_emission
 
 Light: TypeAlias = edgegrad.PointLight | edgegrad.SpotLight | edgegrad.SunLight | edgegrad.AreaLight
 F64 = NDArray[np.float64]
@@ -47,11 +47,8 @@ def export_light(light_object: Any, matrix: F64, visible: frozenset[str], report
     if light.type == "AREA" and getattr(getattr(light, "cycles", None), "is_portal", False):
         report.warn(where, "is a portal, which only guides samples; it is left out")
         return None
-    color = np.array(light.color, np.float64)
-    if getattr(light, "use_temperature", False):
-        color = color * np.array(light.temperature_color, np.float64)
     emission = read_emission(light)
-    color = color * emission.factor
+    color = own_color(light) * emission.factor
     power = float(light.energy) * power_factor(light)
     if color.min() < 0.0 and color.max() <= 0.0:
         power, color = -power, -color

@@ -18,10 +18,3 @@ def filters(shape: tuple[int, ...], smoothness: float) -> list[F64]:
         inverse = np.linalg.inv(np.eye(n) + smoothness * second)
         found.append(inverse @ inverse)
     return found
-
-
-def smoothed(gradient: F64, matrices: list[F64]) -> F64:
-    """A gradient after the filter along each of its first axes."""
-    for axis, matrix in enumerate(matrices):
-        gradient = np.moveaxis(np.tensordot(matrix, gradient, axes=(1, axis)), 0, axis)
-    return np.ascontiguousarray(gradient)

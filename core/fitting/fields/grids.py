@@ -14,7 +14,7 @@ from ..bounds import first_step, limits
 from ..checkpoints.resumable import Resumable, State
 from ..optimisers import Adam
 from ..rigid_variables import BETA2
-from .filters import filters, smoothed
+from .filters import filters
 from .schedule import MOST_COARSER, FieldSteps, refinements
 
 F64 = NDArray[np.float64]
@@ -56,7 +56,7 @@ class Attribute(Resumable):
             self._level -= 1
             self._restart()
         up = self._maps(0)
-        smooth = smoothed(mapped(gradient, [one.T for one in up]), self._filters)
+        smooth = mapped(mapped(gradient, [one.T for one in up]), self._filters)
         self._values = np.clip(self._optimiser.update(self._values, smooth, factor), *self.limits)
         self._count += 1
         return mapped(self._values, up)

@@ -22,8 +22,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...distance_fields.ragged import connected
 from ...geometry.camera_view import depths, in_picture, pixels
+from ...geometry.labels import connected
 from ...scene.camera import Camera
 
 F64 = NDArray[np.float64]

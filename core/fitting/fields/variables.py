@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...distance_fields import spline
+from ...distance_fields.linear import mapped
 from ...distance_fields.redistancing import coefficients_without, distance_coefficients
 from ...distance_fields.regularisers import eikonal_of, laplacian_of
 from ...scene import parameters
@@ -16,7 +17,7 @@ from ...scene.scene import Scene
 from ..checkpoints.resumable import Resumable, State
 from ..optimisers import AdamUniform
 from ..rigid_variables import BETA2
-from .filters import filters, smoothed
+from .filters import filters
 from .schedule import MOST_COARSER, FieldSteps, refinements
 
 F64 = NDArray[np.float64]
@@ -66,7 +67,7 @@ class Coefficients(Resumable):
         levels = _levels(field, self.options.coarser, path)
         self._level = levels
         self._turns = refinements(levels, iterations)
-        self._spacing = (field.upper - field.lower) / field.cells * 2.0**levels
+        self._spacing = field.spacing * 2.0**levels
         self._values = np.asarray(field.values, np.float64)
         if levels:
             places = [np.arange(0, n + 1, 2**levels, dtype=np.float64) for n in field.cells]
@@ -84,7 +85,7 @@ class Coefficients(Resumable):
             self._refine()
         for _ in range(self._level):
             gradient = spline.coarsened_gradient(gradient)
-        smooth = smoothed(gradient + self._regulariser(), self._filters)
+        smooth = mapped(gradient + self._regulariser(), self._filters)
         move = self._optimiser.update(np.zeros_like(smooth), smooth, factor)
         most = factor * self.step
         largest = float(np.abs(move).max(initial=0.0))
@@ -196,7 +197,7 @@ def _levels(field: Field, coarser: int | None, path: str) -> int:
 
 def _harmless_levels(field: Field) -> int:
     """Number of coarser grids that have the surface of the field almost as it is."""
-    spacing = (field.upper - field.lower) / field.cells
+    spacing = field.spacing
     values = distance_coefficients(np.asarray(field.values, np.float64), spacing)
     nodes = spline.node_values(values)
     near = np.abs(nodes) < 2.0 * float(spacing.max())

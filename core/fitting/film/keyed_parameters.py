@@ -24,6 +24,8 @@ F64 = NDArray[np.float64]
 
 CAMERA = "camera."
 POSES = ("to_world", "transform")
+# Points and directions, which have no range and no first step of their own (`bounds`).
+PLACES = ("position", "direction", "across", "lower", "upper")
 # More numbers, such as vertices or texels, are shapes and images, which have one value for all frames.
 MOST_NUMBERS = 64
 # Step of the difference quotients of poses, radians and extents; the functions are smooth, so the error is 1e-10.
@@ -56,7 +58,7 @@ class KeyedParameters:
             value = np.asarray(parameters.get(scene, path), np.float64)
             field = parameters.split(path)[2]
             pose = field in POSES
-            if not pose and (value.ndim == 2 or value.size > MOST_NUMBERS or field in ("position", "direction")):
+            if not pose and (value.ndim == 2 or value.size > MOST_NUMBERS or field in PLACES):
                 raise ValueError(f"film: '{path}' can't be keyed; key a transform, a camera-to-world matrix or numbers")
             self._start[path] = value
             if pose:

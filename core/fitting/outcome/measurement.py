@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from ...rendering.options import Progress
 from ..driven import Numbers, Variable
+from ..gains import groups
 from ..losses import Loss
 from ..silhouettes import moves_silhouettes
 from ..stages import Stages
-from ..targets import View, camera_of_gradient
+from ..targets import EXPOSURE, View, camera_of_gradient
 from ..variables import Unknown
 from .coordinates import Coordinate, coordinates
 from .normal_equations import Equations, Solution, solve
@@ -162,14 +163,10 @@ class Factor:
 
 
 def _factors(seen: Sequence[View]) -> list[Factor]:
-    groups: dict[tuple[str, str | int], list[int]] = {}
-    for j, view in enumerate(seen):
-        if isinstance(view.gain, str):
-            groups.setdefault((view.gain, view.shared or j), []).append(j)
     out = []
-    for (kind, _), views in groups.items():
+    for kind, views in groups(seen):
         of = f"the {kind} of target {views[0] + 1}"
-        channels = [(1.0, 1.0, 1.0)] if kind == "exposure" else [tuple(row) for row in np.eye(3).tolist()]
+        channels = [(1.0, 1.0, 1.0)] if kind == EXPOSURE else [tuple(row) for row in np.eye(3).tolist()]
         out += [Factor(tuple(views), one, of) for one in channels]
     return out
 

@@ -108,6 +108,4 @@ def _smaller(camera: Camera, shape: tuple[int, ...]) -> Camera:
     high, wide = shape[:2]
     if camera.size == (high, wide):
         return camera
-    stretch = (camera.height / high) / (camera.width / wide)
-    return replace(camera, width=wide, height=high, pixel_aspect=camera.pixel_aspect * stretch, filter="BOX",
-                   filter_width=1.0)  # fmt: skip
+    return replace(camera.of_size(high, wide), filter="BOX", filter_width=1.0)

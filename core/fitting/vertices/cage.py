@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...geometry import topology
-from .fold_guard import FoldGuard
+from ...geometry.labels import summed
+from .fold_guard import FoldGuard, with_neighbours
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
@@ -44,27 +45,20 @@ class Cage:
         np.maximum.at(largest, self._rows, weight)
         self._strong = weight >= STRONG * largest[self._rows]
         corners = np.asarray(faces, np.int64)
-        self._ends = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]]).T
+        self._ends = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
 
     def shortened(self, before: F64, change: F64) -> F64:
         """Return (n,) factors in [0, 1] of moves of the control vertices that keep the rendered mesh clean."""
         start = self._surface + self._pushed(before - self._vertices)
         return self._guard.kept(start, len(before), lambda factor: self._pushed(factor[:, None] * change),
-                                self._movers, self._grown)  # fmt: skip
+                                self._movers, lambda near: with_neighbours(near, self._ends))  # fmt: skip
 
     def _pushed(self, move: F64) -> F64:
         """Moves of the welded rendered vertices."""
         each = np.einsum("eij,ej->ei", self._blocks, move[self._columns])
-        return np.stack([np.bincount(self._rows, each[:, k], len(self._surface)) for k in range(3)], axis=1)
+        return summed(self._rows, each, len(self._surface))
 
     def _movers(self, touched: Bool) -> Bool:
         out = np.zeros(len(self._vertices), bool)
         out[self._columns[self._strong & touched[self._rows]]] = True
-        return out
-
-    def _grown(self, chosen: Bool) -> Bool:
-        out = chosen.copy()
-        a, b = self._ends
-        out[a] |= chosen[b]
-        out[b] |= chosen[a]
         return out

@@ -36,6 +36,13 @@ def _search() -> CrossingSearch | None:
     return lambda points, faces: _native.crossing_face_pairs(points, faces, 0)
 
 
+def with_neighbours(chosen: Bool, ends: I64) -> Bool:
+    """Return `chosen` and all vertices with an edge, of the (e, 2) `ends`, to one of them."""
+    out = chosen.copy()
+    out[ends[chosen[ends].any(axis=1)]] = True
+    return out
+
+
 class FoldGuard:
     """Tests the steps of one mesh. What is bad at the start may stay so.
 
@@ -74,7 +81,8 @@ class FoldGuard:
     def shortened(self, before: F64, change: F64) -> F64:
         """Return (n,) factors in [0, 1] of the moves `change` of vertices from `before` that keep the mesh clean."""
         start, move = before[self._first], change[self._first]
-        kept = self.kept(start, len(start), lambda factor: factor[:, None] * move, lambda near: near, self._grown)
+        kept = self.kept(start, len(start), lambda factor: factor[:, None] * move, lambda near: near,
+                         lambda near: with_neighbours(near, self._ends))  # fmt: skip
         return np.asarray(kept[self._label])
 
     def kept(self, start: F64, count: int, moves: Callable[[F64], F64], movers: Callable[[Bool], Bool],
@@ -124,14 +132,6 @@ class FoldGuard:
             np.maximum.at(out, self._faces[:, k], sliver)
         out[self._border] = 1.0
         return np.asarray(out[self._label])
-
-    def _grown(self, chosen: Bool) -> Bool:
-        """`chosen` and all vertices with an edge to one of them."""
-        out = chosen.copy()
-        a, b = self._ends.T
-        out[a] |= chosen[b]
-        out[b] |= chosen[a]
-        return out
 
     def _bad(self, points: F64, before: F64, sliver_before: F64) -> I64:
         """Faces that newly are bad, from the normals and shapes of faces before the step."""

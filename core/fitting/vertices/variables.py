@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...geometry import topology
+from ...geometry.labels import summed
 from ..checkpoints.resumable import Resumable
 from ..large_steps import LargeSteps
 from ..optimisers import AdamUniform
@@ -19,9 +20,8 @@ F64 = NDArray[np.float64]
 
 # Default first step of vertices, as a fraction of the diagonal of the mesh's bounding box.
 VERTEX_STEP = 0.02
-# Default factor for the tangential motion of vertices of closed meshes: that of an open border changes the shape. A
-# smaller value keeps vertices evenly spaced,
-# but material borders and UV maps cannot move along the surface.
+# Default factor for the tangential motion of vertices of closed meshes; that of an open border changes the shape. A
+# smaller value keeps vertices evenly spaced, but material borders and UV maps cannot move along the surface.
 SLIDE = 0.5
 # Without a given smoothness, it falls from its automatic value to this one, within this part of the fit, on this many
 # levels. Large moves first drag whole regions along; fine detail comes last. An earlier release crumples hollows before
@@ -158,8 +158,6 @@ def vertex_normals(vertices: F64, faces: NDArray[np.integer], label: NDArray[np.
     """(n, 3) unit vertex normals: area-weighted mean over the faces at each welded vertex; 0 if the mean is 0."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     twice_area = np.repeat(np.cross(b - a, c - a), 3, axis=0)
-    at = label[faces.ravel()]
-    count = int(label.max()) + 1
-    total = np.stack([np.bincount(at, twice_area[:, axis], minlength=count) for axis in range(3)], axis=1)
+    total = summed(label[faces.ravel()], twice_area, int(label.max()) + 1)
     length = np.linalg.norm(total, axis=1, keepdims=True)
     return np.asarray((total / np.where(length > 0.0, length, 1.0))[label])

@@ -92,12 +92,15 @@ def lookup_tables(resources: Resources) -> dict[str, Any]:
 
 
 def mesh_extents(meshes: Sequence[Mesh], origin: NDArray[np.float64]) -> I32:
-    """(S, 2, 4) Where `vertices` has the ends of each mesh's bounding box along x and y: least and greatest coordinate,
-    then the two whose difference counts as the size.
+    """Find the coordinates that tell place and size of each mesh's bounding box along x and y.
 
-    A mesh that is turned into a plane of the axes is flat but for rounding, which must not pass for its size: what
-    remains of a float's digits there would be the direction of the tangents. Flat meshes count as thick as they are
-    long, so that this stays small (Blender's 1 m is large in one world and small in another).
+    A flat mesh that was turned into a plane of the axes has a thickness of rounding errors. With that as its size, the
+    tangents would follow these errors. So a flat mesh counts as thick as it is long.
+
+    Returns
+    -------
+    (S, 2, 4) places in the flattened `vertices`: of the least and the greatest coordinate along the axis, and of the
+    two coordinates whose difference counts as the size.
     """
     extents, first = np.zeros((len(meshes), 2, 4), np.int32), 0
     for extent, mesh in zip(extents, meshes, strict=True):

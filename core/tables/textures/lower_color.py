@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from ... import expression as e
-from .lowering import Components, Lowering, repeated, rule, vector
+from .lowering import Components, Lowering, colored, repeated, rule, vector
 from .ops import Value
 
 # A blend mode of one channel: (factor, a, b).
@@ -83,7 +83,7 @@ def _mix(low: Lowering, node: e.Mix) -> Components:
         out = list(_mix_hsv(low, node.blend, factor[0], a, b))
     if node.clamp_result:
         out = [low.clamp(x) for x in out]
-    return (*out, out[0] if out[0] == out[1] == out[2] else 1.0)
+    return colored(out)
 
 
 def _mix_hsv(low: Lowering, blend: str, t: Value, a: Components, b: Components) -> Components:

@@ -117,5 +117,3 @@ def _box_weights(low: Lowering, normal: Components, blend: float) -> tuple[Value
         single = alone(i)
         rest = [low.select(single, float(i == k), r) for k, r in enumerate(rest)]
     return rest[0], rest[1], rest[2]
-
-

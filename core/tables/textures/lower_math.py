@@ -13,7 +13,7 @@ import numpy as np
 
 from ... import expression as e
 from ..._check import array
-from .lowering import Components, Lowering, constant, repeated, rule, vector
+from .lowering import Components, Lowering, colored, constant, repeated, rule, vector
 from .ops import Value
 
 
@@ -121,7 +121,7 @@ def _math(low: Lowering, node: e.Math) -> Components:
     out = [operation(low, a, b, c) for a, b, c in columns]
     if node.clamp:
         out = [low.clamp(x) for x in out]
-    return (*out, out[0] if out[0] == out[1] == out[2] else 1.0)
+    return colored(out)
 
 
 def _wrap(low: Lowering, a: Value, high: Value, low_end: Value) -> Value:
@@ -281,7 +281,7 @@ def _average(low: Lowering, node: e.Average) -> Components:
 def _clamp(low: Lowering, node: e.Clamp) -> Components:
     columns = zip(*(low.components(v)[:3] for v in (node.value, node.minimum, node.maximum)), strict=True)
     out = [_clamp_between(low, *column) if node.swap else low.clamp(*column) for column in columns]
-    return (*out, out[0] if out[0] == out[1] == out[2] else 1.0)
+    return colored(out)
 
 
 def _clamp_between(low: Lowering, x: Value, a: Value, b: Value) -> Value:
@@ -292,7 +292,7 @@ def _clamp_between(low: Lowering, x: Value, a: Value, b: Value) -> Value:
 def _map_range(low: Lowering, node: e.MapRange) -> Components:
     operands = (node.value, node.from_min, node.from_max, node.to_min, node.to_max, node.steps)
     out = [_map_number(low, node, *column) for column in zip(*(low.components(v)[:3] for v in operands), strict=True)]
-    return (*out, out[0] if out[0] == out[1] == out[2] else 1.0)
+    return colored(out)
 
 
 def _map_number(low: Lowering, node: e.MapRange, x: Value, from_min: Value, from_max: Value, to_min: Value,

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...expression import Operand
 from ...expression import procedural as p
-from .lowering import Components, Lowering, repeated, rule, vector
+from .lowering import Components, Lowering, colored, repeated, rule, vector
 from .ops import Value
 
 
@@ -21,7 +21,7 @@ def _checker(low: Lowering, node: p.Checker) -> Components:
     first = low.build.emit("CHECKER", *_scaled(low, node.vector, node.scale))
     columns = zip(low.components(node.color1)[:3], low.components(node.color2)[:3], strict=True)
     out = [low.select(first, a, b) for a, b in columns]
-    return (*out, out[0] if out[0] == out[1] == out[2] else 1.0)
+    return colored(out)
 
 
 @rule(p.Gradient)

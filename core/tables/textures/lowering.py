@@ -1,11 +1,11 @@
 """From expressions to the steps of texture programs: what rules for each kind of expression are written with.
 
-The rules themselves are in lower_math.py, lower_color.py, lower_image.py and lower_procedural.py.
+The rules themselves are in lower_math.py, lower_color.py, lower_image.py, lower_normal.py and lower_procedural.py.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -183,6 +183,11 @@ def constant(value: Any) -> float:
 def vector(x: Value, y: Value, z: Value) -> Components:
     """Three components and w = 1."""
     return (x, y, z, 1.0)
+
+
+def colored(channels: Sequence[Value]) -> Components:
+    """Three components, and as w that of a number if all are equal, else the 1 of a colour."""
+    return (*channels, channels[0] if channels[0] == channels[1] == channels[2] else 1.0)
 
 
 def repeated(a: Value) -> Components:

@@ -74,7 +74,7 @@ def _square_scale(*v: float) -> float:
     return 1.0 if square < 2.0**64 else 2.0**-32 if np.isfinite(square) else 0.0
 
 
-# What native/texture/interpreter.h computes, of constants.
+# What native/texture/interpreter.cpp computes, of constants.
 _FOLDED: dict[str, Callable[..., float]] = {
     "ADD": lambda a, b: a + b,
     "SUBTRACT": lambda a, b: a - b,

@@ -37,7 +37,7 @@ class StoredImage:
 
 @dataclass(frozen=True)
 class NumberPlaces:
-    """Where the numbers of an expression (`expression_numbers`) are; what no program reads is nowhere.
+    """Where the numbers of an expression (`expression.numbers`) are; what no program reads is nowhere.
 
     Attributes
     ----------
@@ -56,8 +56,8 @@ class NumberPlaces:
 class TextureTables:
     """What native/scene/textures/texture_view.h points to. P programs, L closures, S meshes of the scene.
 
-    Leaves are the shaders of `scene.materials` in order, each material's parts after each other; area lights
-    follow, which have no textures (core/tables/materials.py).
+    Closures have the order of `scene.materials`, each material's parts after each other. Area lights follow, which have
+    no textures (core/tables/materials.py).
     """
 
     code: I32  # (n, 16) op, data, out[4], in[10]

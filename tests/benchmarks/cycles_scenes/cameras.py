@@ -11,7 +11,7 @@ from . import stage
 from .case import case
 
 
-def _court(target: bool = True) -> Any:
+def _court() -> Any:
     """A court with columns, all around the middle; returns Blender's scene."""
     stage.add("Floor", stage.plane("Floor", _checks(), size=24.0))
     colors = ((0.8, 0.2, 0.2), (0.2, 0.7, 0.3), (0.2, 0.3, 0.8), (0.8, 0.7, 0.2))

@@ -50,6 +50,19 @@ def fitted(field: Field, goal: float, iterations: int, options: FieldSteps) -> t
     return scene.fields["ball"], losses
 
 
+@pytest.mark.parametrize("name", ["lower", "upper"])
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_boxes_keep_their_orientation(name: str, sign: float) -> None:
+    """Gradients that push a corner of the box to one side never bring it past the other one."""
+    scene = scene_of(ball(size=8))
+    start = getattr(scene.fields["ball"], name).copy()
+    item = unknown(scene, f"fields.ball.{name}", None, None, None)
+    for _ in range(100):
+        parameters.put(scene, item.path, item.take_step(np.array([sign, -sign, 0.0]), 1.0))
+        scene.validate()
+    assert (getattr(scene.fields["ball"], name) != start)[:2].all()
+
+
 @pytest.mark.parametrize("coarser", [0, 1, 2])
 @pytest.mark.parametrize("radius", [0.35, 0.65])
 def test_a_ball_gets_the_volume_that_is_wanted(coarser: int, radius: float) -> None:

@@ -63,7 +63,7 @@ def ring_distance(p: F64, major: float = 0.7, minor: float = 0.3) -> F64:
 
 def nodes_of(field: Field) -> tuple[F64, F64, float]:
     """Places of a field's nodes in its own space, the values there, and the size of a cell."""
-    spacing = (field.upper - field.lower) / field.cells
+    spacing = field.spacing
     axes = [low + h * np.arange(n + 1) for low, h, n in zip(field.lower, spacing, field.cells, strict=True)]
     return (np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1),
             np.asarray(spline.node_values(field.values.astype(np.float64))), float(spacing[0]))

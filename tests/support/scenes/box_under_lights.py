@@ -24,7 +24,6 @@ def at(rotation: Floats, place: Floats) -> Floats:
 
 
 HIGH = np.array([0.5, 2.2, -0.3])
-DIM = edgegrad.World(np.array([0.05, 0.06, 0.08]), 1.0)
 LIGHTS: dict[str, edgegrad.PointLight | edgegrad.SpotLight | edgegrad.SunLight | edgegrad.AreaLight] = {
     "point": edgegrad.PointLight(HIGH, 90.0),
     "sphere": edgegrad.PointLight(HIGH, 90.0, 0.3, True),

@@ -19,7 +19,6 @@ from tests.support.scenes.box_under_lights import scene_under
 from tests.support.small_scenes import Floats, Make, camera, glowing, matte, rectangle
 
 VIEW = camera((0, 1.6, 2.4), (0, 0, 0.1), 16)
-SKIES = ("sky", "sky image")
 UV = e.Attribute("UVMap")
 UNSEEN = frozenset(RAYS) - {"camera"}
 

@@ -85,7 +85,8 @@ def evaluate(scene: Any, work: Callable[[Evaluation], T], camera: Any = None) ->
         If there is no camera, or if Blender cannot evaluate the scene for a render. Exceptions of `work` are raised
         unchanged.
     """
-    camera = camera or active_camera(scene)
+    if camera is None:  # markers may bind another one to the frame
+        active_camera(scene)
     if any(bpy.app.is_job_running(job) for job in ("RENDER", "OBJECT_BAKE")):
         raise Problem(f"scene '{scene.name}': can't be read while Blender renders or bakes; wait for it, or cancel it")
     bpy.ops.ed.flush_edits()

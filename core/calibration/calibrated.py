@@ -231,7 +231,7 @@ def _read_colmap(model: Path, folder: Path) -> list[Calibrated]:
             text = str(error)
             raise ValueError(text if text.startswith(where) else f"{where}: {text}") from None
     file = model / "images.txt"
-    # Two lines for each picture: its pose, and its points, which may be an empty line.
+    # Two lines for each picture: its pose, and its points, which may be an empty line. Some programs write no points.
     lines = [(k, line) for k, line in enumerate(_text(file).splitlines()) if not line.lstrip().startswith("#")]
     out, k = [], 0
     while k < len(lines):
@@ -250,8 +250,17 @@ def _read_colmap(model: Path, folder: Path) -> list[Calibrated]:
         to_camera = _rigid(where, _rotation(where, np.array(values[:4])), np.array(values[4:]))
         name = words[9].strip()
         out.append(Calibrated(name, folder / name, lenses[words[8]], np.linalg.inv(to_camera) @ TO_BLENDER))
-        k += 2
+        k += 2 if k + 1 < len(lines) and _are_points(lines[k + 1][1]) else 1
     return out
+
+
+def _are_points(line: str) -> bool:
+    """Whether a line holds points, three numbers each; a pose ends with the name of a file."""
+    words = line.split()
+    try:
+        return len(words) % 3 == 0 and all(np.isfinite(float(word)) for word in words)
+    except ValueError:
+        return False
 
 
 def _rotation(where: str, quaternion: F64) -> F64:

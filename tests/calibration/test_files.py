@@ -52,6 +52,15 @@ def test_colmap(tmp_path: Path) -> None:
     assert [one.name for one in read_calibration(model / "images.txt", tmp_path)] == ["front.png", "side view.png"]
 
 
+def test_colmap_without_points(tmp_path: Path) -> None:
+    """Some programs write one line for each picture."""
+    rows = "".join(f"{k} 1 0 0 0 0.{k} 0 4 1 {k:04}.png\n" for k in range(1, 5))
+    model = colmap(tmp_path / "sparse", "1 PINHOLE 64 48 80 80 33 23\n", rows)
+    found = read_calibration(model, tmp_path)
+    assert [one.name for one in found] == ["0001.png", "0002.png", "0003.png", "0004.png"]
+    np.testing.assert_allclose([one.to_world[0, 3] for one in found], [-0.1, -0.2, -0.3, -0.4])
+
+
 def test_transforms_json(tmp_path: Path) -> None:
     """Instant-NGP's form with intrinsics, and NeRF's with an angle and files without endings."""
     pose = np.eye(4)

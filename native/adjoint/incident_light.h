@@ -178,7 +178,6 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
         const Mask surface = follows & (next >= 0) & (face >= 0);
         if (any(surface)) {
             const auto [t, instance, b1, b2] = next_point(scene, memory, surface, face, next);
-
             // Emission of the surface has a fixed direction; light that it scatters is in material form.
             Mask fixed = holds_direction(scene, surface & may_fix & (instance < 0), face, material);
             if (any(fixed)) {

@@ -248,7 +248,6 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     if (scene.any_mixture) {
         // The closure was chosen in proportion to its weight, so only relative changes of the weight count.
         const Mask mixed = hit & (closure_count(scene, x.material) > 1);
-
         if (any(mixed))
             shader.scale = select(
                 mixed, shader.scale * relative(closure_weight(scene, mixed, closure, point)), shader.scale);

@@ -118,7 +118,6 @@ static void record_edge_on_kernel(const SceneView& scene, const EdgeOnTask& task
         const auto [u, v] = sobol_pair(index, kPairPixel);
         const auto [lens_u, lens_v] = lens_numbers(camera, index);
         const LensPoint lens = lens_of(camera, lens_u, lens_v);
-
         Float c[9];
         gather_row(task.corners, 9, number, c);
         const Float b1 = sqrt(u) * (1.0f - v), b2 = sqrt(u) * v, b0 = 1.0f - b1 - b2;

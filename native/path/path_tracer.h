@@ -57,7 +57,6 @@ EG_INLINE int start_paths(const SceneView& scene, const ImageTask& task, Workspa
         const PathIndex index = path_index(task, p.path);
         const auto [u, v] = sobol_pair(index, kPairPixel);
         const auto [lens_u, lens_v] = lens_numbers(camera, index);
-
         const Int rows = quotient(index.pixel + task.column, camera.width);
         const Float sx = to_float(index.pixel + task.column - rows * camera.width) + filter_sample(camera, u);
         const Float sy = to_float(rows + task.row) + filter_sample(camera, v);

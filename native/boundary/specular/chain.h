@@ -86,7 +86,6 @@ EG_INLINE Mask may_have(const SceneView& scene, const SurfacePoint& x, Mask acti
     Mask may = splat(0);
     for (int i = 0; i < W; ++i)
         if (active[i] && material_has(scene, x.material[i], flags)) may[i] = -1;
-
     return may;
 }
 

@@ -219,7 +219,6 @@ EG_INLINE ImageTask camera_sampled_paths(const BoundaryTask& task) {
 EG_INLINE PathPacket start_walk(const SceneView& scene, const BoundaryTask& task, Mask active, Int path,
                                 Float sx, Float sy, const PathIndex& random, Closest& hit) {
     const auto [lens_u, lens_v] = lens_numbers(scene.camera, random);
-
     PathPacket p = first_segment(task.max_depth);
     p.active = active;
     p.path = path;

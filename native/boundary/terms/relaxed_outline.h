@@ -79,7 +79,6 @@ inline EG_NOINLINE EdgeSample sample_band(const SceneView& scene, const Boundary
     Float sx, sy, part = splat(0.0f);
     s.weight = place_in_cell(scene, task, p, sx, sy) * task.scale;
     const auto [lens_u, lens_v] = lens_numbers(camera, p.random);
-
     const Float choice = sobol_pair(p.random, vertex_pair(splat(1 << 20), kVertexChoice)).u;
     const CameraRay ray = camera_ray(camera, sx, sy, lens_u, lens_v);
     for (int i = 0; i < W; ++i) {

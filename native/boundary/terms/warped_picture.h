@@ -64,7 +64,6 @@ static void warp_record_kernel(const SceneView& scene, const WarpTask& task, Wor
         Float sx, sy;
         Float weight = place_in_cell(scene, of, p, sx, sy) * of.scale;
         const auto [lens_u, lens_v] = lens_numbers(camera, p.random);
-
         const Float choice = sobol_pair(p.random, vertex_pair(splat(1 << 20), kVertexChoice)).u;
         PictureWarp warp[W];
         const Mask within = find_warps(scene, p.active, camera_ray(camera, sx, sy, lens_u, lens_v), warp);

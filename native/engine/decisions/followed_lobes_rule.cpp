@@ -29,7 +29,8 @@ constexpr float kFollowedByEmitters = 0.0205f, kFollowedByLights = 0.0505f, kFol
 // are not followed.
 constexpr float kFollowedBySize = 0.8f;
 // The slope of microfacet normals from which on emitter samples find the light of such lobes, as a multiple
-// of the same radius (shading/bsdf/distributions/tail.h).
+// of the same radius. Lobes that are much narrower have a smaller one (tail_of_lobe,
+// shading/bsdf/distributions/tail.h).
 constexpr float kTailBySize = 1.0f;
 // Emitter samples sample lobes up to this multiple of the angular radius of some light
 // (path/lights/lobe_light.h).
@@ -43,7 +44,6 @@ bool may_jump_within_surfaces(const SceneTables& tables) {
     const auto& programs = tables.textures.closure_program;
     if (std::all_of(programs.begin(), programs.end(), [](int32_t program) { return program < 0; }))
         return false;
-
     const int32_t first =
         tables.fields.empty() ? static_cast<int32_t>(tables.face_material.size()) : tables.first_field_face();
     const auto end = static_cast<int32_t>(tables.face_material.size());

@@ -136,6 +136,9 @@ EG_INLINE Mask transmits(const Shader& shader) {
     return has(shader, kHasRefraction) | is_kind(shader.kind, kTranslucent) | is_kind(shader.kind, kDisney);
 }
 
+// The result points into `point`, so that must not be a temporary.
+ShadedSurface shaded_surface(const SceneView&, Mask, const SurfacePoint&, const TexturePoint&&, const Shader&,
+                             Vec3) = delete;
 inline EG_NOINLINE ShadedSurface shaded_surface(const SceneView& scene, Mask active, const SurfacePoint& x,
                                                 const TexturePoint& point, const Shader& shader,
                                                 Vec3 normal) {

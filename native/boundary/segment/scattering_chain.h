@@ -84,7 +84,8 @@ EG_OUTLINE ChainDirection sample_direction(const SceneView& scene, const Surface
         out.pdf = select(rough, s.pdf, out.pdf);
         return out;
     }
-    const ShadedSurface sharp = shaded_surface(scene, others, x, without_history(from), shader, normal);
+    const TexturePoint unblurred = without_history(from);
+    const ShadedSurface sharp = shaded_surface(scene, others, x, unblurred, shader, normal);
     const BsdfSample t = sharp.sample(others, lobe, u, v);
     const Mask second = sobol_pair(random, vertex_pair(vertex, kVertexSurvival)).v < 0.5f;
     const Mask found = others & select(second, t.active & ~t.specular, rough);

@@ -128,6 +128,7 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
         divide_interior(2);
     sample_edge_on_faces();
     add_samples_on_outlines(options.seed);
+    e.kept_.trees.clear();  // they are large, and what they have found is kept
 }
 
 void Engine::DerivativeCall::begin_interior(const RenderOptions& options, const RenderOptions& own) {

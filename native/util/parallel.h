@@ -54,6 +54,14 @@ void parallel_blocks(int threads, std::size_t items, std::size_t size, const Bod
     });
 }
 
+// Runs body(item) for every item, in blocks that are large enough for a body of a few instructions.
+template <typename Body>
+void parallel_each(int threads, std::size_t items, const Body& body) {
+    parallel_blocks(threads, items, 2048, [&](std::size_t, std::size_t first, std::size_t last) {
+        for (std::size_t k = first; k < last; ++k) body(k);
+    });
+}
+
 // While it lives, `ask` is called to ask the caller whether this thread's work may continue: in loops without
 // `progress`, and in serial work that calls `may_cancel`. It throws to cancel.
 class Cancelling {

@@ -20,11 +20,14 @@ from edgegrad.expression import Attribute, Expression, ImageTexture, Math
 from edgegrad.rendering.taken_over import TakenOver
 from edgegrad.tables.tables import flatten
 from edgegrad.tables.textures.program import compile_textures
-from tests.support.shapes import ball, cube
+from tests.support.shapes import ball, cube, sheet
 
 SIZES = {
     "meshes": (1, 100, 10_000, 100_000),
     "touching meshes": (1_000, 10_000, 100_000),
+    "boxes on a floor": (100, 1_000),
+    "crossing balls": (768, 12_288, 196_608),
+    "touching sheets": (1_000, 10_000, 100_000),
     "materials": (100, 1_000, 10_000),
     "nodes": (500, 2_000, 10_000),
     "texels": (1024**2, 2048**2, 4096**2, 8192**2, 16384**2),
@@ -53,6 +56,33 @@ def of_meshes(count: int, gap: float = 3.0) -> tuple[Scene, list[str]]:
     at = places(count, gap)
     return (scene({f"box{k}": Mesh(vertices + at[k], faces, ("clay",)) for k in range(count)}, float(at.max())),
             ["meshes.box0.vertices"])
+
+
+def on_floor(count: int) -> tuple[Scene, list[str]]:
+    """Boxes that all move, on a floor of 100,000 faces."""
+    made, _ = of_meshes(count)
+    extent = max(float(np.asarray(mesh.vertices).max()) for mesh in made.meshes.values())
+    vertices, faces = sheet(224, 2.0 * extent)
+    for mesh in made.meshes.values():
+        mesh.vertices[:, 2] -= mesh.vertices[:, 2].min()
+    wrt = [f"meshes.{name}.vertices" for name in made.meshes]
+    made.meshes["floor"] = Mesh(vertices + [extent, extent, 0.0], faces, ("clay",))
+    return made, wrt
+
+
+def of_balls(count: int) -> tuple[Scene, list[str]]:
+    """Two balls of `count` faces that pass through each other, of which one moves."""
+    vertices, faces = ball(round(np.log(count / 12.0) / np.log(4.0)))
+    balls = {name: Mesh(vertices + [x, 0.0, 0.0], faces, ("clay",)) for name, x in (("one", 0.0), ("other", 0.9))}
+    return scene(balls, 2.0), ["meshes.one.vertices"]
+
+
+def of_sheets(count: int) -> tuple[Scene, list[str]]:
+    """Two sheets of `count` faces in one plane, turned against each other, of which one moves."""
+    vertices, faces = sheet(round(np.sqrt(count / 2.0)))
+    turn = np.array([[np.cos(0.3), -np.sin(0.3), 0.0], [np.sin(0.3), np.cos(0.3), 0.0], [0.0, 0.0, 1.0]])
+    return (scene({"one": Mesh(vertices @ turn.T, faces, ("clay",)), "other": Mesh(vertices, faces, ("clay",))}, 2.0),
+            ["meshes.one.vertices"])
 
 
 def of_materials(count: int) -> tuple[Scene, list[str]]:
@@ -93,10 +123,11 @@ def of_instances(count: int) -> tuple[Scene, list[str]]:
 
 
 MAKE: dict[str, Callable[[int], tuple[Scene, list[str]]]] = {
-    "meshes": of_meshes, "touching meshes": lambda count: of_meshes(count, 2.0), "materials": of_materials,
+    "meshes": of_meshes, "touching meshes": lambda count: of_meshes(count, 2.0),
+    "boxes on a floor": on_floor, "crossing balls": of_balls, "touching sheets": of_sheets, "materials": of_materials,
     "nodes": of_nodes, "texels": of_texels, "instances": of_instances,
 }  # fmt: skip
-STEPS = ("validate", "flatten", "compile", "renderer", "edges", "render", "decide", "gradient", "again", "check",
+STEPS = ("validate", "flatten", "compile", "renderer", "render", "decide", "gradient", "again", "check",
          "plan", "replan", "alone", "plan/gradient", "replan/gradient")
 
 
@@ -115,7 +146,6 @@ def measure(kind: str, count: int) -> dict[str, float]:
     timed("flatten", lambda: flatten(made))
     timed("compile", lambda: compile_textures(made) if kind == "nodes" else None)
     renderer = timed("renderer", lambda: Renderer(made))
-    timed("edges", lambda: renderer.edges)
     depth = 2 if kind == "nodes" else DEPTH
     timed("render", lambda: renderer.render(spp=SPP, max_depth=depth))
     adjoint = np.ones((PIXELS, PIXELS, 3), np.float32)
@@ -135,7 +165,7 @@ def measure(kind: str, count: int) -> dict[str, float]:
     least("again", gradient)
     watch = TakenOver(made)
     timed("check", lambda: watch.check(made))  # a part of each of these calls
-    # Of the renderer, which knows the edges by now, and of the scene by itself.
+    # Of the renderer, which knows the scene's edges by now, and of the scene by itself.
     timed("plan", lambda: plan(renderer, wrt, max_depth=depth))
     least("replan", lambda: plan(renderer, wrt, max_depth=depth))
     timed("alone", lambda: plan(made, wrt, max_depth=depth))
@@ -155,14 +185,14 @@ def main() -> None:
     options = parser.parse_args()
     widths = {step: max(10, len(step) + 2) for step in STEPS}
     heads = "".join(f"{step:>{width}}" for step, width in widths.items())
-    print(f"{'':26}{heads}{'GB before':>11}{'GB after':>10}")
+    print(f"{'':29}{heads}{'GB before':>11}{'GB after':>10}")
     with multiprocessing.get_context("spawn").Pool(1, maxtasksperchild=1) as pool:
         for kind, sizes in SIZES.items():
             for count in sizes if options.only in (None, kind) else ():
                 if count <= options.most:
                     found = pool.apply(measure, (kind, count))
                     seconds = "".join(f"{found[step]:{width}.3f}" for step, width in widths.items())
-                    print(f"{count:>11,} {kind:14}{seconds}{found['before']:11.2f}{found['after']:10.2f}", flush=True)
+                    print(f"{count:>11,} {kind:17}{seconds}{found['before']:11.2f}{found['after']:10.2f}", flush=True)
 
 
 if __name__ == "__main__":

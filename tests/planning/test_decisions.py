@@ -266,3 +266,25 @@ def test_plans_know_how_paths_bounce() -> None:
         return any("scatter no light" in why for term in found.terms for why in term.why)
 
     assert with_rims(1.0) and not with_rims(0.0)
+
+
+def boxes_through_sheet() -> Scene:
+    """Twelve boxes that stand in a sheet of many faces, each turned by another angle."""
+    vertices, faces = shapes.sheet(12, 6.0)
+    meshes = {"sheet": Mesh(vertices, faces, ("clay",))}
+    for k in range(12):
+        corners, sides = shapes.cube(0.8)
+        c, s = np.cos(0.1 + 0.1 * k), np.sin(0.1 + 0.1 * k)
+        place = [1.4 * (k % 4) - 2.1, 1.4 * (k // 4) - 1.4, 0.13]
+        turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+        meshes[f"box {k}"] = Mesh(corners @ turn + place, sides, ("clay",))
+    return Scene(camera((0.0, -5.0, 6.0), (0.0, 0.0, 0.0), 24), meshes, {"clay": Material()},
+                 {"sun": SunLight(np.array([0.3, 0.4, -1.0]))})
+
+
+def test_many_meshes_that_pass_through_one_are_all_found() -> None:
+    # The search looks at all faces of a mesh at first, and in a tree once it has searched it a few times.
+    scene = boxes_through_sheet()
+    paths = [f"meshes.box {k}.vertices" for k in range(12)]
+    decided = next(d for d in Renderer(scene).decide(paths) if d.part == "seen intersections")
+    assert [sorted(pair) for pair in decided.pairs] == [[0, k] for k in range(1, 13)]

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "boundary/curves/picture_frame.h"
-#include "boundary/meshes/placement.h"
 #include "boundary/meshes/seams.h"
+#include "boundary/meshes/trees/placement.h"
 #include "sampling/z_order.h"
 #include "scene/lights/light_list.h"
 #include "scene/mesh_edges.h"

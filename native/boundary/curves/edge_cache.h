@@ -28,6 +28,7 @@ struct MaterialJumps;
 struct MeshBoxes;
 class EdgeTree;
 class LightList;
+class MeshTrees;
 struct SurfaceRegions;
 
 // The most recent value, with the key from which it was made.
@@ -89,6 +90,7 @@ struct EdgeCache {
     Kept<bool, std::vector<float>> mesh_sizes, transparent_boxes;  // the same
     Kept<bool, bool> cross;  // whether any surface intersects another surface or a light
     Kept<bool, MeshBoxes> boxes;
+    Kept<bool, MeshTrees> trees;                     // for the searches of one call
     Kept<MovingMeshes, MeshPairs> touching;          // boundary/meshes/touching_meshes.h
     Kept<bool, std::vector<FieldCarrier>> carriers;  // by field (sdf/carrier/carrier.h)
     Kept<bool, std::vector<uint8_t>> open_fields;    // the same (boundary/fields/field_insides.h)
@@ -109,7 +111,7 @@ struct EdgeCache {
     // Call after vertices have changed.
     void clear() {
         mesh_sizes.clear(), intersections.clear(), boxes.clear(), not_star_shaped.clear(), carriers.clear();
-        touching.clear(), seen_outlines.clear(), patches.clear();
+        touching.clear(), trees.clear(), seen_outlines.clear(), patches.clear();
         clear_values();
     }
     // Call after other values have changed. What depends on vertices alone stays valid.

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "boundary/meshes/placement.h"
 #include "boundary/meshes/seams.h"
+#include "boundary/meshes/trees/placement.h"
 #include "scene/lights/light_tree.h"
 #include "tasks/edge_tree_view.h"
 

@@ -1,13 +1,12 @@
 #include "boundary/curves/intersections.h"
 
 #include <algorithm>
-#include <numeric>
 
-#include "boundary/curves/instance_intersections.h"
+#include "boundary/curves/mesh_intersections.h"
 #include "boundary/curves/picture_frame.h"
-#include "boundary/meshes/box_pairs.h"
 #include "boundary/meshes/face_cut.h"
 #include "boundary/meshes/star_shaped.h"
+#include "boundary/meshes/trees/own_pairs.h"
 #include "scene/mesh_instances.h"
 #include "util/parallel.h"
 
@@ -26,110 +25,54 @@ bool neighbours(const SceneTables& t, int32_t face, int32_t other) {
     return false;
 }
 
-// Returns whether the faces share a line.
-bool add_pair(const Triangle3& one, int32_t face, const Triangle3& two, int32_t other, Intersections& out) {
-    Vector ends[2];
-    if (!shared_line(one, two, ends)) return false;
-    out.add(ends, {static_cast<uint32_t>(face)}, {static_cast<uint32_t>(other)});
-    return true;
-}
-
-void search_pair(const SceneTables& tables, int32_t one, int32_t other, const Box& common, int threads,
-                 Intersections& out) {
-    const std::span<const Box> box(&common, 1);
-    std::vector<int32_t> few = std::move(faces_in(tables, one, box, threads).front());
-    if (few.empty()) return;
-    std::vector<int32_t> many = std::move(faces_in(tables, other, box, threads).front());
-    if (few.size() > many.size()) std::swap(few, many);
-    if (few.empty()) return;
-    const FaceTree tree(tables, std::move(many), threads);
-    constexpr size_t kBlock = 256;
-    std::vector<Intersections> parts((few.size() + kBlock - 1) / kBlock);
-    parallel_for(threads, static_cast<int64_t>(parts.size()), nullptr, [&](int, int64_t part) {
-        const size_t first = static_cast<size_t>(part) * kBlock;
-        Intersections& found = parts[static_cast<size_t>(part)];
-        for (size_t k = first; k < std::min(few.size(), first + kBlock) && !cancelled(); ++k) {
-            const Triangle3 face(tables, few[k]);
-            tree.visit(box_of(tables, few[k]), [&](int32_t f) {
-                const Triangle3 other(tables, f);
-                if (!add_pair(face, few[k], other, f, found) && found.coincident.empty() &&
-                    coincide(face, other))
-                    found.coincident.push_back({few[k], f});
-            });
-        }
-    });
-    const size_t before = out.coincident.size();
-    out.add(parts);
-    if (out.coincident.size() > before) out.coincident.resize(before + 1);  // one serves
-}
-
-void search_self(const EdgeList& edges, int32_t mesh, Intersections& out) {
+// The intersections of a mesh with itself.
+Intersections own_intersections(const EdgeList& edges, const MeshTrees& trees, int32_t mesh) {
     const SceneTables& tables = edges.tables;
     const int threads = edges.threads;
     const auto m = static_cast<size_t>(mesh);
-    if (tables.mesh_first_face[m + 1] - tables.mesh_first_face[m] > kSelfIntersectionFaces) return;
+    if (tables.mesh_first_face[m + 1] - tables.mesh_first_face[m] > kSelfIntersectionFaces) return {};
     // The test is far cheaper than the search.
-    if (edges.closed[m] && is_star_shaped(tables, m, threads)) return;
-    std::vector<int32_t> faces(
-        static_cast<size_t>(tables.mesh_first_face[m + 1] - tables.mesh_first_face[m]));
-    std::iota(faces.begin(), faces.end(), tables.mesh_first_face[m]);
-    const FaceTree tree(tables, std::move(faces), threads);
-    const std::vector<FaceTree::Pair> pairs = tree.pairs(256);
+    if (edges.closed[m] && is_star_shaped(tables, m, threads)) return {};
+    const auto tree = trees.of(mesh, threads);
+    const OwnPairs search(tables, *tree, threads);
+    const std::vector<OwnPairs::Pair> pairs = search.parts(256);
     std::vector<Intersections> parts(pairs.size());
     parallel_for(threads, static_cast<int64_t>(parts.size()), nullptr, [&](int, int64_t k) {
         const auto part = static_cast<size_t>(k);
-        tree.visit_pairs(pairs[part], [&](int32_t face, int32_t other) {
+        search.visit(pairs[part], [&](int32_t face, int32_t other) {
             if (neighbours(tables, face, other)) return;
-            add_pair(Triangle3(tables, face), face, Triangle3(tables, other), other, parts[part]);
+            Vector ends[2];
+            if (shared_line(Triangle3(tables, face), Triangle3(tables, other), ends))
+                parts[part].add(ends, {static_cast<uint32_t>(face)}, {static_cast<uint32_t>(other)});
         });
     });
+    Intersections out;
     out.add(parts);
+    return out;
 }
 
 }  // namespace
 
 Intersections find_intersections(const EdgeList& edges, const RequestedMotion& motion, int32_t seers) {
     const SceneTables& tables = edges.tables;
-    const int threads = edges.threads;
-    const auto meshes = static_cast<size_t>(tables.visible_meshes);
-    // Bound the meshes that the rays see and that are not instanced
-    const auto own = edges.kept.boxes.get(true, [&] { return MeshBoxes(tables); });
-    std::vector<Box> boxes(meshes);
-    std::vector<uint8_t> seen(meshes);
+    const auto boxes = edges.kept.boxes.get(true, [&] { return MeshBoxes(tables); });
+    const auto trees = edges.kept.trees.get(true, [&] { return MeshTrees(tables); });
     const auto instances = mesh_instances(tables);
-    for (size_t m = 0; m < meshes; ++m) {
-        seen[m] = !is_placed(instances[m]) && (tables.mesh_mask[m] & seers);
-        if (seen[m]) boxes[m] = own->of[m];
-    }
     Intersections out;
-    // Meshes that no ray sees have empty boxes.
-    const std::vector<BoxPair> pairs = BoxPairs(boxes).pairs(
-        [&](size_t a, size_t b) { return motion.camera || motion.moving[a] || motion.moving[b]; });
-    // Intersect each mesh with itself and with later meshes
-    auto pair = pairs.begin();
-    for (size_t a = 0; a < meshes; ++a) {
+    // Intersect each mesh with itself
+    for (size_t m = 0; m < instances.size(); ++m) {
         may_cancel();
-        if (seen[a] && (motion.camera || motion.moving[a])) search_self(edges, static_cast<int32_t>(a), out);
-        for (; pair != pairs.end() && (*pair)[0] == a; ++pair) {
-            const size_t b = (*pair)[1];
-            Box common;
-            for (int c = 0; c < 3; ++c) {
-                common.low[c] = std::max(boxes[a].low[c], boxes[b].low[c]);
-                common.high[c] = std::min(boxes[a].high[c], boxes[b].high[c]);
-            }
-            search_pair(tables, static_cast<int32_t>(a), static_cast<int32_t>(b), common, threads, out);
-        }
+        if (!(tables.mesh_mask[m] & seers)) continue;
+        const bool placed = is_placed(instances[m]);
+        if (!motion.camera && !motion.moving[m] && !(placed && motion.instances)) continue;
+        const Intersections own = own_intersections(edges, *trees, static_cast<int32_t>(m));
+        if (placed)
+            place_intersections(tables, own, instances[m], out);
+        else
+            out.add(own, 0, own.size());
     }
-    // Intersect each instanced mesh with itself, and instances with other surfaces
-    if (tables.instance_mesh.empty()) return out;
-    for (size_t m = 0; m < meshes; ++m) {
-        if (!is_placed(instances[m]) || !(tables.mesh_mask[m] & seers)) continue;
-        if (!motion.camera && !motion.moving[m] && !motion.instances) continue;
-        Intersections own;
-        search_self(edges, static_cast<int32_t>(m), own);
-        place_intersections(tables, own, instances[m], out);
-    }
-    search_instances(tables, motion, seers, threads, out);
+    // Intersect it with others
+    search_pairs(tables, *boxes, *trees, motion, seers, edges.threads, out);
     return out;
 }
 

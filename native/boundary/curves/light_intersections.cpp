@@ -5,7 +5,7 @@
 #include <set>
 #include <variant>
 
-#include "boundary/curves/instance_intersections.h"
+#include "boundary/curves/mesh_intersections.h"
 #include "boundary/meshes/face_cut.h"
 #include "scene/lights/light_params.h"
 #include "scene/mesh_instances.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "boundary/meshes/placement.h"
+#include "boundary/meshes/trees/placement.h"
 #include "scene/lights/light_params.h"
 #include "scene/mesh_instances.h"
 

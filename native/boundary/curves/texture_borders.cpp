@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "boundary/meshes/placement.h"
 #include "boundary/meshes/seams.h"
+#include "boundary/meshes/trees/placement.h"
 #include "scene/mesh_edges.h"
 #include "scene/mesh_instances.h"
 #include "tasks/edge_weight_task.h"

@@ -6,8 +6,8 @@
 
 #include "boundary/curves/edge_cache.h"
 #include "boundary/fields/field_curves.h"
-#include "boundary/meshes/box_pairs.h"
 #include "boundary/meshes/face_cut.h"
+#include "boundary/meshes/trees/box_pairs.h"
 #include "scene/mesh_instances.h"
 #include "sdf/crossing_point.h"
 #include "util/parallel.h"

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <optional>
 
-#include "boundary/meshes/face_tree.h"
+#include "boundary/meshes/trees/face_tree.h"
 #include "scene/face_vectors.h"
 #include "scene/mesh_edges.h"
 #include "util/parallel.h"

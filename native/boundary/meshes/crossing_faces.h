@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "boundary/meshes/box_pairs.h"
+#include "boundary/meshes/trees/box_pairs.h"
 
 namespace edgegrad {
 

@@ -5,8 +5,8 @@
 #include <array>
 #include <cmath>
 
-#include "boundary/meshes/face_tree.h"
-#include "boundary/meshes/placement.h"
+#include "boundary/meshes/trees/face_tree.h"
+#include "boundary/meshes/trees/placement.h"
 
 namespace edgegrad {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <atomic>
 
-#include "boundary/meshes/face_tree.h"
+#include "boundary/meshes/trees/face_tree.h"
 #include "scene/face_vectors.h"
 #include "util/parallel.h"
 

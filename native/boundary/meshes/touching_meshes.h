@@ -5,10 +5,12 @@
 #include <cstdint>
 #include <vector>
 
-#include "boundary/meshes/face_tree.h"
 #include "scene/tables.h"
 
 namespace edgegrad {
+
+struct MeshBoxes;
+class MeshTrees;
 
 using MeshPairs = std::vector<std::array<int32_t, 2>>;
 
@@ -22,9 +24,9 @@ struct MovingMeshes {
 // for instances of one mesh. They touch where an edge of one lies on a face of the other, up to rounding, and
 // does not pass through it: then edges of the contact appear or vanish as the meshes part. That includes
 // faces that overlap in one plane, because a border of the overlap is then an edge of one of them. Meshes
-// that touch in points only are left out, because the contact then changes in second order. `boxes` are those
-// of the meshes.
+// that touch in points only are left out, because the contact then changes in second order. `boxes` and
+// `trees` are those of the meshes.
 MeshPairs touching_meshes(const SceneTables& tables, const MovingMeshes& moving, const MeshBoxes& boxes,
-                          int threads);
+                          const MeshTrees& trees, int threads);
 
 }  // namespace edgegrad

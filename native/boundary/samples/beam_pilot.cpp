@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "boundary/meshes/placement.h"
+#include "boundary/meshes/trees/placement.h"
 #include "boundary/samples/sample_plan.h"
 #include "tasks/block_sizes.h"
 #include "tasks/seed_tags.h"

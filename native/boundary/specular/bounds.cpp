@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "boundary/curves/picture_frame.h"
-#include "boundary/meshes/placement.h"
+#include "boundary/meshes/trees/placement.h"
 #include "scene/mesh_instances.h"
 #include "scene/sharp_lobes.h"
 

@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-#include "boundary/meshes/face_tree.h"
+#include "boundary/meshes/trees/face_tree.h"
 #include "scene/tables.h"
 #include "scene/view.h"
 

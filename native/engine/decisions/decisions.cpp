@@ -5,6 +5,7 @@
 #include <set>
 
 #include "boundary/curves/texture_borders.h"
+#include "boundary/meshes/trees/mesh_trees.h"
 #include "engine/decisions/first_reason.h"
 #include "engine/decisions/interior_rules.h"
 #include "engine/decisions/mirrored_edges.h"
@@ -303,8 +304,10 @@ void Decisions::found_parting(const BoundaryFacts& facts, const Requested& reque
         if (moving.meshes[static_cast<size_t>(a)] != moving.meshes[static_cast<size_t>(b)])
             pairs.insert({std::min(a, b), std::max(a, b)});
     const auto boxes = facts.kept.boxes.get(true, [&] { return MeshBoxes(tables); });
-    const auto touching =
-        facts.kept.touching.get(moving, [&] { return touching_meshes(tables, moving, *boxes, threads); });
+    const auto touching = facts.kept.touching.get(moving, [&] {
+        const auto trees = facts.kept.trees.get(true, [&] { return MeshTrees(tables); });
+        return touching_meshes(tables, moving, *boxes, *trees, threads);
+    });
     pairs.insert(touching->begin(), touching->end());
     if (!pairs.empty()) missing(Part::kPartingMeshes).pairs.assign(pairs.begin(), pairs.end());
 }

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "boundary/curves/light_intersections.h"
-#include "boundary/meshes/placement.h"
+#include "boundary/meshes/trees/placement.h"
 #include "engine/decisions/decisions.h"
 #include "engine/decisions/mirrored_edges.h"
 #include "scene/face_vectors.h"

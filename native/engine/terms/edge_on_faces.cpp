@@ -6,10 +6,10 @@
 #include <tuple>
 #include <utility>
 
-#include "boundary/curves/instance_intersections.h"
+#include "boundary/curves/mesh_intersections.h"
 #include "boundary/curves/picture_frame.h"
-#include "boundary/meshes/face_tree.h"
-#include "boundary/meshes/placement.h"
+#include "boundary/meshes/trees/face_tree.h"
+#include "boundary/meshes/trees/placement.h"
 #include "sampling/z_order.h"
 #include "scene/mesh_instances.h"
 #include "util/parallel.h"

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "boundary/meshes/face_tree.h"
+#include "boundary/meshes/trees/face_tree.h"
 
 namespace edgegrad {
 

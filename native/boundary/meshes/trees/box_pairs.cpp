@@ -1,4 +1,4 @@
-#include "boundary/meshes/box_pairs.h"
+#include "boundary/meshes/trees/box_pairs.h"
 
 namespace edgegrad {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "boundary/meshes/face_tree.h"
+#include "boundary/meshes/trees/face_tree.h"
 #include "scene/tables.h"
 #include "scene/view.h"
 #include "util/double_vector.h"
@@ -106,16 +106,6 @@ inline Box common_box(const PlacedMesh& one, const PlacedMesh& other) {
         out.high[c] = std::min(one.box.high[c], other.box.high[c]);
     }
     return padded(out);
-}
-
-// Calls visit_face(face) for the faces of a tree of a placed mesh whose boxes overlap that of points in the
-// world.
-template <typename Points, typename Visit>
-void visit_near(const FaceTree& tree, const PlacedMesh& placed, const Points& points,
-                const Visit& visit_face) {
-    Box box;
-    for (const Vector& p : points) add_point(box, placed.local(p));
-    tree.visit(padded(box), visit_face);
 }
 
 }  // namespace edgegrad

@@ -66,7 +66,7 @@ def on_floor(count: int) -> tuple[Scene, list[str]]:
     for mesh in made.meshes.values():
         mesh.vertices[:, 2] -= mesh.vertices[:, 2].min()
     wrt = [f"meshes.{name}.vertices" for name in made.meshes]
-    made.meshes["floor"] = Mesh(vertices + [extent, extent, 0.0], faces, ("clay",))
+    made.meshes = {**made.meshes, "floor": Mesh(vertices + [extent, extent, 0.0], faces, ("clay",))}
     return made, wrt
 
 
@@ -98,8 +98,8 @@ def of_nodes(count: int) -> tuple[Scene, list[str]]:
     node: Expression = Attribute("values")
     for k in range(count):
         node = Math("ADD", node, 1e-4 * k)
-    return (scene({"box": Mesh(vertices, faces, ("clay",))}, 2.0, {"clay": Material(textures={"roughness": node})}),
-            ["materials.clay.base_color"])
+    box = Mesh(vertices, faces, ("clay",), attributes={"values": np.full((*faces.shape, 1), 0.3, np.float32)})
+    return scene({"box": box}, 2.0, {"clay": Material(textures={"roughness": node})}), ["materials.clay.base_color"]
 
 
 def of_texels(count: int) -> tuple[Scene, list[str]]:

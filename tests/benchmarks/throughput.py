@@ -120,7 +120,8 @@ def make_rays(traced: _native.RayScene, vertices: NDArray[Any], faces: NDArray[A
     half = np.tan(np.radians(20.0))
     d = np.stack([place[:, 0] * half, -place[:, 1] * half, -np.ones(len(place))], axis=1) @ pose[:3, :3].T
     d /= np.linalg.norm(d, axis=1, keepdims=True)
-    camera = Rays("camera", np.broadcast_to(pose[:3, 3], d.shape).astype(np.float32), d.astype(np.float32))
+    eye = np.broadcast_to(pose[:3, 3], d.shape).astype(np.float32, order="C")
+    camera = Rays("camera", eye, d.astype(np.float32))
     _, face, distance = traced.trace(camera.origins, camera.directions, np.inf, False, True, False, "")
     hit = face >= 0
     corners = np.asarray(vertices, np.float64)[np.asarray(faces)[face[hit]]]

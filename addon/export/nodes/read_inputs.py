@@ -14,6 +14,7 @@ from ..approximated.sizes import unevenly_scaled
 from ..geometry import attributes
 from .expressions import Reader, Unreadable, folded, number, reads
 from .links import Groups, label
+from .read_tangents import tangent_around
 
 
 def rows(matrix: Any) -> Any:
@@ -73,6 +74,10 @@ def _geometry(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand
         return attributes.layer(attributes.POINTINESS)
     if output.identifier == "Random Per Island":
         return attributes.layer(attributes.ISLAND)
+    if output.identifier == "Parametric":
+        return attributes.layer(attributes.PARAMETRIC)
+    if output.identifier == "Tangent":
+        return tangent_around("Z")
     raise unreadable(node, groups, output.identifier)
 
 

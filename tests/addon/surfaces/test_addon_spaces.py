@@ -50,10 +50,10 @@ def glowing(value: Any) -> Any:
     return made
 
 
-def pictures(folder: Path) -> tuple[Any, Any, Any]:
+def pictures(folder: Path, samples: int = 16) -> tuple[Any, Any, Any]:
     """Edgegrad's picture, that of Cycles, and the warnings."""
     made = bs.export(bake=128)
-    ours = edgegrad.Renderer(made.scene).render(spp=16, max_depth=made.settings.max_depth)
+    ours = edgegrad.Renderer(made.scene).render(spp=samples, max_depth=made.settings.max_depth)
     return ours, bs.cycles(folder)[..., :3], made.report.lines
 
 
@@ -138,6 +138,27 @@ def test_vectors_go_from_space_to_space(kind: str, source: str, target: str, tmp
     bs.add("Twin", ball.data, (0.8, 0.5, 0.5), (0.2, 1.0, 0.1), (0.5, 0.7, 0.4)).parent = parent
     ours, theirs, lines = pictures(tmp_path)
     assert lines == [] and agree(ours, theirs, 0.02)
+
+
+OUTPUTS = [("NewGeometry", "Tangent", {}), ("NewGeometry", "Parametric", {}),
+           ("Tangent", "Tangent", {"direction_type": "UV_MAP"}),
+           *(("Tangent", "Tangent", {"direction_type": "RADIAL", "axis": axis}) for axis in "XYZ")]  # fmt: skip
+
+
+@pytest.mark.parametrize(("kind", "output", "settings"), OUTPUTS)
+def test_tangents_and_places_in_triangles(kind: str, output: str, settings: dict[str, str], tmp_path: Path) -> None:
+    """On a ball of many faces, which a bake would blur, uneven and mirrored, and on a flat cube beside it."""
+    bs.camera((0.0, -4.0, 1.5), (1.2, 0.0, 0.0))
+    made = glowing(lambda tree: shown(tree, node(tree, kind, **settings).outputs[output]))
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24, scale=(0.8, -0.6, 0.9), rotation=(0.4, 0.7, 0.3))
+    bpy.ops.object.shade_smooth()
+    bpy.context.object.data.materials.append(made)
+    bpy.ops.mesh.primitive_cube_add(location=(1.2, 1.0, 0.3), rotation=(0.2, 0.1, 0.9), scale=(0.7, 0.5, 0.6))
+    bpy.context.object.data.materials.append(made)
+    bpy.context.scene.cycles.samples = 256
+    ours, theirs, lines = pictures(tmp_path, 256)
+    assert lines == [] and agree(ours, theirs, 0.04)
+    assert not bs.export().scene.images  # a bake's texels would be coarser than faces that are far smaller
 
 
 @pytest.mark.parametrize("smooth", [False, True])

@@ -17,7 +17,7 @@ import edgegrad
 from edgegrad.tables.lights import LEAST_BLEND
 
 from ...problem import Report
-from .lamp_nodes import own_color, read_emission
+from .lamp_nodes import LampEmission, own_color
 
 Light: TypeAlias = edgegrad.PointLight | edgegrad.SpotLight | edgegrad.SunLight | edgegrad.AreaLight
 F64 = NDArray[np.float64]
@@ -30,7 +30,8 @@ def power_factor(light: Any) -> float:
     return float(2.0 ** getattr(light, "exposure", 0.0))
 
 
-def export_light(light_object: Any, matrix: F64, visible: frozenset[str], report: Report) -> Light | None:
+def export_light(light_object: Any, matrix: F64, visible: frozenset[str], emission: LampEmission,
+                 report: Report) -> Light | None:  # fmt: skip
     """Export a light; return None, with a warning, if it cannot be rendered.
 
     Parameters
@@ -41,13 +42,14 @@ def export_light(light_object: Any, matrix: F64, visible: frozenset[str], report
         (4, 4) transform of the object or instance to world space.
     visible
         Kinds of rays that see the light, including the settings of its instancer.
+    emission
+        What its nodes say.
     """
     light = light_object.data
     where = f"light '{light_object.name}'"
     if light.type == "AREA" and getattr(getattr(light, "cycles", None), "is_portal", False):
         report.warn(where, "is a portal, which only guides samples; it is left out")
         return None
-    emission = read_emission(light)
     color = own_color(light) * emission.factor
     power = float(light.energy) * power_factor(light)
     if color.min() < 0.0 and color.max() <= 0.0:

@@ -161,6 +161,28 @@ def test_tangents_and_places_in_triangles(kind: str, output: str, settings: dict
     assert not bs.export().scene.images  # a bake's texels would be coarser than faces that are far smaller
 
 
+def test_normal_maps_where_the_uv_map_has_no_area(tmp_path: Path) -> None:
+    """On letters, whose map Blender leaves empty, and on a ball whose map is collapsed."""
+    bs.camera((0.0, -4.0, 1.5), (1.2, 0.0, 0.0))
+
+    def value(tree: Any) -> Any:
+        mapped = node(tree, "NormalMap")
+        mapped.inputs["Color"].default_value = (0.9, 0.4, 0.7, 1.0)
+        return shown(tree, mapped.outputs[0])
+
+    made = glowing(value)
+    letters = bpy.data.curves.new("Letters", "FONT")
+    letters.body, letters.size, letters.extrude = "M", 2.0, 0.2
+    letters.materials.append(made)
+    bs.add("Letters", letters, (-1.8, 0.0, -0.5), (1.2, 0.0, 0.3))
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=12, ring_count=6, location=(1.0, 0.0, 0.0), rotation=(0.4, 0.7, 0.3))
+    mesh = bpy.context.object.data
+    mesh.uv_layers[0].uv.foreach_set("vector", np.full(2 * len(mesh.loops), 0.5, np.float32))
+    mesh.materials.append(made)
+    ours, theirs, _ = pictures(tmp_path)
+    assert agree(ours, theirs, 0.02, 0.13)
+
+
 @pytest.mark.parametrize("smooth", [False, True])
 def test_normal_maps_without_a_uv_map(smooth: bool, tmp_path: Path) -> None:
     """Tangents go around the object's axis; the picture shows where their angle starts anew."""

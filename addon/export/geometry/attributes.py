@@ -56,10 +56,8 @@ ALONG = "(along) "
 # Whether Cycles takes u = 0 and u = 1 on the sphere of meshes without a UV map for the same place. Before Blender 5.0,
 # tangents of faces between the two turn around.
 CLOSED_SPHERE = bpy.app.version >= (5, 0, 0)
-NO_UV = "(none)"  # no mesh has this map, so tangents are computed around the Z axis
-# Tangents around the other axes of the object.
-RADIAL = {"X": "(around X)", "Y": "(around Y)"}
-AROUND = {**RADIAL, "Z": "(around Z)"}
+# Tangents around the axes of the object.
+AROUND = {"X": "(around X)", "Y": "(around Y)", "Z": "(around Z)"}
 POINT_RADIUS, RANDOM_POINT = "(point radius)", "(point random)"
 
 # Values of one object or instance: instances that share a mesh have their own.
@@ -165,7 +163,7 @@ def _read(mesh: Any, arrays: MeshArrays, name: str, of: ObjectValues) -> Any:
         return points.take(arrays.corners, axis=0)
     if name.endswith(TANGENT):
         uv_name = name.removesuffix(TANGENT)
-        if uv_name in RADIAL.values():
+        if uv_name in AROUND.values():
             return _radial_tangents(mesh, arrays, uv_name)
         if uv_name == ACTIVE_UV and not mesh.uv_layers:
             return tangents(arrays, around_sphere(mesh).take(arrays.faces, axis=0), around=CLOSED_SPHERE)

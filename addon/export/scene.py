@@ -19,10 +19,10 @@ from ..evaluation import Evaluation, evaluate
 from ..problem import Report
 from .approximated.absorbing_meshes import warn_about_absorbing
 from .bakes.baking import bake_materials
+from .coincident_faces.coincident import warn_about_coincident
 from .effects import append_effects
 from .exported import Export, Source, unused_name
 from .geometry.attributes import ObjectValues, is_of_object
-from .geometry.coincident import warn_about_coincident
 from .geometry.displacement import displace, read_displacement, warn_about_adaptive
 from .geometry.group import Placed
 from .geometry.instancers import Instancers

@@ -46,7 +46,7 @@ from .surroundings.camera import export_camera
 from .surroundings.environment import bake_world
 from .surroundings.lamp_bake import bake_lamps
 from .surroundings.lamp_nodes import LampEmission, read_emission
-from .surroundings.lights import export_light
+from .surroundings.lights import export_light, warn_about_translucent
 from .surroundings.settings import expose, name_fast_gi, read_settings
 from .surroundings.world import read_world
 
@@ -142,6 +142,8 @@ def export_evaluated(evaluation: Evaluation, more_cameras: Sequence[Any], bake: 
     if world.backdrop is not None:
         add_backdrop(out, world.backdrop, images, bake, None if memory is None else memory.widths)
     out.scene.images = images.found
+    warn_about_translucent(out.scene.lights, [one for reading in out.materials.values() for one in reading.shaders()],
+                           {name: source.object for name, source in out.lights.items()}, report)  # fmt: skip
     bake_lamps(out, walk.emissions, bake)
     out.scene.lights = {**out.scene.lights, **world.suns}
     name_fast_gi(scene, out.scene, report)

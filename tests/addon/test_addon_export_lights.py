@@ -134,6 +134,14 @@ def test_nodes_of_lights_read_the_object(tmp_path: Path) -> None:
     assert [line.split(":")[0] for line in made.report.lines] == ["light 'Panel'"]
 
 
+@pytest.mark.parametrize(("node", "hidden", "named"), [("Translucent", True, True), ("Translucent", False, False),
+                                                       ("Diffuse", True, False)])  # fmt: skip
+def test_lights_that_translucent_surfaces_see_as_another_kind_are_named(node: str, hidden: bool, named: bool) -> None:
+    bs.add("Leaf", bs.plane("Leaf", 1.0, bs.material("Leaf", node=f"ShaderNodeBsdf{node}")))
+    bs.light("POINT").visible_diffuse = not hidden
+    assert any("light 'Light'" in line and "translucent" in line for line in bs.export().report.lines) is named
+
+
 def test_portals_are_left_out_and_shadows_switched_off() -> None:
     bs.light("AREA", "Portal").data.cycles.is_portal = True
     bulb = bs.light("POINT", "Bulb").data

@@ -8,6 +8,7 @@ of a sun has the radiance P.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -76,6 +77,25 @@ def export_light(light_object: Any, matrix: F64, visible: frozenset[str], emissi
     out.max_bounces = None if limit >= _ANY_BOUNCES else int(limit)
     out.casts_shadow = bool(getattr(cycles, "cast_shadow", light.use_shadow))  # a property of Cycles before Blender 4.3
     return out
+
+
+def warn_about_translucent(lights: Mapping[str, Light], closures: Iterable[edgegrad.Material], names: Mapping[str, str],
+                           report: Report) -> None:  # fmt: skip
+    """Warn of lights that only one of diffuse and transmitted rays sees, if there are translucent surfaces.
+
+    In Cycles, light samples of translucent surfaces count as diffuse, and their rays as both.
+
+    Parameters
+    ----------
+    names
+        Blender's name of each light.
+    """
+    if not any(one.kind == "TRANSLUCENT" for one in closures):
+        return
+    for key, light in lights.items():
+        if ("diffuse" in light.visible_to) != ("transmission" in light.visible_to):
+            report.warn(f"light '{names[key]}'", "is hidden from one of diffuse and transmission rays; translucent "
+                        "surfaces receive its light as transmission, in Cycles mostly as diffuse rays do")  # fmt: skip
 
 
 def _sun(light: Any, matrix: F64, power: float) -> edgegrad.SunLight:

@@ -48,7 +48,8 @@ def _texture_coordinate(reader: Reader, node: Any, groups: Groups, output: Any) 
     if name == "UV":
         return attributes.layer(attributes.ACTIVE_UV)
     if name == "Normal":
-        return e.VectorMath("NORMALIZE", attributes.layer(attributes.OBJECT_NORMAL))
+        front = e.Math("MULTIPLY_ADD", e.Backfacing(), -2.0, 1.0)  # Cycles' normals are on the viewer's side
+        return e.VectorMath("SCALE", e.VectorMath("NORMALIZE", attributes.layer(attributes.OBJECT_NORMAL)), scale=front)
     if name == "Object":
         if node.object is None:
             return attributes.layer(attributes.OBJECT)

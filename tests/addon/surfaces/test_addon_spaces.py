@@ -161,6 +161,25 @@ def test_tangents_and_places_in_triangles(kind: str, output: str, settings: dict
     assert not bs.export().scene.images  # a bake's texels would be coarser than faces that are far smaller
 
 
+def test_normal_coordinates_of_back_sides(tmp_path: Path) -> None:
+    """A mirrored sheet that is seen from behind, and the inside of a bowl."""
+    bs.camera((0.0, -4.0, 1.5), (1.2, 0.0, 0.0))
+
+    def value(tree: Any) -> Any:
+        half = node(tree, "VectorMath", node(tree, "TexCoord").outputs["Normal"], (0.4, 0.4, 0.4), (0.5, 0.5, 0.5),
+                    operation="MULTIPLY_ADD")  # fmt: skip
+        return half.outputs[0]
+
+    made = glowing(value)
+    bs.add("Sheet", bs.plane("Sheet", 1.5, made), (-1.0, 0.0, 0.0), (-1.3, 0.2, 0.4), (-1.0, 1.0, 0.8))
+    bpy.ops.mesh.primitive_cylinder_add(vertices=24, depth=1.2, radius=0.8, end_fill_type="NOTHING",
+                                        location=(0.9, 0.0, 0.0), rotation=(0.9, 0.2, 0.0))  # fmt: skip
+    bpy.ops.object.shade_smooth()
+    bpy.context.object.data.materials.append(made)
+    ours, theirs, lines = pictures(tmp_path)
+    assert lines == [] and agree(ours, theirs, 0.02)
+
+
 def test_normal_maps_where_the_uv_map_has_no_area(tmp_path: Path) -> None:
     """On letters, whose map Blender leaves empty, and on a ball whose map is collapsed."""
     bs.camera((0.0, -4.0, 1.5), (1.2, 0.0, 0.0))

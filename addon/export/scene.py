@@ -19,10 +19,10 @@ from ..evaluation import Evaluation, evaluate
 from ..problem import Report
 from .approximated.absorbing_meshes import warn_about_absorbing
 from .bakes.baking import bake_materials
+from .coincident_faces.coincident import warn_about_coincident
 from .effects import append_effects
 from .exported import Export, Source, unused_name
-from .geometry.attributes import is_of_object
-from .geometry.coincident import warn_about_coincident
+from .geometry.attributes import ObjectValues, is_of_object
 from .geometry.displacement import displace, read_displacement, warn_about_adaptive
 from .geometry.group import Placed
 from .geometry.instancers import Instancers
@@ -45,7 +45,8 @@ from .surroundings.backdrop import add_backdrop
 from .surroundings.camera import export_camera
 from .surroundings.environment import bake_world
 from .surroundings.lamp_bake import bake_lamps
-from .surroundings.lights import export_light
+from .surroundings.lamp_nodes import LampEmission, read_emission
+from .surroundings.lights import export_light, warn_about_translucent
 from .surroundings.settings import expose, name_fast_gi, read_settings
 from .surroundings.world import read_world
 
@@ -141,7 +142,9 @@ def export_evaluated(evaluation: Evaluation, more_cameras: Sequence[Any], bake: 
     if world.backdrop is not None:
         add_backdrop(out, world.backdrop, images, bake, None if memory is None else memory.widths)
     out.scene.images = images.found
-    bake_lamps(out, bake)
+    warn_about_translucent(out.scene.lights, [one for reading in out.materials.values() for one in reading.shaders()],
+                           {name: source.object for name, source in out.lights.items()}, report)  # fmt: skip
+    bake_lamps(out, walk.emissions, bake)
     out.scene.lights = {**out.scene.lights, **world.suns}
     name_fast_gi(scene, out.scene, report)
     name_filter_glossy(scene, out)
@@ -173,6 +176,7 @@ class _Walk:
         self.others = OtherGeometry(self.meshes, out.scene.camera, depsgraph, out.report)
         self.complete = memory is None
         self.named: set[str] = set()
+        self.emissions: dict[str, LampEmission] = {}  # by the names of the exported lights
         self.instancers = Instancers(out.report, depsgraph.scene.frame_current_final)
 
     def _instances(self) -> Any:
@@ -208,10 +212,14 @@ class _Walk:
             if self.complete:
                 self._name(ob.original)
             if ob.type == "LIGHT":
-                light = export_light(ob, matrix, visible, out.report) if instance.show_self else None
+                if not instance.show_self:
+                    continue
+                of = ObjectValues(ob, matrix, instance.random_id, self.instancers.of(instance))
+                emission = read_emission(ob.data, of)
+                light = export_light(ob, matrix, visible, emission, out.report)
                 if light is not None:
                     name = unused_name(source, holder.original.name, lights)
-                    lights[name], out.lights[name] = light, source
+                    lights[name], out.lights[name], self.emissions[name] = light, source, emission
                 continue
             warn_about_visibility(ob.original, out.report)
             warn_about_adaptive(ob.original, self.depsgraph.scene, out.report)

@@ -11,7 +11,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
-from edgegrad_addon.export.geometry import coincident
+from edgegrad_addon.export.coincident_faces import coincident
 from tests.support.scenes import blender_scenes as bs
 
 
@@ -68,6 +68,26 @@ def test_one_mesh_that_lies_on_itself() -> None:
     assert "material 'Red': lie twice at the same place" in reported()[0]
     twice.polygons[1].material_index = 1
     assert "material 'Blue': lie exactly on faces of material 'Red'" in reported()[0]
+
+
+@pytest.mark.parametrize(("offset", "found"), [(0.8, True), (1.0, False), (1.2, False)])
+@pytest.mark.parametrize("turn", [0.0, 0.7])
+def test_copies_of_an_array_that_overlap(offset: float, found: bool, turn: float) -> None:
+    """Sides of bodies that are longer than their distance lie on each other in part."""
+    ob = bs.add("Row", bs.cube("Row", bs.material("Grey")), (-0.5, 0.0, 0.0), (turn, 0.3, turn), (0.4, 0.4, 0.4))
+    array = ob.modifiers.new("Array", "ARRAY")
+    array.count, array.relative_offset_displace = 2, (offset, 0.0, 0.0)
+    lines = reported()
+    assert [("'Row'" in line and "lie twice" in line) for line in lines] == [True] * found
+
+
+def test_flat_faces_of_many_triangles_are_none_that_overlap() -> None:
+    """A grid, a disk of slivers around its middle, and a plate whose parts meet at corners of others."""
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=40, y_subdivisions=30, size=1.0, location=(0.6, 0.6, 0.0))
+    bpy.ops.mesh.primitive_circle_add(vertices=64, radius=0.5, fill_type="TRIFAN", location=(-0.6, 0.6, 0.0))
+    points = [(-1, -1, 0), (0, -1, 0), (1, -1, 0), (1, 0, 0), (-1, 0, 0)]
+    bs.add("Plate", bs.mesh("Plate", points, [(0, 1, 4), (1, 3, 4), (1, 2, 3)]), (0, -0.1, 0), (0.2, 0.1, 0.0))
+    assert not reported()
 
 
 def test_a_copy_that_was_left_in_place() -> None:

@@ -274,6 +274,25 @@ def test_points_are_spheres() -> None:
     assert total == pytest.approx(4 * 4.0 * np.pi * 0.25**2, rel=1e-5)
 
 
+@pytest.mark.parametrize(
+    ("output", "uneven", "named"),
+    [("True Normal", True, True), ("Backfacing", True, True), ("True Normal", False, False), ("Normal", True, False)],
+)
+def test_sides_of_ellipsoids_are_named(output: str, uneven: bool, named: bool) -> None:
+    """Cycles' points have the normals of spheres, also where the scale of their object makes them ellipsoids."""
+    ob = point_cloud()
+    ob.scale.z = 0.5 if uneven else 1.0
+    made = bs.material("Sides")
+    geometry = made.node_tree.nodes.new("ShaderNodeNewGeometry")
+    made.node_tree.links.new(geometry.outputs[output], bs.shader(made).inputs["Color"])
+    tree = ob.modifiers[0].node_group
+    paint, end = tree.nodes.new("GeometryNodeSetMaterial"), tree.nodes["Group Output"]
+    paint.inputs["Material"].default_value = made
+    tree.links.new(tree.nodes["Mesh to Points"].outputs[0], paint.inputs["Geometry"])
+    tree.links.new(paint.outputs[0], end.inputs[0])
+    assert any("in Cycles those of spheres" in line for line in bs.export().report.lines) is named
+
+
 def test_too_many_points_are_thinned_out_and_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(points, "MOST_TRIANGLES", 40)
     point_cloud()

@@ -99,6 +99,49 @@ def test_light_nodes() -> None:
     assert any("light 'Light'" in line and "its strength varies" in line for line in made.report.lines)
 
 
+def wired(light: Any, kind: str, output: str, target: str, **settings: Any) -> Any:
+    """A node of a light, one output of which feeds an input of its Emission node."""
+    if bpy.app.version < (5, 1, 0):
+        light.use_nodes = True
+    node = light.node_tree.nodes.new(kind)
+    for key, value in settings.items():
+        setattr(node, key, value)
+    emission = next(one for one in light.node_tree.nodes if one.type == "EMISSION")
+    light.node_tree.links.new(node.outputs[output], emission.inputs[target])
+    return node
+
+
+def test_nodes_of_lights_read_the_object(tmp_path: Path) -> None:
+    """Beside Cycles: a light's own random number, properties of two lights that share data, a colour times a noise."""
+    scene = bs.empty(32)
+    scene.cycles.samples = 64
+    bs.camera((0.0, 0.0, 12.0), (0.0, 0.0, 0.0))
+    bs.add("Floor", bs.plane("Floor", 20.0, bs.material("White", (0.8,) * 3)))
+    own = bs.light("POINT", "Own", (3, 0, 2), energy=100.0)
+    wired(own.data, "ShaderNodeObjectInfo", "Random", "Color")
+    panel = bs.light("AREA", "Panel", (-3, 0, 2), energy=100.0)
+    panel.color = (0.2, 0.9, 0.4, 1.0)
+    wired(panel.data, "ShaderNodeObjectInfo", "Color", "Color")
+    wired(panel.data, "ShaderNodeTexNoise", "Fac", "Strength")
+    shared = bs.light("POINT", "Shared", (0, 3, 2), energy=100.0)
+    wired(shared.data, "ShaderNodeAttribute", "Color", "Color", attribute_type="OBJECT", attribute_name="tone")
+    twin = bs.add("Twin", shared.data, (0, -3, 2))
+    shared["tone"], twin["tone"] = (0.9, 0.3, 0.1), (0.1, 0.3, 0.9)
+    made = bs.export()
+    ours = edgegrad.Renderer(made.scene).render(spp=64, max_depth=made.settings.max_depth)
+    quarters = [one.reshape(2, 16, 2, 16, 3).mean(axis=(1, 3)) for one in (ours, bs.cycles(tmp_path)[..., :3])]
+    assert quarters[0] == pytest.approx(quarters[1], rel=0.03)
+    assert [line.split(":")[0] for line in made.report.lines] == ["light 'Panel'"]
+
+
+@pytest.mark.parametrize(("node", "hidden", "named"), [("Translucent", True, True), ("Translucent", False, False),
+                                                       ("Diffuse", True, False)])  # fmt: skip
+def test_lights_that_translucent_surfaces_see_as_another_kind_are_named(node: str, hidden: bool, named: bool) -> None:
+    bs.add("Leaf", bs.plane("Leaf", 1.0, bs.material("Leaf", node=f"ShaderNodeBsdf{node}")))
+    bs.light("POINT").visible_diffuse = not hidden
+    assert any("light 'Light'" in line and "translucent" in line for line in bs.export().report.lines) is named
+
+
 def test_portals_are_left_out_and_shadows_switched_off() -> None:
     bs.light("AREA", "Portal").data.cycles.is_portal = True
     bulb = bs.light("POINT", "Bulb").data

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,8 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 
 import edgegrad
 from edgegrad import expression as e
+from edgegrad.tables.textures.lowering import Lowering, Resources
+from edgegrad.tables.textures.ops import Builder
 from edgegrad_addon.export.approximated import subsurface
 from edgegrad_addon.export.geometry import attributes
 from edgegrad_addon.export.nodes.expressions import Reader
@@ -284,6 +287,47 @@ class TestSubsurface:
             tree.surface(tree.node("SubsurfaceScattering", {"Scale": scale}).outputs[0])
             assert "base_color" in tree.export().textures
             assert ("spreads over" in tree.lines) is named
+
+
+    def test_channels_without_a_radius_are_diffuse(self) -> None:
+        color = np.array([0.8, 0.5, 0.3])
+        tree = Tree()
+        tree.surface(tree.node("SubsurfaceScattering", {"Color": (*color, 1.0), "Scale": 1e-3,
+                                                        "Radius": (1.0, 1e-6, 0.0)}).outputs[0])  # fmt: skip
+        made = tree.export().textures["base_color"]
+        seen = Lowering(Builder(), Resources()).components(made)
+        assert [seen[k] == pytest.approx(color[k]) for k in (1, 2)] == [True, True]
+        assert not isinstance(seen[0], float)  # it depends on the view
+
+    @pytest.mark.parametrize(("radius", "distance", "named"), [(1e-3, 0.0, False), (1e-5, 0.0, True),
+                                                                (1e-3, 1e4, True)])  # fmt: skip
+    def test_light_that_cycles_loses_by_rounding_is_named(self, radius: float, distance: float, named: bool) -> None:
+        tree = Tree()
+        bpy.data.objects["Cube"].location.x = distance
+        tree.surface(tree.node("SubsurfaceScattering", {"Scale": 1.0, "Radius": (radius,) * 3}).outputs[0])
+        tree.export()
+        assert ("Cycles itself loses" in tree.lines) is named
+
+    def test_loss_by_rounding_is_what_cycles_loses(self, tmp_path: Path) -> None:
+        """Of a ball in white light, whose steps are a seventh of what coordinates are rounded by."""
+        color, radius = np.array([0.8, 0.5, 0.3]), np.full(3, 1e-6)
+        scene = bs.empty(24)
+        scene.cycles.samples = 64
+        bs.camera((0.0, 0.0, 4.0))
+        bs.world((1.0, 1.0, 1.0))
+        tree = Tree()
+        inputs = {"Color": (*color, 1.0), "Scale": 1.0, "Radius": radius}
+        tree.surface(tree.node("SubsurfaceScattering", inputs).outputs[0])
+        bpy.data.objects.remove(bpy.data.objects["Cube"])
+        bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24)
+        bpy.ops.object.shade_smooth()
+        bpy.context.object.data.materials.append(tree.material)
+        made = bs.export()
+        ours = edgegrad.Renderer(made.scene).render(spp=64, max_depth=made.settings.max_depth)
+        middle = np.s_[9:15, 9:15]
+        theirs = bs.cycles(tmp_path)[..., :3]
+        lost = 1.0 - theirs[middle].mean() / ours[middle].mean()
+        assert subsurface.rounded_share(color, radius, "RANDOM_WALK", 1.0) == pytest.approx(lost, rel=0.35)
 
 
 def test_homogeneous_absorption_is_read() -> None:

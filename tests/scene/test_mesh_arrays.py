@@ -49,6 +49,17 @@ def test_tangents_of_a_map_that_closes() -> None:
         _native.corner_tangents(vertices, faces.astype(np.int32), uv[1:], smoothing, flat, True, 2)
 
 
+def test_tangents_where_a_map_has_no_area() -> None:
+    """As MikkTSpace has them: the X axis, and a negative sign; corners that a mapped face shares have its tangent."""
+    vertices = np.float32([(0, 0, 0), (0, 1, 0), (0, 0, 1), (0, -1, 0), (3, 0, 0), (3, 1, 0), (3, 0, 1)])
+    faces = np.int32([(0, 1, 2), (0, 2, 3), (4, 5, 6)])
+    uv = np.float32([[(0, 0), (1, 0), (0, 1)], [(0, 0), (0, 1), (0, 1)], [(0.5, 0.5)] * 3])
+    normals = np.float32([(1, 0, 0)])
+    found = _native.corner_tangents(vertices, faces, uv, np.zeros_like(faces), normals, False, 1)
+    mapped, none = (0.0, 1.0, 0.0, 1.0), (1.0, 0.0, 0.0, -1.0)
+    assert np.allclose(found, [[mapped] * 3, [mapped, mapped, none], [none] * 3], rtol=0.0, atol=1e-6)
+
+
 def test_smooth_corners_share_a_tangent_of_any_number_of_threads() -> None:
     """Corners share one if vertex, normal, UV coordinate and sign agree: many meshes' worth of faces."""
     n = 130  # more faces than a thread takes at once

@@ -25,6 +25,18 @@ def thinnest(material: Any) -> tuple[str, float]:
     return found
 
 
+def farthest(material: Any) -> float:
+    """Return the largest coordinate, in metres, of the boxes around the objects with this material; 0: there is none.
+
+    Copies that instancers make are not counted.
+    """
+    found = 0.0
+    for ob in _with(material):
+        corners = np.array(ob.bound_box, np.float64) @ np.array(ob.matrix_world, np.float64)[:3, :3].T
+        found = max(found, float(np.abs(corners + np.array(ob.matrix_world.translation)).max()))
+    return found
+
+
 def unevenly_scaled(material: Any) -> str:
     """Return the name of an object with this material whose scale differs between axes; empty if there is none."""
     for ob in _with(material):

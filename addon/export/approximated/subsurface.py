@@ -30,6 +30,28 @@ ROWS = 257
 EVENTS = 256  # at which Cycles ends a walk
 SAMPLES = 16  # directions of microfacets per dimension
 RADIUS_SCALE = 0.25 / np.pi  # from Cycles' radius to the mean free path
+LEAST_RADIUS = 1e-8  # below which Cycles renders a channel of colour as diffuse
+# Share of light that walks lose, as a function of the rounding of coordinates over the length of a step: a factor, and
+# a power that flattens it where steps are the shorter ones; by comparison with Cycles.
+LOST, FLATTENED = 0.24, 0.7
+
+
+def rounded_share(color: Any, radius: Any, method: str, reach: float) -> float:
+    """Estimate of the share of light that Cycles' walks lose where their steps are as short as coordinates are rounded.
+
+    Parameters
+    ----------
+    reach
+        Largest coordinate of the object, in the unit of the radius.
+    """
+    if method == "BURLEY":  # finds the exit without a walk
+        return 0.0
+    step = radius * RADIUS_SCALE
+    if method == "RANDOM_WALK_SKIN":
+        step = radius * np.sqrt(3.0 * (1.0 - np.minimum(single_scattering_albedo(color), 0.9995)))
+    shortest = float(step[radius >= LEAST_RADIUS].min(initial=np.inf))
+    rounded = reach * float(np.finfo(np.float32).eps) / shortest
+    return min(LOST * rounded / (1.0 + rounded) ** FLATTENED, 1.0)
 
 
 def single_scattering_albedo(color: Any) -> F64:

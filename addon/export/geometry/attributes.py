@@ -37,6 +37,7 @@ OBJECT_NORMAL = "(object normal)"
 POINTINESS = "(pointiness)"
 ISLAND = "(random per island)"
 EDGE_DISTANCES = "(distances to edges)"
+PARAMETRIC = "(place in the triangle)"
 RANDOM, INDEX, COLOR, LOCATION = "(object random)", "(object index)", "(object color)", "(object location)"
 SCALE, SIDE = "(object scale)", "(object side)"
 # Columns of the object's matrix without its location, and rows of the inverse.
@@ -50,12 +51,13 @@ PARTICLE = "(particle) "
 IS_STRAND, INTERCEPT, LENGTH = "(is strand)", "(strand intercept)", "(strand length)"
 THICKNESS, RANDOM_STRAND = "(strand thickness)", "(strand random)"
 TANGENT = ".tangent"
+# Tangents that nodes read as vectors in object space, before the names of UV maps and of `AROUND`.
+ALONG = "(along) "
 # Whether Cycles takes u = 0 and u = 1 on the sphere of meshes without a UV map for the same place. Before Blender 5.0,
 # tangents of faces between the two turn around.
 CLOSED_SPHERE = bpy.app.version >= (5, 0, 0)
-NO_UV = "(none)"  # no mesh has this map, so tangents are computed around the Z axis
-# Tangents around the other axes of the object.
-RADIAL = {"X": "(around X)", "Y": "(around Y)"}
+# Tangents around the axes of the object.
+AROUND = {"X": "(around X)", "Y": "(around Y)", "Z": "(around Z)"}
 POINT_RADIUS, RANDOM_POINT = "(point radius)", "(point random)"
 
 # Values of one object or instance: instances that share a mesh have their own.
@@ -147,6 +149,10 @@ def _read(mesh: Any, arrays: MeshArrays, name: str, of: ObjectValues) -> Any:
         return island_randoms(mesh).take(arrays.faces, axis=0)
     if name == EDGE_DISTANCES:
         return _edge_distances(arrays.positions.take(arrays.faces, axis=0))
+    if name == PARAMETRIC:
+        return np.broadcast_to(_PARAMETRIC, (len(arrays.faces), 3, 3))
+    if name.startswith(ALONG):
+        return _along(mesh, arrays, name.removeprefix(ALONG), of)
     if name == ACTIVE_COLOR:
         index = mesh.color_attributes.render_color_index
         return _layer(mesh.color_attributes[index], mesh, arrays) if 0 <= index < len(mesh.color_attributes) else None
@@ -157,7 +163,7 @@ def _read(mesh: Any, arrays: MeshArrays, name: str, of: ObjectValues) -> Any:
         return points.take(arrays.corners, axis=0)
     if name.endswith(TANGENT):
         uv_name = name.removesuffix(TANGENT)
-        if uv_name in RADIAL.values():
+        if uv_name in AROUND.values():
             return _radial_tangents(mesh, arrays, uv_name)
         if uv_name == ACTIVE_UV and not mesh.uv_layers:
             return tangents(arrays, around_sphere(mesh).take(arrays.faces, axis=0), around=CLOSED_SPHERE)
@@ -227,6 +233,10 @@ def _generated(mesh: Any) -> F32:
     return ((points - np.array(mesh.texspace_location, np.float32)) * scale + 0.5).astype(np.float32)
 
 
+# Cycles' weights of the first two corners of a triangle, at its three corners.
+_PARAMETRIC = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0]], np.float32)
+
+
 def _edge_distances(corners: F32) -> F32:
     """(m, 3, 3) distances of corners to the edges of their triangle, each opposite to a corner.
 
@@ -239,14 +249,29 @@ def _edge_distances(corners: F32) -> F32:
     return (heights[:, None] * np.eye(3, dtype=np.float32)).astype(np.float32)
 
 
-def _radial_tangents(mesh: Any, arrays: MeshArrays, name: str) -> F32:
-    """(m, 3, 4) tangents around an axis through the middle of the texture space, as Cycles' Tangent node has them.
+def _along(mesh: Any, arrays: MeshArrays, name: str, of: ObjectValues) -> Any:
+    """(m, 3, 3) tangents of a UV map, or around an axis; None: there is no such map."""
+    if name in AROUND.values():
+        return _around(mesh, arrays, name)
+    framed = _read(mesh, arrays, name + TANGENT, of)
+    return None if framed is None else framed[..., :3]
+
+
+def _around(mesh: Any, arrays: MeshArrays, name: str) -> F32:
+    """(m, 3, 3) tangents around an axis through the middle of the texture space, as Cycles' Tangent node has them.
 
     They are linear in the generated coordinates, so interpolation between corners gives those of each point.
     """
     x, y, z = np.moveaxis(_generated(mesh).take(arrays.faces, axis=0) - np.float32(0.5), -1, 0)
-    around = (0.0 * x, -z, y) if name == RADIAL["X"] else (-z, 0.0 * y, x)
-    return np.stack([*around, np.ones_like(x)], axis=-1)
+    none = np.zeros_like(x)
+    around = {AROUND["X"]: (none, -z, y), AROUND["Y"]: (-z, none, x), AROUND["Z"]: (-y, x, none)}
+    return np.stack(around[name], axis=-1)
+
+
+def _radial_tangents(mesh: Any, arrays: MeshArrays, name: str) -> F32:
+    """(m, 3, 4) tangents around an axis, with the sign of the bitangents."""
+    around = _around(mesh, arrays, name)
+    return np.concatenate([around, np.ones_like(around[..., :1])], axis=-1)
 
 
 def tangents(arrays: MeshArrays, uv: F32, around: bool = False) -> F32:

@@ -8,9 +8,13 @@ from functools import partial
 from typing import Any
 
 from edgegrad import Camera
+from edgegrad import expression as e
+from edgegrad.expression import nodes_of
+from edgegrad.scene.placement import stretches
 
 from ...problem import Report
 from ..materials.material import MaterialReading
+from .attributes import ALONG, PARAMETRIC
 from .group import Placed
 from .hair import Hair, HairMeshes, hair_of
 from .meshes import PlacedMeshes
@@ -31,6 +35,25 @@ def _lets_light_through(reading: MaterialReading) -> bool:
     return any(one.kind in THROUGH or one.alpha < 1.0 or one.transmission > 0.0
                or not one.textures.keys().isdisjoint(("alpha", "transmission"))
                for one in reading.shaders())  # fmt: skip
+
+
+def _warn_about_points(placed: Placed, names: set[str], reading: MaterialReading, report: Report) -> None:
+    """Warn of what the material of a point cloud reads and points do not have as in Cycles."""
+    where = f"object '{placed.source.object}'"
+    if any(name.startswith(ALONG) for name in names):
+        report.warn(where, "the tangent that its material reads is 0 on points")
+    sides = (e.Coordinates("TRUE_NORMAL"), e.Backfacing())
+    read = {node for expression in reading.expressions() for node in nodes_of(expression)}
+    if not read.isdisjoint(sides) and stretches(placed.source.matrix[:3, :3]):
+        report.warn(where, "its scale differs between axes, so its points are ellipsoids: their true normals and back "
+                    "sides are those of ellipsoids, in Cycles those of spheres")  # fmt: skip
+
+
+def _warn_about_strands(placed: Placed, names: set[str], report: Report) -> None:
+    """Warn of what the material of hair reads and strands do not have as in Cycles."""
+    for name, what in ((PARAMETRIC, "the output 'Parametric'"), (ALONG, "the tangent")):
+        if any(one.startswith(name) for one in names):
+            report.warn(f"object '{placed.source.object}'", f"{what} that the material of its hair reads is 0 there")
 
 
 def warn_about_type(ob: Any, report: Report) -> None:
@@ -77,6 +100,7 @@ class OtherGeometry:
         """Add the hair or the points of an instance; `needed` has the attributes that each material reads."""
         ob, slots = placed.object, placed.slots
         if ob.type == "POINTCLOUD" and instance.show_self:
+            _warn_about_points(placed, needed[slots[0]], materials[slots[0]], self._report)
             self._place(placed, "", slots[0], needed[slots[0]],
                         partial(build_points, ob, self._camera, report=self._report,
                                 translucent=_lets_light_through(materials[slots[0]])))  # fmt: skip
@@ -84,6 +108,7 @@ class OtherGeometry:
         make = HairMeshes(self._camera, self._linear, self._report, self._strands, self._ribbons)
         for hair in self._hair(instance):
             slot = slots[hair.slot(len(slots))]
+            _warn_about_strands(placed, needed[slot], self._report)
             through = _lets_light_through(materials[slot])
             self._place(placed, hair.part, slot, needed[slot], partial(make.build, hair, translucent=through))
 

@@ -16,6 +16,7 @@ from .attributes import (
     GENERATED,
     OBJECT,
     OBJECT_NORMAL,
+    PARAMETRIC,
     POINT_RADIUS,
     RANDOM_POINT,
     ObjectValues,
@@ -59,6 +60,7 @@ def build_points(ob: Any, camera: Camera, values: ObjectValues, names: set[str],
     pixel = pixel_size(camera, centres[kept] @ linear.T + values.matrix[:3, 3])
     width = 2.0 * scale * float(np.quantile(radius[kept], 0.9)) / pixel if len(kept) else 0.0
     level, smooth = next((level, smooth) for most, level, smooth in SUBDIVISIONS if width <= most)
+    smooth = smooth or stretches(linear)  # the facets have an ellipsoid's normals in the mean, and Cycles a sphere's
     if translucent:
         report.warn(where, "light that passes through its points meets their surface twice, not once as in Cycles")
     while level > 0 and len(kept) * 20 * 4**level > MOST_TRIANGLES:
@@ -91,6 +93,8 @@ def build_points(ob: Any, camera: Camera, values: ObjectValues, names: set[str],
             out[name] = np.broadcast_to(np.array(own), (*every.shape, len(own)))
         elif name in (OBJECT, GENERATED):  # Cycles has no others for points
             out[name] = arrays.positions[every]
+        elif name == PARAMETRIC:
+            out[name] = np.broadcast_to(np.array((1.0, 0.0, 0.0)), (*every.shape, 3))
         elif name == OBJECT_NORMAL:
             out[name] = shading_normals(arrays.positions, every, arrays.smoothing, arrays.normals)
         elif found is not None:

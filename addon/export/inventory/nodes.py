@@ -78,6 +78,7 @@ NODES: dict[str, Table] = {
     "SEPARATE_COLOR": Table("mode Color"),
     "SEPXYZ": Table("Vector"),
     "SUBSURFACE_SCATTERING": Table("falloff Color Scale Radius IOR Roughness Anisotropy Normal"),
+    "TANGENT": Table("direction_type axis uv_map"),
     "TEX_BRICK": Table("texture_mapping offset_frequency squash_frequency offset squash Vector Color1 Color2 Mortar "
                        "Scale Mortar_Size Mortar_Smooth Bias Brick_Width Row_Height"),
     "TEX_CHECKER": Table("texture_mapping Vector Color1 Color2 Scale"),
@@ -123,7 +124,7 @@ NODES: dict[str, Table] = {
 FOLLOWED = frozenset(("GROUP", "ADD_SHADER", "MIX_SHADER", "OUTPUT_MATERIAL", "OUTPUT_WORLD", "OUTPUT_LIGHT"))
 
 EVALUATED_BY_CYCLES = frozenset((
-    "AMBIENT_OCCLUSION", "SHADERTORGB", "SQUEEZE", "TANGENT", "TEX_GABOR", "TEX_IES",
+    "AMBIENT_OCCLUSION", "SHADERTORGB", "SQUEEZE", "TEX_GABOR", "TEX_IES",
     "TEX_POINTDENSITY", "TEX_SKY", "ShaderNodeRadialTiling", "WAVELENGTH", "LIGHT_FALLOFF", "MATERIAL_RAYCAST",
 ))  # fmt: skip
 

@@ -152,7 +152,7 @@ class MaterialReading:
         for one in self.shaders():
             turned = "anisotropy" in one.textures or one.anisotropy != 0.0
             mapped = "normal" in one.textures and one.normal_space == "TANGENT"
-            if mapped or (turned and one.normal_uv != attributes.NO_UV):
+            if mapped or turned:
                 names |= {one.normal_uv, one.normal_uv + attributes.TANGENT}
         return names
 

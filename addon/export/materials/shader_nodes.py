@@ -8,9 +8,10 @@ import numpy as np
 
 import edgegrad
 from edgegrad import expression as e
+from edgegrad.expression import Operand
 
-from ..approximated.sizes import thinnest
-from ..approximated.subsurface import diffusion_length, seen_albedo
+from ..approximated.sizes import farthest, thinnest
+from ..approximated.subsurface import LEAST_RADIUS, diffusion_length, rounded_share, seen_albedo
 from ..inventory.naming import node_sentences
 from ..nodes.expressions import number, rgb
 from ..nodes.links import by_identifier, feed
@@ -27,6 +28,8 @@ PRINCIPLED = {
 
 # Share of an object's size over which light may spread below its surface and still look as if it did not.
 SPREAD_UNSEEN = 0.003
+# Share of light that Cycles loses by rounding, from which it is noted.
+LOSS_UNSEEN = 0.01
 
 # Roughness of refraction above which microfacets that face away from the viewer are a visible share.
 ROUGH_REFRACTION = 0.6
@@ -205,8 +208,9 @@ def _subsurface(closure: Closure) -> None:
     method = closure.node.falloff
     roughness, ior = (closure.constant(name, rest) for name, rest in (("Roughness", 1.0), ("IOR", 1.4)))
     color = closure.read("Color")
-    albedo = seen_albedo(color, method, roughness, ior) if _scatters(closure, "Radius", "Scale") else color
-    closure.put("base_color", albedo, closure.own("Color"))
+    scattered = _scattered(closure, "Radius", "Scale")
+    albedo = seen_albedo(color, method, roughness, ior) if any(scattered) else color
+    closure.put("base_color", _by_channel(scattered, color, albedo), closure.own("Color"))
     closure.normal()
     _note_spread(closure, "Color", "Radius", "Scale", method)
 
@@ -214,7 +218,8 @@ def _subsurface(closure: Closure) -> None:
 def _principled_subsurface(closure: Closure) -> None:
     """Mix the albedo of subsurface scattering into the base colour."""
     material, method = closure.material, closure.node.subsurface_method
-    if not _scatters(closure, "Subsurface Radius", "Subsurface Scale"):
+    scattered = _scattered(closure, "Subsurface Radius", "Subsurface Scale")
+    if not any(scattered):
         return
     if any(getattr(material, field) != 0.0 or field in material.textures for field in ("metallic", "transmission")):
         closure.note("its subsurface scattering has the albedo of a diffuse surface, since it is partly metal or glass")
@@ -230,13 +235,26 @@ def _principled_subsurface(closure: Closure) -> None:
         albedo = seen_albedo(color, method, closure.constant("Roughness", 0.5), refracted)
         weight = material.textures.get("subsurface_weight", material.subsurface_weight)
         if albedo is not color:
-            closure.put("base_color", e.Mix(weight, color, albedo), closure.own("Base Color"))
+            seen = e.Mix(weight, color, _by_channel(scattered, color, albedo))
+            closure.put("base_color", seen, closure.own("Base Color"))
     _note_spread(closure, "Base Color", "Subsurface Radius", "Subsurface Scale", method)
 
 
-def _scatters(closure: Closure, radius: str, scale: str) -> bool:
-    """Whether light enters the surface; without a radius, Cycles uses a diffuse surface."""
-    return all(found is None or found.any() for found in (rgb(closure.read(radius)), rgb(closure.read(scale))))
+def _scattered(closure: Closure, radius: str, scale: str) -> tuple[bool, ...]:
+    """Channels of colour in which light enters the surface; without a radius, Cycles renders one as diffuse."""
+    found, factor = rgb(closure.read(radius)), number(closure.read(scale))
+    if factor is None:
+        return (True,) * 3 if found is None else tuple(found > 0.0)
+    if found is None:
+        return (factor > 0.0,) * 3
+    return tuple(found * factor >= LEAST_RADIUS)
+
+
+def _by_channel(scattered: tuple[bool, ...], plain: Operand, seen: Operand) -> Operand:
+    """The colour `seen` in the channels that scatter, the plain one in others."""
+    if all(scattered) or seen is plain:
+        return seen
+    return e.Combine(*(e.Channel(seen if one else plain, k) for k, one in enumerate(scattered)))
 
 
 def _note_spread(closure: Closure, color: str, radius: str, scale: str, method: str) -> None:
@@ -248,6 +266,10 @@ def _note_spread(closure: Closure, color: str, radius: str, scale: str, method: 
     color_, radius_, scale_ = (rgb(closure.own(one)) for one in (color, radius, scale))
     assert color_ is not None and radius_ is not None and scale_ is not None
     length = diffusion_length(color_, radius_ * scale_[0], method)
+    lost = rounded_share(color_, radius_ * scale_[0], method, farthest(closure.reader.owner))
+    if lost > LOSS_UNSEEN:
+        closure.note(f"light that scatters below its surface moves by steps as short as coordinates are rounded, so "
+                     f"Cycles itself loses about {lost:.0%} of it")  # fmt: skip
     if name and length < SPREAD_UNSEEN * size:
         return
     of = f", {length / size:.1%} of the {size:.3g} m of object '{name}'," if name else ""

@@ -261,11 +261,11 @@ class Closure:
         socket = by_identifier(self.node.inputs, "Tangent")
         found = None if socket is None else feed(socket, self.groups)
         node = None if found is None or found.output is None else found.output.node
-        uv = attributes.NO_UV
+        uv = attributes.AROUND["Z"]
         if node is not None and node.type == "TANGENT" and node.direction_type == "UV_MAP":
             uv = node.uv_map or attributes.ACTIVE_UV
         elif node is not None and node.type == "TANGENT":
-            uv = attributes.RADIAL.get(node.axis, attributes.NO_UV)
+            uv = attributes.AROUND[node.axis]
         elif node is not None:
             self.note("its tangent can't be read; anisotropy uses tangents around the object's Z axis")
         if "normal" not in self.material.textures or self.material.normal_space == "WORLD":

@@ -5,5 +5,6 @@ from . import (  # noqa: F401  (they register the node types)
     read_inputs,
     read_mappings,
     read_normals,
+    read_tangents,
     read_textures,
 )

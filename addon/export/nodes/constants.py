@@ -6,7 +6,7 @@ Particle Info and Attribute nodes would read them from the bake's own object.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from edgegrad import expression as e
@@ -51,16 +51,21 @@ def attributes_of(constants: Constants) -> set[str]:
 
 def on_object(constants: Constants, own: Mapping[str, Values]) -> dict[Place, Values]:
     """Evaluate constants for an object with these attributes; others are 0, as in Cycles."""
-
-    def value(node: Expression) -> Expression:
-        if not isinstance(node, e.Attribute) or not is_of_object(node.name):
-            return node
-        found = own.get(node.name, (0.0, 0.0, 0.0, 0.0))
-        return e.Combine(*(found * 3 if len(found) == 1 else (*found, 0.0)[: max(len(found), 3)]))
-
     out = {}
     for place, one in constants.items():
-        given = folded(replaced(one, value)) if isinstance(one, Expression) else one
+        given = folded(with_values(one, own.get))
         if not isinstance(given, Expression):
             out[place] = (float(given),) * 3 if not isinstance(given, tuple) else given
     return out
+
+
+def with_values(value: Operand, own: Callable[[str], Values | None]) -> Operand:
+    """Replace the attributes of a whole object by the values that it has; those that it does not have are 0."""
+
+    def constant(node: Expression) -> Expression:
+        if not isinstance(node, e.Attribute) or not is_of_object(node.name):
+            return node
+        found = own(node.name) or (0.0, 0.0, 0.0, 0.0)
+        return e.Combine(*(found * 3 if len(found) == 1 else (*found, 0.0)[: max(len(found), 3)]))
+
+    return replaced(value, constant) if isinstance(value, Expression) else value

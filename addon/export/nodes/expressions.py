@@ -1,7 +1,7 @@
 """Translation of shader node graphs to `edgegrad.expression` trees.
 
-The modules `read_inputs`, `read_colors`, `read_mappings`, `read_normals` and `read_textures` register one function for
-each type of node.
+The modules `read_inputs`, `read_colors`, `read_mappings`, `read_normals`, `read_tangents` and `read_textures` register
+one function for each type of node.
 """
 
 from __future__ import annotations

@@ -9,9 +9,9 @@ import numpy as np
 from edgegrad import expression as e
 from edgegrad.expression import Operand
 
-from ..geometry import attributes
 from .expressions import Reader, folded, number, reads
 from .links import Groups
+from .object_space import from_object, to_object
 from .read_inputs import rows, unreadable
 
 TABLE = 257  # rows of ramps and curves in Cycles
@@ -43,31 +43,14 @@ def _vector_transform(reader: Reader, node: Any, groups: Groups, output: Any) ->
     if kind != "POINT":
         camera[:3, 3] = 0.0
     if source == "OBJECT":
-        vector = _from_object(vector, kind)
+        vector = from_object(vector, kind)
     elif source == "CAMERA":
         vector = e.Transform(vector, rows(np.linalg.inv(camera)))
     if target == "OBJECT":
-        vector = _to_object(vector, kind)
+        vector = to_object(vector, kind)
     elif target == "CAMERA":
         vector = e.Transform(vector, rows(camera))  # the camera's axes are orthonormal: normals turn like vectors
     return e.VectorMath("NORMALIZE", vector) if kind == "NORMAL" else vector
-
-
-def _from_object(vector: Operand, kind: str) -> Operand:
-    """Transform a vector, point or normal from the object's space to the world's."""
-    axes = attributes.INVERSE_ROWS if kind == "NORMAL" else attributes.AXES
-    out: Operand = attributes.layer(attributes.LOCATION) if kind == "POINT" else (0.0, 0.0, 0.0)
-    for k, axis in enumerate(axes):
-        out = e.VectorMath("ADD", out, e.VectorMath("SCALE", attributes.layer(axis), scale=e.Channel(vector, k)))
-    return out
-
-
-def _to_object(vector: Operand, kind: str) -> Operand:
-    """Transform a vector, point or normal from the world's space to the object's."""
-    if kind == "POINT":
-        vector = e.VectorMath("SUBTRACT", vector, attributes.layer(attributes.LOCATION))
-    axes = attributes.AXES if kind == "NORMAL" else attributes.INVERSE_ROWS
-    return e.Combine(*(e.VectorMath("DOT_PRODUCT", attributes.layer(axis), vector) for axis in axes))
 
 
 @reads("NORMAL")

@@ -14,6 +14,7 @@ from ..approximated.sizes import unevenly_scaled
 from ..geometry import attributes
 from .expressions import Reader, Unreadable, folded, number, reads
 from .links import Groups, label
+from .read_tangents import tangent_around
 
 
 def rows(matrix: Any) -> Any:
@@ -47,7 +48,8 @@ def _texture_coordinate(reader: Reader, node: Any, groups: Groups, output: Any) 
     if name == "UV":
         return attributes.layer(attributes.ACTIVE_UV)
     if name == "Normal":
-        return e.VectorMath("NORMALIZE", attributes.layer(attributes.OBJECT_NORMAL))
+        front = e.Math("MULTIPLY_ADD", e.Backfacing(), -2.0, 1.0)  # Cycles' normals are on the viewer's side
+        return e.VectorMath("SCALE", e.VectorMath("NORMALIZE", attributes.layer(attributes.OBJECT_NORMAL)), scale=front)
     if name == "Object":
         if node.object is None:
             return attributes.layer(attributes.OBJECT)
@@ -73,6 +75,10 @@ def _geometry(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand
         return attributes.layer(attributes.POINTINESS)
     if output.identifier == "Random Per Island":
         return attributes.layer(attributes.ISLAND)
+    if output.identifier == "Parametric":
+        return attributes.layer(attributes.PARAMETRIC)
+    if output.identifier == "Tangent":
+        return tangent_around("Z")
     raise unreadable(node, groups, output.identifier)
 
 

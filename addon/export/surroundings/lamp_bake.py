@@ -7,6 +7,7 @@ a point light that shines differently in different directions becomes a small bo
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import bmesh
@@ -16,10 +17,11 @@ from numpy.typing import NDArray
 
 from ..bakes.bake import Temporary, temporary
 from ..bakes.bake_scene import BakeScene, own_groups, show_to
+from ..bakes.trees import Trees, insert
 from ..exported import Export
 from ..nodes.ray_kinds import SAMPLED
 from .directed_lamps import may_be_directed, replace_light
-from .lamp_nodes import own_color, read_emission
+from .lamp_nodes import LampEmission, own_color
 
 PIXELS = 64
 UNIFORM = 0.05  # spread of a light that counts as the same in all directions, relative to its maximum
@@ -27,26 +29,32 @@ DIRECTIONS = 1024  # pixels around the panorama of a light that shines different
 ALBEDO = 0.8  # of the sphere, which is lit directly only
 
 
-def bake_lamps(out: Export, resolution: int) -> None:
-    """Replace nodes of lights that vary by their mean, unless nothing is to be baked; report both."""
+def bake_lamps(out: Export, emissions: Mapping[str, LampEmission], resolution: int) -> None:
+    """Replace nodes of lights that vary by their mean, unless nothing is to be baked; report both.
+
+    Parameters
+    ----------
+    emissions
+        What the nodes of each exported light say, by its name in the scene.
+    """
     for name, source in list(out.lights.items()):
         ob = bpy.data.objects.get(source.object)
         if ob is None or ob.type != "LIGHT":
             continue
         light, where = ob.data, f"light '{ob.name}'"
-        emission = read_emission(light)
+        emission = emissions[name]
         for note in emission.notes:
             out.report.warn(where, note)
         if not emission.varying:
             continue
         color = own_color(light)
         reach = _reach(out, source.matrix[:3, 3])
-        directed = directions(light, reach) if resolution > 0 and may_be_directed(out, name, light) else None
+        directed = directions(light, emission, reach) if resolution > 0 and may_be_directed(out, name, light) else None
         if directed is not None:
             replace_light(out, name, color, directed, reach)
             out.report.tell(where, "shines differently in different directions, so it is a small body that glows")
             continue
-        mean = mean_emission(light, reach) if resolution > 0 else None
+        mean = mean_emission(light, emission, reach) if resolution > 0 else None
         why = "; ".join(dict.fromkeys(emission.varying))
         if mean is None:
             out.report.warn(where, f"its nodes are left out, since {why}")
@@ -67,26 +75,26 @@ def _reach(out: Export, position: NDArray[np.float64]) -> float:
     return float(np.median(away)) if away else 1.0
 
 
-def mean_emission(light: Any, reach: float = 1.0) -> NDArray[np.float64] | None:
+def mean_emission(light: Any, emission: LampEmission, reach: float) -> NDArray[np.float64] | None:
     """(3,) mean factor of the power that the nodes of a light apply at a distance; None if Cycles can't tell."""
     if light.type == "SUN":
         return None
     try:
         with temporary() as keep:
-            return _area(keep, light) if light.type == "AREA" else _point(keep, light, reach)
+            return _area(keep, light, emission) if light.type == "AREA" else _point(keep, light, emission, reach)
     except RuntimeError:
         return None
 
 
-def directions(light: Any, reach: float) -> NDArray[np.float64] | None:
+def directions(light: Any, emission: LampEmission, reach: float) -> NDArray[np.float64] | None:
     """(H, W, 3) factor of the power of a point or spot light by direction; None: it does not vary, or Cycles fails."""
     try:
         with temporary() as keep:
-            everywhere = lit_sphere(keep, light, reach, PIXELS)
+            everywhere = lit_sphere(keep, light, emission, reach, PIXELS)
             shone = everywhere[_shines(light, len(everywhere))]
             if np.ptp(shone, axis=(0, 1)).max() <= UNIFORM * shone.max():
                 return None
-            return lit_sphere(keep, light, reach, DIRECTIONS, cone=True)
+            return lit_sphere(keep, light, emission, reach, DIRECTIONS, cone=True)
     except RuntimeError:
         return None
 
@@ -98,11 +106,12 @@ def _shines(light: Any, height: int) -> NDArray[np.bool_]:
     return np.asarray(from_axis <= max(reach, from_axis.min()))
 
 
-def _copy(keep: Temporary, light: Any, **settings: Any) -> Any:
+def _copy(keep: Temporary, light: Any, emission: LampEmission, **settings: Any) -> Any:
     """Copy a light with white light of 1 W, whose nodes are evaluated as where Cycles samples lights."""
     made = keep(light.copy())
     own_groups(made.node_tree, keep)
     show_to(made.node_tree, SAMPLED)
+    insert(emission.constants, Trees(made, keep))
     made.energy, made.color = 1.0, (1.0, 1.0, 1.0)
     for name, value in ({"exposure": 0.0, "use_temperature": False, "normalize": True} | settings).items():
         if hasattr(made, name):
@@ -110,9 +119,9 @@ def _copy(keep: Temporary, light: Any, **settings: Any) -> Any:
     return made
 
 
-def _area(keep: Temporary, light: Any) -> NDArray[np.float64]:
+def _area(keep: Temporary, light: Any, emission: LampEmission) -> NDArray[np.float64]:
     small = BakeScene(keep, f"light '{light.name}'")
-    made = _copy(keep, light, spread=np.pi)
+    made = _copy(keep, light, emission, spread=np.pi)
     ob = keep(bpy.data.objects.new("Edgegrad bake", made))
     ob.visible_camera = True
     small.scene.collection.objects.link(ob)
@@ -125,14 +134,15 @@ def _area(keep: Temporary, light: Any) -> NDArray[np.float64]:
     return np.asarray(np.pi * radiance.mean(axis=(0, 1)) * (1.05 * width) ** 2)
 
 
-def _point(keep: Temporary, light: Any, reach: float) -> NDArray[np.float64]:
+def _point(keep: Temporary, light: Any, emission: LampEmission, reach: float) -> NDArray[np.float64]:
     """Measure the mean intensity of a point light in all directions, or of a spot in its cone."""
-    picture = lit_sphere(keep, light, reach, PIXELS)
+    picture = lit_sphere(keep, light, emission, reach, PIXELS)
     rows = np.sin(np.pi * (np.arange(len(picture)) + 0.5) / len(picture)) * _shines(light, len(picture))
     return np.asarray(np.average(picture.mean(axis=1), axis=0, weights=rows))
 
 
-def lit_sphere(keep: Temporary, light: Any, reach: float, pixels: int, cone: bool = False) -> NDArray[np.float64]:
+def lit_sphere(keep: Temporary, light: Any, emission: LampEmission, reach: float, pixels: int,
+               cone: bool = False) -> NDArray[np.float64]:  # fmt: skip
     """(pixels / 2, pixels, 3) factor of the power of a light in all directions, as a panorama in its own axes.
 
     Parameters
@@ -143,7 +153,7 @@ def lit_sphere(keep: Temporary, light: Any, reach: float, pixels: int, cone: boo
         Whether a spot keeps its cone; otherwise it shines in all directions.
     """
     small = BakeScene(keep, f"light '{light.name}'")
-    made = _copy(keep, light, shadow_soft_size=0.0)
+    made = _copy(keep, light, emission, shadow_soft_size=0.0)
     if made.type == "SPOT" and not cone:
         made.type = "POINT"
     ob = keep(bpy.data.objects.new("Edgegrad bake", made))

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from edgegrad import expression as e
 
+from ..geometry.attributes import ObjectValues
 from ..materials.shaders import Part, parts
+from ..nodes.constants import Place, Values, constants_of, on_object, with_values
 from ..nodes.expressions import Reader, Unreadable, folded, number, rgb
 from ..nodes.links import Groups, feed, label
 from ..nodes.ray_kinds import SAMPLED, RayReader
@@ -33,6 +35,8 @@ class LampEmission:
         One sentence for each part that varies with position or direction, or can't be read.
     notes
         One sentence for each other approximation.
+    constants
+        What its nodes read from the light's object, which a copy of the light does not have.
     """
 
     factor: F64
@@ -40,6 +44,7 @@ class LampEmission:
     smooth: float = 0.0
     varying: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    constants: dict[Place, Values] = field(default_factory=dict)
 
 
 def has_nodes(light: Any) -> bool:
@@ -53,15 +58,15 @@ def own_color(light: Any) -> NDArray[np.float64]:
     return color * np.array(light.temperature_color) if getattr(light, "use_temperature", False) else color
 
 
-def read_emission(light: Any) -> LampEmission:
-    """Read the nodes of a light (its data)."""
+def read_emission(light: Any, of: ObjectValues) -> LampEmission:
+    """Read the nodes of a light (its data), whose object has these values."""
     if not has_nodes(light):
         return LampEmission(np.ones(3))
-    out, decays = _read_emission(light, 1.0)
+    out, decays = _read_emission(light, of, 1.0)
     if not decays:
         return out
     # All of the emission must be a multiple of the same falloff.
-    others = [(gain, _read_emission(light, gain)[0].factor) for gain in (0.5, 3.0)]
+    others = [(gain, _read_emission(light, of, gain)[0].factor) for gain in (0.5, 3.0)]
     if len(decays) > 1 or not all(np.allclose(factor, gain * out.factor) for gain, factor in others):
         out.varying.append("its Light Falloff is not a factor of all of its emission")
     elif light.type == "SUN":
@@ -71,14 +76,14 @@ def read_emission(light: Any) -> LampEmission:
     return out
 
 
-def _read_emission(light: Any, gain: float) -> tuple[LampEmission, set[tuple[str, float]]]:
+def _read_emission(light: Any, of: ObjectValues, gain: float) -> tuple[LampEmission, set[tuple[str, float]]]:
     """Read the nodes of a light, with falloffs times `gain`; also return the decay and smoothing of each."""
     output = light.node_tree.get_output_node("CYCLES")
     out = LampEmission(np.zeros(3))
     if output is None:
         return out, set()
-    reader = _LampReader(gain)
-    for part in parts(reader, feed(output.inputs["Surface"])):
+    reader, surface = _LampReader(of, gain), feed(output.inputs["Surface"])
+    for part in parts(reader, surface):
         weight = number(part.weight)
         name = label(part.node, part.groups)
         if weight is None:
@@ -89,6 +94,8 @@ def _read_emission(light: Any, gain: float) -> tuple[LampEmission, set[tuple[str
         else:
             out.varying.append(f"its shader node '{name}' can't be read")
     out.notes += [*reader.approximations, *reader.notes]
+    if surface.output is not None:
+        out.constants = on_object(constants_of(reader, surface.output, surface.groups), {})
     return out, reader.decays
 
 
@@ -109,19 +116,22 @@ class _LampReader(RayReader):
 
     Attributes
     ----------
+    of
+        The light's object, whose values are constants.
     decays
         Decay and smoothing of each falloff but those of physical lights.
     """
 
-    def __init__(self, gain: float) -> None:
+    def __init__(self, of: ObjectValues, gain: float) -> None:
         super().__init__(None, SAMPLED)
+        self.of = of
         self.gain = gain
         self.decays: set[tuple[str, float]] = set()
 
     def _read(self, output: Any, groups: Groups) -> e.Operand:
         node = output.node
         if node.type != "LIGHT_FALLOFF":
-            return super()._read(output, groups)
+            return with_values(super()._read(output, groups), self.of.value)
         smooth = number(self.get(node, "Smooth", groups))
         if smooth is None:
             raise Unreadable(f"'Smooth' of node '{label(node, groups)}'")

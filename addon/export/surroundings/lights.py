@@ -8,6 +8,7 @@ of a sun has the radiance P.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -17,7 +18,7 @@ import edgegrad
 from edgegrad.tables.lights import LEAST_BLEND
 
 from ...problem import Report
-from .lamp_nodes import own_color, read_emission
+from .lamp_nodes import LampEmission, own_color
 
 Light: TypeAlias = edgegrad.PointLight | edgegrad.SpotLight | edgegrad.SunLight | edgegrad.AreaLight
 F64 = NDArray[np.float64]
@@ -30,7 +31,8 @@ def power_factor(light: Any) -> float:
     return float(2.0 ** getattr(light, "exposure", 0.0))
 
 
-def export_light(light_object: Any, matrix: F64, visible: frozenset[str], report: Report) -> Light | None:
+def export_light(light_object: Any, matrix: F64, visible: frozenset[str], emission: LampEmission,
+                 report: Report) -> Light | None:  # fmt: skip
     """Export a light; return None, with a warning, if it cannot be rendered.
 
     Parameters
@@ -41,13 +43,14 @@ def export_light(light_object: Any, matrix: F64, visible: frozenset[str], report
         (4, 4) transform of the object or instance to world space.
     visible
         Kinds of rays that see the light, including the settings of its instancer.
+    emission
+        What its nodes say.
     """
     light = light_object.data
     where = f"light '{light_object.name}'"
     if light.type == "AREA" and getattr(getattr(light, "cycles", None), "is_portal", False):
         report.warn(where, "is a portal, which only guides samples; it is left out")
         return None
-    emission = read_emission(light)
     color = own_color(light) * emission.factor
     power = float(light.energy) * power_factor(light)
     if color.min() < 0.0 and color.max() <= 0.0:
@@ -74,6 +77,25 @@ def export_light(light_object: Any, matrix: F64, visible: frozenset[str], report
     out.max_bounces = None if limit >= _ANY_BOUNCES else int(limit)
     out.casts_shadow = bool(getattr(cycles, "cast_shadow", light.use_shadow))  # a property of Cycles before Blender 4.3
     return out
+
+
+def warn_about_translucent(lights: Mapping[str, Light], closures: Iterable[edgegrad.Material], names: Mapping[str, str],
+                           report: Report) -> None:  # fmt: skip
+    """Warn of lights that only one of diffuse and transmitted rays sees, if there are translucent surfaces.
+
+    In Cycles, light samples of translucent surfaces count as diffuse, and their rays as both.
+
+    Parameters
+    ----------
+    names
+        Blender's name of each light.
+    """
+    if not any(one.kind == "TRANSLUCENT" for one in closures):
+        return
+    for key, light in lights.items():
+        if ("diffuse" in light.visible_to) != ("transmission" in light.visible_to):
+            report.warn(f"light '{names[key]}'", "is hidden from one of diffuse and transmission rays; translucent "
+                        "surfaces receive its light as transmission, in Cycles mostly as diffuse rays do")  # fmt: skip
 
 
 def _sun(light: Any, matrix: F64, power: float) -> edgegrad.SunLight:

@@ -110,8 +110,9 @@ void add_parts(const MappedFaces& mesh, size_t face, CornerNormals& normals, flo
     double u1 = double{uv[2]} - uv[0], u2 = double{uv[4]} - uv[0];
     const double v1 = double{uv[3]} - uv[1], v2 = double{uv[5]} - uv[1];
     if (mesh.around) u1 -= std::nearbyint(u1), u2 -= std::nearbyint(u2);
-    const double sign = u1 * v2 - v1 * u2 >= 0.0 ? 1.0 : -1.0;
-    const Vector e1 = p[1] - p[0], e2 = p[2] - p[0], along = (e1 * v2 - e2 * v1) * sign;
+    const double area = u1 * v2 - v1 * u2, sign = area >= 0.0 ? 1.0 : -1.0;
+    const Vector e1 = p[1] - p[0], e2 = p[2] - p[0];
+    const Vector along = area == 0.0 ? Vector{} : (e1 * v2 - e2 * v1) * sign;
     const int32_t* groups = mesh.smoothing + 3 * face;
     if (std::min({groups[0], groups[1], groups[2]}) < 0)
         store(&normals.of_faces[3 * face], unit(cross(e1, e2)));
@@ -146,8 +147,14 @@ void corner_tangents(const MappedFaces& mesh, int threads, float* tangents) {
     }
     for (size_t corner = 0; corner < 3 * mesh.face_count; ++corner) {
         const size_t shared = first[corner];  // not after `corner`
-        const Vector tangent = vector_at(tangents + 4 * shared);
-        store(tangents + 4 * corner, shared == corner ? unit(tangent) : tangent);
+        const Vector sum = vector_at(tangents + 4 * shared);
+        if (shared == corner && length(sum) <= 1e-20) {
+            store(tangents + 4 * corner, {1.0, 0.0, 0.0});
+            tangents[4 * corner + 3] = -1.0f;
+        } else {
+            store(tangents + 4 * corner, shared == corner ? unit(sum) : sum);
+            tangents[4 * corner + 3] = tangents[4 * shared + 3];
+        }
     }
 }
 

@@ -20,7 +20,7 @@ struct MappedFaces {
 // Writes the unit tangents along u, and signs of the bitangents, (face_count, 3, 4), as MikkTSpace computes
 // them for triangles. Corners with equal vertex, normal, UV coordinate and sign share one tangent: the sum of
 // the tangents of their triangles, each projected perpendicular to the normal and weighted by the angle at
-// the corner.
+// the corner. Where the UV coordinates have no area, the tangent is the X axis and the sign is negative.
 void corner_tangents(const MappedFaces& mesh, int threads, float* tangents);
 
 }  // namespace edgegrad

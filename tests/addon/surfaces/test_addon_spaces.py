@@ -50,10 +50,10 @@ def glowing(value: Any) -> Any:
     return made
 
 
-def pictures(folder: Path) -> tuple[Any, Any, Any]:
+def pictures(folder: Path, samples: int = 16) -> tuple[Any, Any, Any]:
     """Edgegrad's picture, that of Cycles, and the warnings."""
     made = bs.export(bake=128)
-    ours = edgegrad.Renderer(made.scene).render(spp=16, max_depth=made.settings.max_depth)
+    ours = edgegrad.Renderer(made.scene).render(spp=samples, max_depth=made.settings.max_depth)
     return ours, bs.cycles(folder)[..., :3], made.report.lines
 
 
@@ -138,6 +138,68 @@ def test_vectors_go_from_space_to_space(kind: str, source: str, target: str, tmp
     bs.add("Twin", ball.data, (0.8, 0.5, 0.5), (0.2, 1.0, 0.1), (0.5, 0.7, 0.4)).parent = parent
     ours, theirs, lines = pictures(tmp_path)
     assert lines == [] and agree(ours, theirs, 0.02)
+
+
+OUTPUTS = [("NewGeometry", "Tangent", {}), ("NewGeometry", "Parametric", {}),
+           ("Tangent", "Tangent", {"direction_type": "UV_MAP"}),
+           *(("Tangent", "Tangent", {"direction_type": "RADIAL", "axis": axis}) for axis in "XYZ")]  # fmt: skip
+
+
+@pytest.mark.parametrize(("kind", "output", "settings"), OUTPUTS)
+def test_tangents_and_places_in_triangles(kind: str, output: str, settings: dict[str, str], tmp_path: Path) -> None:
+    """On a ball of many faces, which a bake would blur, uneven and mirrored, and on a flat cube beside it."""
+    bs.camera((0.0, -4.0, 1.5), (1.2, 0.0, 0.0))
+    made = glowing(lambda tree: shown(tree, node(tree, kind, **settings).outputs[output]))
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24, scale=(0.8, -0.6, 0.9), rotation=(0.4, 0.7, 0.3))
+    bpy.ops.object.shade_smooth()
+    bpy.context.object.data.materials.append(made)
+    bpy.ops.mesh.primitive_cube_add(location=(1.2, 1.0, 0.3), rotation=(0.2, 0.1, 0.9), scale=(0.7, 0.5, 0.6))
+    bpy.context.object.data.materials.append(made)
+    bpy.context.scene.cycles.samples = 256
+    ours, theirs, lines = pictures(tmp_path, 256)
+    assert lines == [] and agree(ours, theirs, 0.04)
+    assert not bs.export().scene.images  # a bake's texels would be coarser than faces that are far smaller
+
+
+def test_normal_coordinates_of_back_sides(tmp_path: Path) -> None:
+    """A mirrored sheet that is seen from behind, and the inside of a bowl."""
+    bs.camera((0.0, -4.0, 1.5), (1.2, 0.0, 0.0))
+
+    def value(tree: Any) -> Any:
+        half = node(tree, "VectorMath", node(tree, "TexCoord").outputs["Normal"], (0.4, 0.4, 0.4), (0.5, 0.5, 0.5),
+                    operation="MULTIPLY_ADD")  # fmt: skip
+        return half.outputs[0]
+
+    made = glowing(value)
+    bs.add("Sheet", bs.plane("Sheet", 1.5, made), (-1.0, 0.0, 0.0), (-1.3, 0.2, 0.4), (-1.0, 1.0, 0.8))
+    bpy.ops.mesh.primitive_cylinder_add(vertices=24, depth=1.2, radius=0.8, end_fill_type="NOTHING",
+                                        location=(0.9, 0.0, 0.0), rotation=(0.9, 0.2, 0.0))  # fmt: skip
+    bpy.ops.object.shade_smooth()
+    bpy.context.object.data.materials.append(made)
+    ours, theirs, lines = pictures(tmp_path)
+    assert lines == [] and agree(ours, theirs, 0.02)
+
+
+def test_normal_maps_where_the_uv_map_has_no_area(tmp_path: Path) -> None:
+    """On letters, whose map Blender leaves empty, and on a ball whose map is collapsed."""
+    bs.camera((0.0, -4.0, 1.5), (1.2, 0.0, 0.0))
+
+    def value(tree: Any) -> Any:
+        mapped = node(tree, "NormalMap")
+        mapped.inputs["Color"].default_value = (0.9, 0.4, 0.7, 1.0)
+        return shown(tree, mapped.outputs[0])
+
+    made = glowing(value)
+    letters = bpy.data.curves.new("Letters", "FONT")
+    letters.body, letters.size, letters.extrude = "M", 2.0, 0.2
+    letters.materials.append(made)
+    bs.add("Letters", letters, (-1.8, 0.0, -0.5), (1.2, 0.0, 0.3))
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=12, ring_count=6, location=(1.0, 0.0, 0.0), rotation=(0.4, 0.7, 0.3))
+    mesh = bpy.context.object.data
+    mesh.uv_layers[0].uv.foreach_set("vector", np.full(2 * len(mesh.loops), 0.5, np.float32))
+    mesh.materials.append(made)
+    ours, theirs, _ = pictures(tmp_path)
+    assert agree(ours, theirs, 0.02, 0.13)
 
 
 @pytest.mark.parametrize("smooth", [False, True])

@@ -19,6 +19,7 @@ from edgegrad.scene.placement import places
 
 from ..exported import Export
 from .near_triangles import F64, I64, NORMAL_STEP, ROUNDING, Triangles, cross, near_triangles, shared_planes
+from .overlaps import overlapped
 
 Names = tuple[tuple[str, str], tuple[str, str]]  # of two meshes and their materials
 
@@ -31,7 +32,7 @@ SAMPLES = 2000  # faces of an emitter that are tested
 
 
 def warn_about_coincident(out: Export) -> None:
-    """Report the faces and lights of an exported scene that lie exactly on faces of other materials."""
+    """Report the faces and lights of an exported scene that lie exactly on other faces."""
     scene = out.scene
     names = [name for name in scene.meshes if not out.meshes[name].part]  # hair never lies on faces
     count = sum(len(scene.meshes[name].faces) * len(places(scene.meshes[name])) for name in names)
@@ -45,8 +46,6 @@ def warn_about_coincident(out: Export) -> None:
     found = near_triangles(scene, names, [_corners(light) for light in lights])
     _warn_about_lights(out, found)
     plane = shared_planes(found)
-    if not (plane >= 0).any() and not found.doubled.any():
-        return
     shares: dict[Names, float] = {}
     for pair, share in _visible(out, found, plane).items():
         both = _named(found, pair)
@@ -93,7 +92,12 @@ def _visible(out: Export, found: Triangles, plane: I64) -> dict[tuple[int, int],
     start = (origin - found.middle).astype(np.float32)
     _, face, distance = traced.trace(start, direction.astype(np.float32), np.float32(np.inf), False, True, False, "")
     hit = np.flatnonzero(face >= 0)
+    whole = origin[hit] - found.middle + distance[hit, None].astype(np.float64) * direction[hit]
     index, known = found.at(number[face[hit]])
+    alone = ~known
+    alone[known] = ~found.doubled[index[known]]
+    rounded = ROUNDING * (np.abs(whole).max(axis=1, initial=0.0) + np.abs(found.middle).max() + distance[hit])
+    partly = Counter((k, k) for k in overlapped(seen, found.size, face[hit[alone]], whole[alone], rounded[alone]))
     hit, index = hit[known], index[known]
     twice = Counter((k, k) for k in found.owner[index][found.doubled[index]].tolist())
     inside = plane[index] >= 0
@@ -101,7 +105,7 @@ def _visible(out: Export, found: Triangles, plane: I64) -> dict[tuple[int, int],
     points = origin[hit] - found.middle + distance[hit, None].astype(np.float64) * direction[hit]
     shown = np.isin(found.number, number)
     pairs = _others(found, plane, points, index, distance[hit], np.flatnonzero((plane >= 0) & shown))
-    return {pair: number / len(origin) for pair, number in (twice + Counter(pairs)).items()}
+    return {pair: number / len(origin) for pair, number in (twice + partly + Counter(pairs)).items()}
 
 
 def _others(found: Triangles, plane: I64, points: F64, index: I64, far: NDArray[np.float32],

@@ -17,7 +17,7 @@ import edgegrad
 from edgegrad import _native
 from edgegrad.scene.placement import places
 
-from .normals import CHUNK, bits
+from ..geometry.normals import CHUNK, bits
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]

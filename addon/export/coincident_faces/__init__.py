@@ -1,0 +1,1 @@
+"""Search for faces and lights that lie exactly on other faces."""

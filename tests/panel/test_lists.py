@@ -288,3 +288,32 @@ def test_images_of_what_is_selected_become_parameters(scene: Any) -> None:
     add_of_button(scene, found[2], "name", -1)
     add_of_button(scene, bpy.data.materials["Clay"], 'node_tree.nodes["Image Texture"].image', -1)
     assert [row.name for row in parameters] == ["Skin: Pixels", "Inner: Pixels", "Grey: Pixels"]
+
+
+def test_buttons_of_nodes_add_values_of_their_datablock(scene: Any) -> None:
+    """Blender tells the embedded node tree as their owner, which is in no list of the file's data."""
+    scene.world = bpy.data.worlds.new("Sky")
+    for owner in (bpy.data.materials["Clay"], scene.world, bpy.data.lights["Lamp"]):
+        if owner.node_tree is None:  # Blender 5 warns about the property
+            owner.use_nodes = True
+        value = owner.node_tree.nodes.new("ShaderNodeValue")
+        row = add_of_button(scene, owner.node_tree, value.outputs[0].path_from_id("default_value"), -1)
+        assert row.owner == owner and row.path == 'node_tree.nodes["Value"].outputs[0].default_value'
+
+
+def test_buttons_without_a_datablock_are_refused(scene: Any) -> None:
+    with pytest.raises(Problem, match="setting of Blender"):
+        add_of_button(scene, bpy.context.preferences, "view.ui_scale", -1)
+
+
+def test_numbers_are_named_as_blenders_buttons_name_them(scene: Any) -> None:
+    cube, camera = bpy.data.objects["Cube"], bpy.data.cameras["Front"]
+    cube["a list"], cube['a "name"'] = [0.25, 0.5], 1.0
+    color = 'node_tree.nodes["Diffuse BSDF"].inputs[0].default_value'
+    for owner, path, index, words in (
+            (cube, "location", 1, "Location Y"), (cube, "color", 3, "Color A"),
+            (cube, '["a list"]', 1, "a list [1]"), (cube, '["a \\"name\\""]', -1, 'a "name"'),
+            (bpy.data.materials["Clay"], color, 0, "Diffuse BSDF: Color R"),
+            (camera, "dof.aperture_fstop", -1, "Depth of Field: F-Stop")):  # fmt: skip
+        row = add_row(scene, owner, path, index)
+        assert row.name == f"{owner.name}: {words}"

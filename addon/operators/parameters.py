@@ -106,6 +106,8 @@ class ParametersAdd(bpy.types.Operator):
                 self.report({"INFO"}, said)
                 return {"FINISHED"}
             kept, refused = gathering.settable(GATHER[self.of](context))
+            if not kept:
+                raise Problem(refused[0] if refused else "there is no property that a fit can change")
         except _common.EXPECTED as error:
             return _common.refuse(self, error)
         for places in kept:

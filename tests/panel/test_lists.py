@@ -125,6 +125,13 @@ def test_each_obstacle_has_its_cure(scene: Any, picture: str) -> None:
     bpy.ops.object.mode_set(mode="EDIT")
     cure()
     assert preflight.obstacle(bpy.context) is None
+    for name in ("Cube", "Bulb"):
+        if name == "Bulb":
+            rows.add_kind(scene, "POWER", bs.light("POINT", "Bulb"))
+        scene.collection.objects.unlink(bpy.data.objects[name])  # the list still holds it, as after a deletion
+        cure()
+        assert not scene.edgegrad.parameters
+    del seen[-2:]
     assert seen == ["object.camera_add", "edgegrad.row_remove", "edgegrad.target_open", "edgegrad.target_open",
                     "edgegrad.match_render", "edgegrad.row_remove", "edgegrad.parameters_add",
                     "object.mode_set"]  # fmt: skip
@@ -159,7 +166,23 @@ def test_values_that_cannot_be_fitted_make_no_row(scene: Any) -> None:
     select("Front")
     with pytest.raises(RuntimeError, match="no mesh is selected"):
         bpy.ops.edgegrad.parameters_add(of="VERTICES")
+    select("Cube")
+    for name in ("location", "rotation_euler", "scale"):
+        bpy.data.objects["Cube"].driver_add(name)
+    with pytest.raises(RuntimeError, match="is driven"):
+        bpy.ops.edgegrad.parameters_add(of="OBJECT")
     assert not scene.edgegrad.parameters
+
+
+def test_a_removed_row_leaves_another_active(scene: Any) -> None:
+    cube = bpy.data.objects["Cube"]
+    for name in ("location", "scale", "delta_location"):
+        add_row(scene, cube, name)
+    scene.edgegrad.active_parameter = 2
+    for number, name in ((0, "delta_location"), (1, "scale"), (0, "")):
+        bpy.ops.edgegrad.row_remove(parameters=True, number=number)
+        left = scene.edgegrad.parameters
+        assert (left[scene.edgegrad.active_parameter].path if left else "") == name
 
 
 def test_paths_are_named_as_buttons_are() -> None:

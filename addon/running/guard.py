@@ -12,6 +12,7 @@ import bpy
 import numpy as np
 
 from ..export.geometry.mesh import positions
+from ..export.surroundings.camera import render_size
 from ..session import Session
 from ..write_back.image_buffer import pixels_of
 
@@ -29,7 +30,7 @@ class Guard:
 
     def __init__(self, session: Session, scene: Any) -> None:
         self._scene, self._scene_name = scene, scene.name
-        self._frame = scene.frame_current
+        self._frame, self._size = scene.frame_current, render_size(scene)
         self._names: list[tuple[str, str, int]] = []
         self._places: list[tuple[str, Any]] = []
         self._meshes: list[tuple[str, Any]] = []
@@ -85,6 +86,8 @@ class Guard:
         found = self._repainted(last)
         if found is not None:
             return found
+        if self._driven and render_size(self._scene) != self._size:
+            return "the size of renders was changed"
         if self._scene.frame_current != self._frame:
             # Animated things are elsewhere in this frame. Only properties are evaluated while the fit runs.
             return "the frame was changed" if self._driven else None

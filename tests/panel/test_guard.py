@@ -94,6 +94,7 @@ def test_other_work_does_not_end_a_fit(start: Callable[..., Guard]) -> None:
     bpy.data.objects["Lamp"].location.x = 1.0
     cube().hide_set(True)
     bpy.context.scene.frame_set(7)
+    bpy.context.scene.render.resolution_percentage = 200
     assert guard.problem() is None
 
 
@@ -104,6 +105,9 @@ def test_properties_are_watched_at_their_frame(start: Callable[..., Guard]) -> N
     assert guard.problem() == "property 'objects[\"Other\"].location' was changed"
     bpy.data.objects["Other"].location.x -= 0.5
     assert guard.problem() is None
+    bpy.context.scene.render.resolution_percentage = 200
+    assert guard.problem() == "the size of renders was changed"
+    bpy.context.scene.render.resolution_percentage = 100
     bpy.context.scene.frame_set(7)
     assert guard.problem() == "the frame was changed"
 

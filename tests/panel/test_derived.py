@@ -108,6 +108,15 @@ def test_the_end_of_a_fit_is_not_shown_in_another_file(tmp_path: Path) -> None:
     assert derived.STATUS.said == "" and started().label == "Fit"
 
 
+def test_a_fit_that_cannot_start_says_so_in_the_panel(scene: Any) -> None:
+    """The message of the operator vanishes, and the panel must not show how an earlier job ended."""
+    for run in (bpy.ops.edgegrad.fit, bpy.ops.edgegrad.plan):
+        derived.STATUS.ended("the picture is in the image 'Edgegrad Render'")
+        with pytest.raises(RuntimeError, match=r"there is no target|no parameter is in the list"):
+            run()
+        assert derived.STATUS.failed and derived.STATUS.said.startswith(("There is no", "No parameter"))
+
+
 def test_removed_rows_leave_their_place_to_others(scene: Any) -> None:
     """Blender moves the rows behind a removed one to its place in memory."""
     for material in (bpy.data.materials.new("Glow"), bpy.data.materials["Clay"]):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -221,3 +221,14 @@ def remember_effects(scene: Any, session: Session, effects: Mapping[str, float])
         known = [found[path] for path in paths_of(row, session) if path in found]
         if known and row.sensitivity != max(known):
             row.sensitivity = max(known)
+
+
+def in_words(scene: Any, session: Session, sentences: Iterable[str]) -> list[str]:
+    """Return sentences with the names of rows in place of the paths of their variables, each sentence once."""
+    names = {f"'{path}'": f"'{row.name}'" for row in switched_on(scene) for path in paths_of(row, session)}
+    found = []
+    for sentence in sentences:
+        for path, name in names.items():
+            sentence = sentence.replace(path, name)
+        found.append(sentence)
+    return list(dict.fromkeys(found))

@@ -8,7 +8,7 @@ import bpy
 
 from ..problem import Problem
 from ..properties import request
-from ..rows import remember_effects
+from ..rows import in_words, remember_effects
 from ..running import kept_state
 from ..running.fit_job import FitJob, duration
 from ..running.guard import Guard
@@ -58,7 +58,8 @@ class RunsFit(InBackground):
         job.draw()
         show_state(self._scene(), job)
         notes = [*job.notes, *job.session.notes, *job.result.notes, *job.session.late_notes]
-        _common.tell(self, job.session.export.report, list(dict.fromkeys(notes)))
+        scene = self._scene()
+        _common.tell(self, job.session.export.report, notes if scene is None else in_words(scene, job.session, notes))
         losses = job.result.losses
         said = f"loss {losses[0]:.4g} → {losses[job.result.best]:.4g} in {duration(job.result.seconds)}"
         if job.step is not None:

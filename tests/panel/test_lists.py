@@ -21,6 +21,7 @@ from edgegrad_addon.panel import derived
 from edgegrad_addon.panel.parameters import AddMenu, ParameterList
 from edgegrad_addon.problem import Problem
 from edgegrad_addon.properties import request
+from edgegrad_addon.session import Session
 from edgegrad_addon.targets import rows as target_rows
 from tests.support.animated import scenes as zoo
 from tests.support.scenes import blender_scenes as bs
@@ -327,6 +328,18 @@ def test_buttons_of_nodes_add_values_of_their_datablock(scene: Any) -> None:
 def test_buttons_without_a_datablock_are_refused(scene: Any) -> None:
     with pytest.raises(Problem, match="setting of Blender"):
         add_of_button(scene, bpy.context.preferences, "view.ui_scale", -1)
+
+
+def test_notes_name_rows_as_the_list_does(scene: Any, picture: str) -> None:
+    scene.render.resolution_x, scene.render.resolution_y = 20, 10
+    target = scene.edgegrad.targets.add()
+    target.camera, target.image = bpy.data.objects["Front"], picture
+    rows.add_kind(scene, "BASE_COLOR", bpy.data.materials["Clay"])
+    add_row(scene, bpy.data.objects["Cube"], "location", 2)
+    session = Session.prepare(bpy.context, request(bpy.context))
+    path, moved = session.wrt[0], session.driver.variables[0].path
+    assert rows.in_words(scene, session, [f"'{path}': 1 ± 2", f"'{moved}' stays", "plain", "plain"]) == [
+        "'Clay: Base Color': 1 ± 2", "'Cube: Location Z' stays", "plain"]  # fmt: skip
 
 
 def test_numbers_are_named_as_blenders_buttons_name_them(scene: Any) -> None:

@@ -126,9 +126,9 @@ def test_a_fit_writes_to_its_own_scene(run: Any) -> None:
     assert max(found["effects"]) == 1.0, "the effects belong to the rows of the fit's own scene"
 
 
-def test_the_menu_of_a_material_s_button_adds_its_value(run: Any) -> None:
+def test_the_menu_of_a_nodes_button_adds_its_value(run: Any) -> None:
     found, log = run("buttons")
-    assert found["rows"] == ["Material: Principled BSDF: Base Color"] and "Traceback" not in log, found
+    assert found["rows"] == ["World: Background: Color"] and found["embedded"] and "Traceback" not in log, found
 
 
 def test_linked_objects_are_refused(run: Any) -> None:

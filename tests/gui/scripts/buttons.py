@@ -1,4 +1,7 @@
-"""The menu of buttons: Fit with Edgegrad on the inputs of a material's shader, as the properties editor shows them."""
+"""The menu of buttons: Fit with Edgegrad on the inputs of the world's shader, as the properties editor shows them.
+
+Those of a material are the same; its preview, which software OpenGL draws, takes a minute.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ from tests.gui.scripts import stage
 from tests.gui.window import Script, area, point, redraw, shot, window
 
 FOUND: dict[str, Any] = {}
-STEP = 9  # pixels between two places of the pointer, less than a button is high
+STEP = 18  # pixels between two places of the pointer, less than a button is high
 
 
 def shown(part: float) -> Generator[float, None, Any]:
@@ -32,7 +35,7 @@ def main() -> Script:
     """Add what the first button of the shader shows."""
     yield from redraw(1.0)
     stage.cube()
-    area("PROPERTIES").spaces.active.context = "MATERIAL"
+    area("PROPERTIES").spaces.active.context = "WORLD"
     yield from redraw(1.0)
     found = yield from shown(0.7)
     shot("buttons")

@@ -69,6 +69,11 @@ def active_camera(scene: Any) -> Any:
     return scene.camera
 
 
+def is_rendering() -> bool:
+    """Whether Blender renders or bakes in a thread, beside which a scene can't be evaluated."""
+    return any(bpy.app.is_job_running(job) for job in ("RENDER", "OBJECT_BAKE"))
+
+
 def evaluate(scene: Any, work: Callable[[Evaluation], T], camera: Any = None) -> T:
     """Return `work(evaluation)` for the scene at its current frame, evaluated as a render evaluates it.
 
@@ -87,7 +92,7 @@ def evaluate(scene: Any, work: Callable[[Evaluation], T], camera: Any = None) ->
     """
     if camera is None:  # markers may bind another one to the frame
         active_camera(scene)
-    if any(bpy.app.is_job_running(job) for job in ("RENDER", "OBJECT_BAKE")):
+    if is_rendering():
         raise Problem(f"scene '{scene.name}': can't be read while Blender renders or bakes; wait for it, or cancel it")
     bpy.ops.ed.flush_edits()
     layer, unread = _rendered_layers(scene)

@@ -48,18 +48,22 @@ def obstacle(context: Any) -> Obstacle | None:
                         "Fit Selected Vertices", {"of": "VERTICES"})  # fmt: skip
     for k, row in rows_on:
         if row.owner is None:
-            return Obstacle(f"Parameter '{title(row)[2]}': its datablock was removed", "edgegrad.row_remove",
-                            "Remove It", {"parameters": True, "number": k})  # fmt: skip
-    for _, row in rows_on:
-        if row.kind != "VERTICES":
+            return Obstacle(f"Parameter '{title(row)[2]}': its datablock was removed", *_remove_parameter(k))
+    for k, row in rows_on:
+        if row.kind not in ("VERTICES", "POWER"):
             continue
         ob = row.owner
         if scene.objects.get(ob.name) != ob:
-            return Obstacle(f"Object '{ob.name}' is not in this scene")
+            return Obstacle(f"Object '{ob.name}' is not in this scene", *_remove_parameter(k))
         if ob.mode in ("EDIT", "SCULPT"):
             mode = f"{ob.mode.title()} Mode"
             return Obstacle(f"Object '{ob.name}' is in {mode}", "object.mode_set", f"Leave {mode}", {"mode": "OBJECT"})
     return None
+
+
+def _remove_parameter(number: int) -> tuple[str, str, dict[str, Any]]:
+    """Return the cure of a parameter that can't be fitted."""
+    return "edgegrad.row_remove", "Remove It", {"parameters": True, "number": number}
 
 
 def _target(row: Any, number: int, scene: Any) -> Obstacle | None:

@@ -32,7 +32,7 @@ QUALITIES = {
     "DRAFT": Quality("Draft", "To see whether a fit goes the right way: few noisy iterations of one picture", 60, 4, 1),
     "NORMAL": Quality("Normal", "For most fits", 200, 16, 0),
     "FINE": Quality("Fine", "For the last bit of precision: more iterations and samples", 400, 64, 0),
-    CUSTOM: Quality("Custom", "The numbers in Advanced", 0, 0, 0),
+    CUSTOM: Quality("Custom", "The numbers in Details and in Advanced", 0, 0, 0),
 }
 
 # Blender asks for the number several times while it draws the panel.

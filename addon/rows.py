@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -45,6 +45,7 @@ KINDS = {
 ICONS = {"MESH": "MESH_DATA", "LIGHT": "LIGHT", "CAMERA": "CAMERA_DATA", "ARMATURE": "ARMATURE_DATA",
          "CURVE": "CURVE_DATA", "LATTICE": "LATTICE_DATA"}  # fmt: skip
 PARTS = "XYZW"
+COLORS = ("COLOR", "COLOR_GAMMA")  # subtypes of properties whose numbers are red, green, blue and alpha
 # What Blender's buttons name otherwise than its data, and the parts that begin with W.
 ROTATIONS = ("rotation_euler", "rotation_quaternion", "rotation_axis_angle")
 # Of names of nodes, what short names of rows do without: nodes that nearly each material and world has, and suffixes.
@@ -147,6 +148,7 @@ def _parts(owner: Any, path: str, index: int) -> tuple[Any, str, str]:
     custom = path.endswith('"]')
     if custom:
         start, name = path[: path.rfind('["')].rstrip("."), path[path.rfind('["') + 2 : -2]
+        name = bpy.utils.unescape_identifier(name)
     holder = owner
     try:
         holder = owner.path_resolve(start) if start else owner
@@ -157,8 +159,9 @@ def _parts(owner: Any, path: str, index: int) -> tuple[Any, str, str]:
     if isinstance(holder, bpy.types.NodeSocket):
         inner, label = holder.node.label or holder.node.name, holder.name
     elif holder != owner:
-        inner = getattr(holder, "name", start)
-    parts = "WXYZ" if name in ROTATIONS[1:] else PARTS
+        # Settings of a datablock have no name of their own but that of their kind; items of a list have a number.
+        inner = getattr(holder, "name", start if start.endswith("]") else holder.bl_rna.name)
+    parts = "" if found is None else "RGBA" if found.subtype in COLORS else "WXYZ" if name in ROTATIONS[1:] else PARTS
     return holder, inner, label + ("" if index < 0 else f" {parts[index]}" if index < len(parts) else f" [{index}]")
 
 
@@ -218,3 +221,14 @@ def remember_effects(scene: Any, session: Session, effects: Mapping[str, float])
         known = [found[path] for path in paths_of(row, session) if path in found]
         if known and row.sensitivity != max(known):
             row.sensitivity = max(known)
+
+
+def in_words(scene: Any, session: Session, sentences: Iterable[str]) -> list[str]:
+    """Return sentences with the names of rows in place of the paths of their variables, each sentence once."""
+    names = {f"'{path}'": f"'{row.name}'" for row in switched_on(scene) for path in paths_of(row, session)}
+    found = []
+    for sentence in sentences:
+        for path, name in names.items():
+            sentence = sentence.replace(path, name)
+        found.append(sentence)
+    return list(dict.fromkeys(found))

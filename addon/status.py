@@ -60,9 +60,10 @@ class Status:
         self.said, self.failed = sentence[:1].upper() + sentence[1:], failed
         redraw()
 
-    def forget_end(self) -> None:
-        """Forget how the last job ended and what it cost."""
+    def forget(self) -> None:
+        """Forget all but the running job, as at another file: its scene may have the same name, and no file yet."""
         self.said, self.failed, self.cost = "", False, 0.0
+        self.warnings = self.notes = self.plan = self.checks = ()
 
     @property
     def lines(self) -> list[tuple[str, str]]:

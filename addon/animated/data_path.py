@@ -105,6 +105,26 @@ def collection_of(owner: Any) -> str:
     raise Problem(f"datablock '{owner.name}': is not in this file's data")
 
 
+def of_button(owner: Any, path: str) -> tuple[Any, str]:
+    """Return the datablock and path of the property that a button shows.
+
+    Blender tells an embedded node tree as the owner of what its nodes hold.
+
+    Raises
+    ------
+    Problem
+        If it is no property of a datablock.
+    """
+    if not isinstance(owner, bpy.types.ID):
+        raise Problem(f"property '{path}': is a setting of Blender, not of this file, so a fit can't change it")
+    if not owner.is_embedded_data:
+        return owner, path
+    for one in (*bpy.data.materials, *bpy.data.worlds, *bpy.data.lights):
+        if one.node_tree == owner:
+            return one, f"node_tree.{path}"
+    raise Problem(f"property '{path}': belongs to '{owner.name}', which a fit can't change")
+
+
 def find(text: str) -> list[Place]:
     """Return the places of a property by its whole path: one, or one for each number of an array.
 

@@ -42,6 +42,12 @@ def refuse(operator: Any, error: BaseException) -> set[str]:
     return {"CANCELLED"}
 
 
+def failed(operator: Any, error: BaseException) -> set[str]:
+    """Report an error that ends some work, there and in the panel; return the result of the operator."""
+    STATUS.ended(str(error), failed=True)
+    return refuse(operator, error)
+
+
 def show(name: str, pixels: NDArray[Any], open_editor: bool = True) -> Any:
     """Show a linear picture (H, W, 3), row 0 on top, as an image in Blender; replace an image of the same name."""
     file = file_of(name, ".exr")

@@ -40,7 +40,7 @@ class InBackground:
             job, _ = self.prepare(context)
             job.start().wait()
         except _common.EXPECTED as error:
-            return _common.refuse(self, error)
+            return _common.failed(self, error)
         return self._ended(context, job)
 
     def invoke(self, context: Any, _: Any) -> set[str]:
@@ -48,7 +48,7 @@ class InBackground:
         try:
             self._job, guard = self.prepare(context)
         except _common.EXPECTED as error:
-            return _common.refuse(self, error)
+            return _common.failed(self, error)
         current.begin(context, self._job, guard)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
@@ -83,9 +83,9 @@ class InBackground:
 
     def _ended(self, context: Any, job: Job) -> set[str]:
         if job.error is not None:
-            STATUS.ended(str(job.error), failed=True)
             if isinstance(job.error, _common.EXPECTED):
-                return _common.refuse(self, job.error)
+                return _common.failed(self, job.error)
+            STATUS.ended(str(job.error), failed=True)
             raise job.error
         if job.ending == RESTORE:
             said = current.sentence(job)
@@ -95,4 +95,4 @@ class InBackground:
         try:
             return self.finish(context, job)
         except _common.EXPECTED as error:
-            return _common.refuse(self, error)
+            return _common.failed(self, error)

@@ -8,7 +8,7 @@ import bpy
 
 from ..problem import Problem
 from ..properties import request
-from ..rows import remember_effects
+from ..rows import in_words, remember_effects
 from ..running import kept_state
 from ..running.fit_job import FitJob, duration
 from ..running.guard import Guard
@@ -25,6 +25,7 @@ class RunsFit(InBackground):
     """Part of the operators that run a fit; Blender does not allow that an operator inherits from another."""
 
     report: Any  # of Blender's Operator
+    _scene_name = ""
 
     def requested(self, context: Any) -> Request:
         """Return the fit that is set in the panel."""
@@ -32,6 +33,7 @@ class RunsFit(InBackground):
 
     def prepare(self, context: Any) -> tuple[Job, Guard | None]:
         session = Session.prepare(context, self.requested(context))
+        self._scene_name = context.scene.name
         _common.tell(self, session.export.report, session.notes)
         guard = Guard(session, context.scene)
         problem = guard.problem()
@@ -41,8 +43,12 @@ class RunsFit(InBackground):
         kept = None if session.field is not None else kept_state.file_for(context.scene)
         return FitJob(session, _common.file_of(DIFFERENCE, ".png"), kept), guard
 
+    def _scene(self) -> Any:
+        """Return the scene of the fit, whichever the window shows; by its name, since an undo makes a new one."""
+        return bpy.data.scenes.get(self._scene_name)
+
     def _show_progress(self, context: Any, job: Any) -> None:
-        show_state(context, job)
+        show_state(self._scene(), job)
 
     def finish(self, context: Any, job: Job) -> set[str]:
         assert isinstance(job, FitJob)
@@ -50,9 +56,10 @@ class RunsFit(InBackground):
         for sentence in job.session.unwritten:
             self.report({"ERROR"}, sentence)
         job.draw()
-        show_state(context, job)
+        show_state(self._scene(), job)
         notes = [*job.notes, *job.session.notes, *job.result.notes, *job.session.late_notes]
-        _common.tell(self, job.session.export.report, list(dict.fromkeys(notes)))
+        scene = self._scene()
+        _common.tell(self, job.session.export.report, notes if scene is None else in_words(scene, job.session, notes))
         losses = job.result.losses
         said = f"loss {losses[0]:.4g} → {losses[job.result.best]:.4g} in {duration(job.result.seconds)}"
         if job.step is not None:
@@ -68,13 +75,14 @@ class Fit(RunsFit, bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
 
 
-def show_state(context: Any, job: FitJob) -> None:
-    """Show the sensitivities after the first iteration, and the newest picture of the difference."""
+def show_state(scene: Any, job: FitJob) -> None:
+    """Show the sensitivities in the fit's scene after the first iteration, and the newest picture of the difference."""
     if job.step is None or not job.news():
         return
     rendered = job.session.request.samples * (job.session.request.views_per_iteration or len(job.session.targets))
     STATUS.cost = job.pace / rendered
-    remember_effects(context.scene, job.session, job.step.effects)
+    if scene is not None:
+        remember_effects(scene, job.session, job.step.effects)
     for name, file in {DIFFERENCE: job.file, **job.textures}.items():
         if file.is_file():
             _common.show_file(name, file, open_editor=False)

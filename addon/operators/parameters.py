@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 
 from .. import rows, setups
-from ..animated import gathering
+from ..animated import data_path, gathering
 from ..animated.stored import add_row
 from ..evaluation import active_camera
 from ..problem import Problem
@@ -106,6 +106,8 @@ class ParametersAdd(bpy.types.Operator):
                 self.report({"INFO"}, said)
                 return {"FINISHED"}
             kept, refused = gathering.settable(GATHER[self.of](context))
+            if not kept:
+                raise Problem(refused[0] if refused else "there is no property that a fit can change")
         except _common.EXPECTED as error:
             return _common.refuse(self, error)
         for places in kept:
@@ -125,7 +127,8 @@ def add_of_button(scene: Any, owner: Any, path: str, index: int) -> Any:
     Problem
         If it can't be fitted.
     """
-    shown = owner if isinstance(owner, bpy.types.Image) else owner.path_resolve(path)
+    owner, path = data_path.of_button(owner, path)
+    shown = owner if isinstance(owner, bpy.types.Image) else data_path.resolved(owner, path)
     if isinstance(shown, bpy.types.Image):
         return rows.add_kind(scene, "IMAGE", shown)
     return add_row(scene, owner, path, index)

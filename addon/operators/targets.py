@@ -234,7 +234,10 @@ class RemoveRow(bpy.types.Operator):
 
     def execute(self, context: Any) -> set[str]:
         settings = context.scene.edgegrad
-        (settings.parameters if self.parameters else settings.targets).remove(self.number)
+        held, active = ("parameters", "active_parameter") if self.parameters else ("targets", "active_target")
+        rows_left, before = getattr(settings, held), getattr(settings, active)
+        rows_left.remove(self.number)
+        setattr(settings, active, max(min(before - (self.number < before), len(rows_left) - 1), 0))
         return {"FINISHED"}
 
 

@@ -90,8 +90,8 @@ def forget(*_: Any) -> None:
 
 @persistent
 def _leave_file(*_: Any) -> None:
-    """Forget the last job of a file that is left. A job that still runs is ended after this, and says so."""
-    STATUS.forget_end()
+    """Forget the jobs of a file that is left. A job that still runs is ended after this, and says so."""
+    STATUS.forget()
 
 
 def _see(settings: Any, before: Seen | None) -> Seen:

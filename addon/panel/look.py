@@ -33,7 +33,7 @@ class LookPanel(Tab, bpy.types.Panel):
         layout.prop(settings, "look_samples")
         layout.operator("edgegrad.render", icon="RENDER_STILL")
         if settings.active_parameter >= len(settings.parameters):
-            layout.label(text="Gradient: of the active parameter", icon="INFO")
+            layout.label(text="Add a parameter to see its gradient", icon="INFO")
             return
         _, owner, words = rows.title(settings.parameters[settings.active_parameter])
         layout.label(text=f"Gradient of {owner}, {words}")

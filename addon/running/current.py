@@ -8,6 +8,7 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
+from ..evaluation import is_rendering
 from ..status import STATUS, redraw
 from . import overlay
 from .fit_job import FitJob, fit_text, trend
@@ -53,7 +54,8 @@ def poll(context: Any) -> bool:
     problem = None if _HELD.guard is None or job.ending == RESTORE else _HELD.guard.problem(last=not running)
     if problem is not None:
         job.end(RESTORE, problem)
-    job.serve()
+    if not is_rendering():  # the job waits, since its next evaluation would fail and lose what the fit has reached
+        job.serve()
     if not running:
         return True
     if time.monotonic() < _HELD.due:

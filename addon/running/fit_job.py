@@ -179,5 +179,7 @@ def fit_text(job: FitJob) -> str:
     step = job.step
     if step is None:
         return "Trying several starts" if job.session.request.restarts else "First iteration"
+    if step.iteration == step.iterations:  # the rest takes a while, and no iteration tells how long
+        return f"{step.iteration} / {step.iterations}   finishing"
     left = (step.iterations - step.iteration) * job.pace
     return f"{step.iteration} / {step.iterations}   {duration(job.pace)} each   {duration(left)} left"

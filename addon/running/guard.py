@@ -12,6 +12,7 @@ import bpy
 import numpy as np
 
 from ..export.geometry.mesh import positions
+from ..export.surroundings.camera import render_size
 from ..session import Session
 from ..write_back.image_buffer import pixels_of
 
@@ -29,7 +30,7 @@ class Guard:
 
     def __init__(self, session: Session, scene: Any) -> None:
         self._scene, self._scene_name = scene, scene.name
-        self._frame = scene.frame_current
+        self._frame, self._size = scene.frame_current, render_size(scene)
         self._names: list[tuple[str, str, int]] = []
         self._places: list[tuple[str, Any]] = []
         self._meshes: list[tuple[str, Any]] = []
@@ -47,11 +48,14 @@ class Guard:
                 self._places.append((name, _placed(ob)))
         for name in (name for name in shaped if scene.objects[name].type == "MESH"):
             self._meshes.append((name, positions(scene.objects[name].data).copy()))
+        for name in dict.fromkeys(cameras):
+            self._value(f"the lens of camera '{name}'", partial(_lens, scene.objects[name]))
         for name in request.names.power:
             self._value(f"light '{name}'", partial(getattr, scene.objects[name].data, "energy"))
-        for fieldname, names in (("base_color", request.names.base_color), ("emission_color", request.names.emission)):
+        for fieldname, word, names in (("base_color", "base color", request.names.base_color),
+                                       ("emission_color", "emission", request.names.emission)):  # fmt: skip
             for name in dict.fromkeys(names):
-                self._material(session.export.materials[name], fieldname)
+                self._material(session.export.materials[name], fieldname, word)
         for name in dict.fromkeys(request.names.image):
             image = bpy.data.images[name]
             self._names.append(("images", name, image.session_uid))
@@ -82,6 +86,8 @@ class Guard:
         found = self._repainted(last)
         if found is not None:
             return found
+        if self._driven and render_size(self._scene) != self._size:
+            return "the size of renders was changed"
         if self._scene.frame_current != self._frame:
             # Animated things are elsewhere in this frame. Only properties are evaluated while the fit runs.
             return "the frame was changed" if self._driven else None
@@ -113,16 +119,16 @@ class Guard:
     def _value(self, label: str, read: Callable[[], Any]) -> None:
         self._values.append((label, read, np.array(read())))
 
-    def _material(self, reading: Any, fieldname: str) -> None:
+    def _material(self, reading: Any, fieldname: str, word: str) -> None:
         material = bpy.data.materials.get(reading.material)
         if material is None:
             return
         self._names.append(("materials", material.name, material.session_uid))
-        socket = getattr(reading, fieldname)
+        socket, label = getattr(reading, fieldname), f"the {word} of material '{material.name}'"
         if socket is None:
-            self._value(f"material '{material.name}'", lambda: material.diffuse_color[:])
+            self._value(label, lambda: material.diffuse_color[:])
         else:
-            self._value(f"material '{material.name}'", lambda: socket.find(material).default_value[:])
+            self._value(label, lambda: socket.find(material).default_value[:])
 
 
 def _settings_of(image: Any) -> tuple[str, ...]:
@@ -136,6 +142,14 @@ def _digest(image: Any) -> bytes:
 
 def _placed(ob: Any) -> tuple[Any, ...]:
     return tuple(tuple(row) for row in ob.matrix_basis)
+
+
+def _lens(camera: Any) -> tuple[float, ...]:
+    """Return the numbers that tell where in a picture the camera sees a point."""
+    data = camera.data
+    kinds = data.bl_rna.properties["type"].enum_items
+    return (kinds.find(data.type), data.lens, data.ortho_scale, data.shift_x, data.shift_y, data.sensor_width,
+            data.sensor_height)  # fmt: skip
 
 
 def _missing(scene: Any, collection: str, name: str, uid: int) -> str | None:

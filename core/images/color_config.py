@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 F64 = NDArray[np.float64]
 SCENE_LINEAR = "scene_linear"
-CURE = "install it: pip install opencolorio"
+CURE = "install it (pip install opencolorio), or use a picture that was saved as EXR or with the view Standard"
 
 
 def processor(config: str | None, display: str, view: str, look: str, exposure: float, gamma: float,

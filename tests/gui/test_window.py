@@ -123,6 +123,12 @@ def test_another_window_leaves_a_fit_alone(run: Any) -> None:
 def test_a_fit_writes_to_its_own_scene(run: Any) -> None:
     found = run("several")[0]["scenes"]
     assert found["changed"] and not found["failed"] and "Loss" in found["said"], found
+    assert max(found["effects"]) == 1.0, "the effects belong to the rows of the fit's own scene"
+
+
+def test_the_menu_of_a_nodes_button_adds_its_value(run: Any) -> None:
+    found, log = run("buttons")
+    assert found["rows"] == ["World: Background: Color"] and found["embedded"] and "Traceback" not in log, found
 
 
 def test_linked_objects_are_refused(run: Any) -> None:

@@ -84,11 +84,15 @@ def shot(name: str) -> None:
         raise RuntimeError(f"blank screenshot {path}")
 
 
+def point(x: float, y: float) -> None:
+    """Move the pointer to a pixel of the window, counted from its lower left corner."""
+    _run("xdotool", "mousemove", str(int(x)), str(int(window().height - 1 - y)))
+
+
 def over_viewport() -> None:
     """Move the pointer over the 3D view."""
     view = area()
-    x, y = view.x + 0.3 * view.width, view.y + 0.3 * view.height
-    _run("xdotool", "mousemove", str(int(x)), str(int(window().height - 1 - y)))
+    point(view.x + 0.3 * view.width, view.y + 0.3 * view.height)
 
 
 def key(*names: str) -> None:

@@ -106,6 +106,21 @@ def test_the_end_of_a_fit_is_not_shown_in_another_file(tmp_path: Path) -> None:
     assert derived.STATUS.said == "Loss 1 → 0.5 in 2 s"
     bpy.ops.wm.open_mainfile(filepath=file)
     assert derived.STATUS.said == "" and started().label == "Fit"
+    bpy.ops.wm.read_homefile()
+    derived.STATUS.say(["object 'Fog': is left out"], ["a note"])
+    derived.STATUS.show(plan=["Picture"], checks=["agrees"])
+    assert derived.STATUS.lines
+    bpy.ops.wm.read_homefile()  # which has no name either
+    assert not derived.STATUS.lines and not derived.STATUS.plan and not derived.STATUS.checks
+
+
+def test_a_fit_that_cannot_start_says_so_in_the_panel(scene: Any) -> None:
+    """The message of the operator vanishes, and the panel must not show how an earlier job ended."""
+    for run in (bpy.ops.edgegrad.fit, bpy.ops.edgegrad.plan):
+        derived.STATUS.ended("the picture is in the image 'Edgegrad Render'")
+        with pytest.raises(RuntimeError, match=r"there is no target|no parameter is in the list"):
+            run()
+        assert derived.STATUS.failed and derived.STATUS.said.startswith(("There is no", "No parameter"))
 
 
 def test_removed_rows_leave_their_place_to_others(scene: Any) -> None:

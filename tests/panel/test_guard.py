@@ -17,6 +17,7 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 from edgegrad import images
 from edgegrad_addon.animated.parameter import Wanted
 from edgegrad_addon.parameters import Names
+from edgegrad_addon.running import current
 from edgegrad_addon.running import guard as guard_module
 from edgegrad_addon.running.guard import Guard
 from edgegrad_addon.session import Picture, Request, Session
@@ -63,7 +64,13 @@ CHANGES: dict[str, tuple[Callable[[], Any], str]] = {
     "edit mode": (edit, "object 'Cube' was put into Edit Mode"),
     "vertex": (lambda: setattr(cube().data.vertices[3].co, "x", 7.0), "the mesh of object 'Cube' was edited"),
     "camera": (lambda: setattr(bpy.data.objects["Front"].location, "z", 5.0), "object 'Front' was moved"),
-    "color": (lambda: setattr(socket(), "default_value", (1, 0, 0, 1)), "material 'Clay' was changed"),
+    "color": (lambda: setattr(socket(), "default_value", (1, 0, 0, 1)),
+              "the base color of material 'Clay' was changed"),
+    "node": (lambda: bpy.data.materials["Clay"].node_tree.nodes.clear(),
+             "the base color of material 'Clay' was removed"),
+    "lens": (lambda: setattr(bpy.data.cameras["Front"], "lens", 20.0), "the lens of camera 'Front' was changed"),
+    "projection": (lambda: setattr(bpy.data.cameras["Front"], "type", "ORTHO"),
+                   "the lens of camera 'Front' was changed"),
     "material": (lambda: bpy.data.materials.remove(bpy.data.materials["Clay"]), "material 'Clay' was deleted"),
     "power": (lambda: setattr(bpy.data.lights["Lamp"], "energy", 1.5), "light 'Lamp' was changed"),
     "scene": (lambda: setattr(bpy.context.scene, "name", "Shot 2"), "scene 'Scene' was deleted or renamed"),
@@ -88,6 +95,7 @@ def test_other_work_does_not_end_a_fit(start: Callable[..., Guard]) -> None:
     bpy.data.objects["Lamp"].location.x = 1.0
     cube().hide_set(True)
     bpy.context.scene.frame_set(7)
+    bpy.context.scene.render.resolution_percentage = 200
     assert guard.problem() is None
 
 
@@ -98,6 +106,9 @@ def test_properties_are_watched_at_their_frame(start: Callable[..., Guard]) -> N
     assert guard.problem() == "property 'objects[\"Other\"].location' was changed"
     bpy.data.objects["Other"].location.x -= 0.5
     assert guard.problem() is None
+    bpy.context.scene.render.resolution_percentage = 200
+    assert guard.problem() == "the size of renders was changed"
+    bpy.context.scene.render.resolution_percentage = 100
     bpy.context.scene.frame_set(7)
     assert guard.problem() == "the frame was changed"
 
@@ -144,3 +155,13 @@ def test_pixels_are_looked_at_now_and_then(start: Callable[..., Guard], monkeypa
         clock[0] += seconds
         assert guard.problem() is None and len(looks) == count
     assert guard.problem(last=True) is None and len(looks) == 3
+
+
+def test_a_fit_waits_while_blender_renders(monkeypatch: pytest.MonkeyPatch) -> None:
+    served: list[str] = []
+    job = SimpleNamespace(running=False, ending=None, serve=lambda: served.append("served"))
+    monkeypatch.setattr(current.STATUS, "job", job)
+    for rendering, count in ((True, 0), (False, 1), (True, 1), (False, 2)):
+        monkeypatch.setattr(current, "is_rendering", lambda rendering=rendering: rendering)
+        current.poll(bpy.context)
+        assert len(served) == count

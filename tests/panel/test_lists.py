@@ -21,6 +21,7 @@ from edgegrad_addon.panel import derived
 from edgegrad_addon.panel.parameters import AddMenu, ParameterList
 from edgegrad_addon.problem import Problem
 from edgegrad_addon.properties import request
+from edgegrad_addon.session import Session
 from edgegrad_addon.targets import rows as target_rows
 from tests.support.animated import scenes as zoo
 from tests.support.scenes import blender_scenes as bs
@@ -125,6 +126,13 @@ def test_each_obstacle_has_its_cure(scene: Any, picture: str) -> None:
     bpy.ops.object.mode_set(mode="EDIT")
     cure()
     assert preflight.obstacle(bpy.context) is None
+    for name in ("Cube", "Bulb"):
+        if name == "Bulb":
+            rows.add_kind(scene, "POWER", bs.light("POINT", "Bulb"))
+        scene.collection.objects.unlink(bpy.data.objects[name])  # the list still holds it, as after a deletion
+        cure()
+        assert not scene.edgegrad.parameters
+    del seen[-2:]
     assert seen == ["object.camera_add", "edgegrad.row_remove", "edgegrad.target_open", "edgegrad.target_open",
                     "edgegrad.match_render", "edgegrad.row_remove", "edgegrad.parameters_add",
                     "object.mode_set"]  # fmt: skip
@@ -159,7 +167,23 @@ def test_values_that_cannot_be_fitted_make_no_row(scene: Any) -> None:
     select("Front")
     with pytest.raises(RuntimeError, match="no mesh is selected"):
         bpy.ops.edgegrad.parameters_add(of="VERTICES")
+    select("Cube")
+    for name in ("location", "rotation_euler", "scale"):
+        bpy.data.objects["Cube"].driver_add(name)
+    with pytest.raises(RuntimeError, match="is driven"):
+        bpy.ops.edgegrad.parameters_add(of="OBJECT")
     assert not scene.edgegrad.parameters
+
+
+def test_a_removed_row_leaves_another_active(scene: Any) -> None:
+    cube = bpy.data.objects["Cube"]
+    for name in ("location", "scale", "delta_location"):
+        add_row(scene, cube, name)
+    scene.edgegrad.active_parameter = 2
+    for number, name in ((0, "delta_location"), (1, "scale"), (0, "")):
+        bpy.ops.edgegrad.row_remove(parameters=True, number=number)
+        left = scene.edgegrad.parameters
+        assert (left[scene.edgegrad.active_parameter].path if left else "") == name
 
 
 def test_paths_are_named_as_buttons_are() -> None:
@@ -288,3 +312,44 @@ def test_images_of_what_is_selected_become_parameters(scene: Any) -> None:
     add_of_button(scene, found[2], "name", -1)
     add_of_button(scene, bpy.data.materials["Clay"], 'node_tree.nodes["Image Texture"].image', -1)
     assert [row.name for row in parameters] == ["Skin: Pixels", "Inner: Pixels", "Grey: Pixels"]
+
+
+def test_buttons_of_nodes_add_values_of_their_datablock(scene: Any) -> None:
+    """Blender tells the embedded node tree as their owner, which is in no list of the file's data."""
+    scene.world = bpy.data.worlds.new("Sky")
+    for owner in (bpy.data.materials["Clay"], scene.world, bpy.data.lights["Lamp"]):
+        if owner.node_tree is None:  # Blender 5 warns about the property
+            owner.use_nodes = True
+        value = owner.node_tree.nodes.new("ShaderNodeValue")
+        row = add_of_button(scene, owner.node_tree, value.outputs[0].path_from_id("default_value"), -1)
+        assert row.owner == owner and row.path == 'node_tree.nodes["Value"].outputs[0].default_value'
+
+
+def test_buttons_without_a_datablock_are_refused(scene: Any) -> None:
+    with pytest.raises(Problem, match="setting of Blender"):
+        add_of_button(scene, bpy.context.preferences, "view.ui_scale", -1)
+
+
+def test_notes_name_rows_as_the_list_does(scene: Any, picture: str) -> None:
+    scene.render.resolution_x, scene.render.resolution_y = 20, 10
+    target = scene.edgegrad.targets.add()
+    target.camera, target.image = bpy.data.objects["Front"], picture
+    rows.add_kind(scene, "BASE_COLOR", bpy.data.materials["Clay"])
+    add_row(scene, bpy.data.objects["Cube"], "location", 2)
+    session = Session.prepare(bpy.context, request(bpy.context))
+    path, moved = session.wrt[0], session.driver.variables[0].path
+    assert rows.in_words(scene, session, [f"'{path}': 1 ± 2", f"'{moved}' stays", "plain", "plain"]) == [
+        "'Clay: Base Color': 1 ± 2", "'Cube: Location Z' stays", "plain"]  # fmt: skip
+
+
+def test_numbers_are_named_as_blenders_buttons_name_them(scene: Any) -> None:
+    cube, camera = bpy.data.objects["Cube"], bpy.data.cameras["Front"]
+    cube["a list"], cube['a "name"'] = [0.25, 0.5], 1.0
+    color = 'node_tree.nodes["Diffuse BSDF"].inputs[0].default_value'
+    for owner, path, index, words in (
+            (cube, "location", 1, "Location Y"), (cube, "color", 3, "Color A"),
+            (cube, '["a list"]', 1, "a list [1]"), (cube, '["a \\"name\\""]', -1, 'a "name"'),
+            (bpy.data.materials["Clay"], color, 0, "Diffuse BSDF: Color R"),
+            (camera, "dof.aperture_fstop", -1, "Depth of Field: F-Stop")):  # fmt: skip
+        row = add_row(scene, owner, path, index)
+        assert row.name == f"{owner.name}: {words}"

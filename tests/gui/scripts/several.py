@@ -68,13 +68,16 @@ def scenes() -> Script:
     yield from fitting()
     with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
         bpy.ops.scene.new(type="EMPTY")
+    for row in first.edgegrad.parameters:
+        row.sensitivity = -1.0
     yield from redraw(1.0)
     status().job.end("best")
     yield from ended()
     said = status().said
     bpy.context.window_manager.windows[0].scene = first
     yield from redraw(1.0)
-    FOUND["scenes"] = {"said": said, "failed": status().failed, "changed": values() != before}
+    FOUND["scenes"] = {"said": said, "failed": status().failed, "changed": values() != before,
+                       "effects": [row.sensitivity for row in first.edgegrad.parameters]}  # fmt: skip
 
 
 def linked() -> Script:

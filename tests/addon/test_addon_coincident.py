@@ -11,7 +11,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
-from edgegrad_addon.export.coincident_faces import coincident
+from edgegrad_addon.export.coincident_faces import coincident, overlaps
 from tests.support.scenes import blender_scenes as bs
 
 
@@ -112,8 +112,9 @@ def test_a_lamp_on_the_ceiling(height: float, found: bool) -> None:
         assert lines[0].startswith("light 'Lamp': lies exactly on object 'Ceiling' with 100% of its area")
 
 
-def test_scenes_with_too_many_triangles_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(coincident, "MOST_TRIANGLES", 1)
+@pytest.mark.parametrize("search", [coincident, overlaps])
+def test_scenes_with_too_many_triangles_are_told(search: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(search, "MOST_TRIANGLES", 1)
     floor()
     assert any("aren't looked for" in line for line in bs.export().report.readings)
 

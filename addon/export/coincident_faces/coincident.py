@@ -18,8 +18,8 @@ from edgegrad.rendering.native_engine import embree_library
 from edgegrad.scene.placement import places
 
 from ..exported import Export
+from . import overlaps
 from .near_triangles import F64, I64, NORMAL_STEP, ROUNDING, Triangles, cross, near_triangles, shared_planes
-from .overlaps import overlapped
 
 Names = tuple[tuple[str, str], tuple[str, str]]  # of two meshes and their materials
 
@@ -46,6 +46,11 @@ def warn_about_coincident(out: Export) -> None:
     found = near_triangles(scene, names, [_corners(light) for light in lights])
     _warn_about_lights(out, found)
     plane = shared_planes(found)
+    if count > overlaps.MOST_TRIANGLES:
+        out.report.tell("scene", f"has {count} triangles, so faces of one mesh and material that lie on each other in "
+                                 "part aren't looked for")  # fmt: skip
+        if not (plane >= 0).any() and not found.doubled.any():
+            return
     shares: dict[Names, float] = {}
     for pair, share in _visible(out, found, plane).items():
         both = _named(found, pair)
@@ -97,12 +102,13 @@ def _visible(out: Export, found: Triangles, plane: I64) -> dict[tuple[int, int],
     alone = ~known
     alone[known] = ~found.doubled[index[known]]
     rounded = ROUNDING * (np.abs(whole).max(axis=1, initial=0.0) + np.abs(found.middle).max() + distance[hit])
-    partly = Counter((k, k) for k in overlapped(seen, found.size, face[hit[alone]], whole[alone], rounded[alone]))
+    covered = overlaps.overlapped(seen, found.size, face[hit[alone]], whole[alone], rounded[alone])
+    partly = Counter((k, k) for k in covered)
     hit, index = hit[known], index[known]
     twice = Counter((k, k) for k in found.owner[index][found.doubled[index]].tolist())
     inside = plane[index] >= 0
     hit, index = hit[inside], index[inside]
-    points = origin[hit] - found.middle + distance[hit, None].astype(np.float64) * direction[hit]
+    points = whole[known][inside]
     shown = np.isin(found.number, number)
     pairs = _others(found, plane, points, index, distance[hit], np.flatnonzero((plane >= 0) & shown))
     return {pair: number / len(origin) for pair, number in (twice + partly + Counter(pairs)).items()}

@@ -14,7 +14,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import _native
 from .collinear import pieces
+from .labels import rows_and_places
 from .points_on_edges import points_on_edges, sharp
 from .topology import Edges, weld
 
@@ -25,6 +27,8 @@ TOLERANCE = 5e-7
 MOST = 64
 # Boxes of other meshes that vertices of a mesh are compared with.
 MANY = 16
+# Vertices that are compared at once, beside those of one mesh.
+AT_ONCE = 1 << 20
 
 
 def joined(
@@ -191,18 +195,27 @@ def _near_others(
     meshes = np.flatnonzero((kind >= 0) & (np.diff(mesh_first_vertex[: len(kind) + 1]) > 0))
     if len(meshes) < 2:
         return near, meets, 0.0
-    ranges = [slice(mesh_first_vertex[m], mesh_first_vertex[m + 1]) for m in meshes]
-    low, high = (np.array([limit(vertices[one], axis=0) for one in ranges]) for limit in (np.min, np.max))
+    begin, end = mesh_first_vertex[meshes], mesh_first_vertex[meshes + 1]
+    # Of vertices between the ends of one mesh and the begin of the next one there are none that count
+    bounds = np.column_stack([begin, end]).ravel()[: None if end[-1] < len(vertices) else -1]
+    low, high = (limit.reduceat(vertices, bounds, axis=0)[::2] for limit in (np.minimum, np.maximum))
     slack = TOLERANCE * float(np.linalg.norm(high.max(axis=0) - low.min(axis=0)))
-    low, high = low - slack, high + slack
-    for m, one in enumerate(ranges):
-        others = np.flatnonzero(((low <= high[m]) & (high >= low[m])).all(axis=1))
-        meets[meshes[m]] = len(others) > 1
-        if len(others) > MANY:
-            near[one] = True
-            continue
-        for other in others[others != m]:
-            near[one] |= ((vertices[one] >= low[other]) & (vertices[one] <= high[other])).all(axis=1)
+    low, high = low - np.float32(slack), high + np.float32(slack)
+    count, pairs = _native.overlapping_boxes(low, high, MANY)
+    meets[meshes] = count > 0
+    for m in np.flatnonzero(count > MANY):
+        near[begin[m] : end[m]] = True
+    size = end - begin
+    batch = np.cumsum(size[pairs[:, 0]]) // AT_ONCE
+    for some in np.split(pairs, np.flatnonzero(np.diff(batch)) + 1):
+        one, other = some.T
+        pair, place = rows_and_places(size[one])
+        vertex = begin[one][pair] + place
+        inside = np.ones(len(vertex), bool)
+        for axis in range(3):
+            x = vertices[vertex, axis]
+            inside &= (x >= low[other, axis][pair]) & (x <= high[other, axis][pair])
+        near[vertex[inside]] = True
     return near, meets, slack
 
 
@@ -210,17 +223,21 @@ def _with_faces_of_all(edges: Edges, rows: NDArray[np.int64], places: NDArray[np
     """Return the edges, those in one place with the faces of all that are there; their own come first."""
     begin = edges.face_first.astype(np.int64)
     count, sharing = np.diff(begin), np.ones(len(edges), np.uint8)
-    slots = {}
-    for start, end in zip(places[:-1].tolist(), places[1:].tolist(), strict=True):
-        members = rows[start:end].tolist()
-        own = [np.arange(begin[e], begin[e + 1]) for e in members]
-        for j, e in enumerate(members):
-            slots[e] = np.concatenate(own[j:] + own[:j])
-            count[e], sharing[e] = len(slots[e]), len(members)
+    number = np.diff(places)
+    place = np.repeat(np.arange(len(number)), number)
+    # The faces of the edges of each place, one after the other, and where those of each edge begin
+    edge, slot = rows_and_places(count[rows])
+    all_of_place = begin[rows][edge] + slot
+    total = np.add.reduceat(count[rows], places[:-1])
+    begin_of_place = np.concatenate([[0], np.cumsum(total)])[:-1]
+    own = np.concatenate([[0], np.cumsum(count[rows])])[:-1] - begin_of_place[place]
+    count[rows], sharing[rows] = total[place], number[place]
     first = np.concatenate([[0], np.cumsum(count)])
     source = np.arange(first[-1])  # of each new slot, the old one
     source += np.repeat(begin[:-1] - first[:-1], count)
-    for e, old in slots.items():
-        source[first[e]:first[e + 1]] = old
+    # Those of an edge are the ones of its place, from its own on
+    row, slot = rows_and_places(count[rows])
+    turned = (own[row] + slot) % total[place[row]]
+    source[first[rows][row] + slot] = all_of_place[begin_of_place[place[row]] + turned]
     return replace(edges, face_first=first.astype(np.uint32), faces=edges.faces[source],
                    opposite=edges.opposite[source], sharing=sharing)

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "boundary/meshes/crossing_faces.h"
+#include "boundary/meshes/trees/box_pairs.h"
 #include "python/call.h"
 #include "python/numpy_arrays.h"
 #include "scene/corners/corner_tangents.h"
@@ -154,6 +155,36 @@ nb::object repeated_keys(nb::handle keys) {
     return to_numpy(repeated, {repeated.size()});
 }
 
+// For each box, how many others overlap it, at most `most` + 1, and the pairs (box, other) of those with at
+// most `most`, sorted.
+nb::tuple overlapping_boxes(nb::handle lows, nb::handle highs, int64_t most) {
+    const InputArray<float> low(lows, "low", {-1, 3}), high(highs, "high", {-1, 3});
+    if (low.size() != high.size()) throw std::invalid_argument("there must be as many 'low' as 'high'");
+    std::vector<Box> boxes(low.size() / 3);
+    const OutputArray<int64_t> counts({boxes.size()});
+    std::vector<int64_t> pairs;
+    {
+        const WithoutInterpreter without;
+        for (size_t k = 0; k < boxes.size(); ++k)
+            boxes[k].add(low.data() + 3 * k), boxes[k].add(high.data() + 3 * k);
+        const BoxPairs tree(boxes);
+        std::vector<size_t> others;
+        for (size_t k = 0; k < boxes.size(); ++k) {
+            others.clear();
+            tree.visit_while(boxes[k], [&](size_t other) {
+                if (other != k) others.push_back(other);
+                return static_cast<int64_t>(others.size()) <= most;
+            });
+            counts.data()[k] = static_cast<int64_t>(others.size());
+            if (counts.data()[k] > most) continue;
+            std::sort(others.begin(), others.end());
+            for (const size_t other : others)
+                pairs.push_back(static_cast<int64_t>(k)), pairs.push_back(static_cast<int64_t>(other));
+        }
+    }
+    return nb::make_tuple(counts.array(), to_numpy(pairs, {pairs.size() / 2, 2}));
+}
+
 }  // namespace
 
 void bind_mesh_arrays(nb::module_& m) {
@@ -166,6 +197,8 @@ void bind_mesh_arrays(nb::module_& m) {
           "Equal numbers for equal keys (native/python/mesh_arrays.cpp).");
     m.def("repeated_keys", &repeated_keys, "keys"_a,
           "Which keys are there twice (native/python/mesh_arrays.cpp).");
+    m.def("overlapping_boxes", &overlapping_boxes, "low"_a, "high"_a, "most"_a,
+          "Which boxes overlap few others, and which (native/python/mesh_arrays.cpp).");
     m.def("crossing_face_pairs", &crossing_face_pairs, "vertices"_a, "faces"_a, "threads"_a,
           "Pairs of faces of one mesh that pass through each other (native/python/mesh_arrays.cpp).");
 }

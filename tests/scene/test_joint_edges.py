@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 import edgegrad
-from edgegrad import Mesh, Renderer, Scene
+from edgegrad import Mesh, Renderer, Scene, _native
 from edgegrad.geometry import points_on_edges
 from edgegrad.rendering.scene_edges import SceneEdges
 from edgegrad.scene import parameters
@@ -212,3 +212,15 @@ def test_modes_are_transposes() -> None:
     reverse = renderer.render_backward(weights, list(rates), spp=8, max_depth=3, seed=1)
     by_reverse = sum(float(np.sum(reverse[path] * rate)) for path, rate in rates.items())
     assert float(np.sum(forward * weights)) == pytest.approx(by_reverse, rel=1e-4)
+
+
+@pytest.mark.parametrize("most", [0, 3, 1000])
+def test_boxes_that_overlap_few_others_are_those_of_a_comparison_of_all(most: int) -> None:
+    rng = np.random.default_rng(5)
+    low = rng.random((300, 3)).astype(np.float32)
+    high = low + (0.3 * rng.random((300, 3)) ** 3).astype(np.float32)
+    high[:5] = low[:5]  # points
+    meets = ((low[:, None] <= high) & (high[:, None] >= low)).all(axis=-1) & ~np.eye(300, dtype=bool)
+    count, pairs = _native.overlapping_boxes(low, high, most)
+    np.testing.assert_array_equal(count, np.minimum(meets.sum(axis=1), most + 1))
+    np.testing.assert_array_equal(pairs, np.argwhere(meets & (count <= most)[:, None]))

@@ -21,6 +21,12 @@ class BoxPairs {
     // Calls visit_box(b) for each box b that overlaps `box`, in no particular order.
     template <typename Visit>
     void visit(const Box& box, const Visit& visit_box) const {
+        visit_while(box, [&](size_t b) { return visit_box(b), true; });
+    }
+
+    // The same, until visit_box(b) returns false.
+    template <typename Visit>
+    void visit_while(const Box& box, const Visit& visit_box) const {
         std::vector<size_t> stack;
         if (!order_.empty()) stack.push_back(0);
         while (!stack.empty()) {
@@ -34,7 +40,7 @@ class BoxPairs {
                 continue;
             }
             for (size_t k = node.first; k < node.last; ++k)
-                if (boxes_[order_[k]].meets(box)) visit_box(order_[k]);
+                if (boxes_[order_[k]].meets(box) && !visit_box(order_[k])) return;
         }
     }
 

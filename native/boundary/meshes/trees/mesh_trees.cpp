@@ -1,5 +1,6 @@
 #include "boundary/meshes/trees/mesh_trees.h"
 
+#include <cmath>
 #include <numeric>
 
 namespace edgegrad {
@@ -37,10 +38,32 @@ std::shared_ptr<const FaceTree> MeshTrees::within(int32_t mesh, const Box& box, 
 }
 
 NearMeshes::NearMeshes(const MeshTrees& trees, const PlacedMesh& a, const PlacedMesh& b, int threads)
-    : one(&a), other(&b) {
+    : one(&a), other(&b), mapped_(a.place.matrix || b.place.matrix) {
     const Box common = common_box(a, b);
-    tree = trees.within(a.mesh, a.local(common), threads);
+    common_ = a.local(common);
+    origin_ = b.local(a.place({0, 0, 0}));
+    const Vector columns[3] = {b.local(a.place({1, 0, 0})) - origin_, b.local(a.place({0, 1, 0})) - origin_,
+                               b.local(a.place({0, 0, 1})) - origin_};
+    slack_ = std::max(rounding_of(b.local(a.box)), rounding_of(b.local(b.box)));
+    rows_[0] = {columns[0].x, columns[1].x, columns[2].x};
+    rows_[1] = {columns[0].y, columns[1].y, columns[2].y};
+    rows_[2] = {columns[0].z, columns[1].z, columns[2].z};
+    tree = trees.within(a.mesh, common_, threads);
     if (tree->size() > 0) other_tree = trees.within(b.mesh, b.local(common), threads);
+}
+
+Box NearMeshes::map_box(const Box& box) const {
+    const Vector low = vector_at(box.low), high = vector_at(box.high);
+    const Vector middle = (low + high) * 0.5, half = (high - low) * 0.5;
+    Box out;
+    const double origin[3] = {origin_.x, origin_.y, origin_.z};
+    for (int c = 0; c < 3; ++c) {
+        const Vector& row = rows_[c];
+        const double at = dot(row, middle) + origin[c];
+        const double reach = std::abs(row.x) * half.x + std::abs(row.y) * half.y + std::abs(row.z) * half.z;
+        out.low[c] = static_cast<float>(at - reach), out.high[c] = static_cast<float>(at + reach);
+    }
+    return out;
 }
 
 std::vector<FaceTree::Pair> NearMeshes::parts() const {

@@ -49,9 +49,12 @@ struct NearMeshes {
 
     NearMeshes(const MeshTrees& trees, const PlacedMesh& a, const PlacedMesh& b, int threads);
 
-    // Bounds a box of the one mesh in the other one's space.
+    // Bounds a box of the one mesh in the other one's space. Boxes where they can't meet give empty ones.
     Box operator()(const Box& box) const {
-        return one->place.matrix ? other->local(padded(mapped(box, one->place))) : other->local(padded(box));
+        if (!box.meets(common_)) return {};
+        Box out = mapped_ ? map_box(box) : box;
+        for (int c = 0; c < 3; ++c) out.low[c] -= slack_, out.high[c] += slack_;
+        return out;
     }
     // Pairs of nodes, which may be searched in parallel.
     std::vector<FaceTree::Pair> parts() const;
@@ -61,6 +64,15 @@ struct NearMeshes {
     void visit(FaceTree::Pair part, const Visit& visit_pair) const {
         tree->visit_pairs(*other_tree, part, *this, visit_pair);
     }
+
+ private:
+    Box map_box(const Box& box) const;
+
+    Box common_;  // where they may meet, in the one's space
+    // The affine map from the one's space to the other one's: rows of its matrix, and where it takes 0.
+    bool mapped_;
+    Vector rows_[3], origin_;
+    float slack_;  // by which rounding may move boxes in the other one's space
 };
 
 // Calls search(k, near, part) for the parts of each pair k of meshes, in parallel.

@@ -42,12 +42,17 @@ struct EdgeEnds {
     }
 };
 
-// Boxes are in single precision. They are padded on all sides by this fraction of the largest coordinate.
-inline Box padded(Box box) {
+// Boxes are in single precision: a distance by which their sides may be off, from the largest coordinate.
+inline float rounding_of(const Box& box) {
     constexpr float kRounding = 1e-6f;
     float size = 0.0f;
     for (int c = 0; c < 3; ++c) size = std::max({size, std::abs(box.low[c]), std::abs(box.high[c])});
-    for (int c = 0; c < 3; ++c) box.low[c] -= kRounding * size, box.high[c] += kRounding * size;
+    return kRounding * size;
+}
+
+inline Box padded(Box box) {
+    const float by = rounding_of(box);
+    for (int c = 0; c < 3; ++c) box.low[c] -= by, box.high[c] += by;
     return box;
 }
 

@@ -110,7 +110,7 @@ def export_evaluated(evaluation: Evaluation, more_cameras: Sequence[Any], bake: 
     # iterator, since reading may create data and thus invalidate the iterator.
     materials = walk.materials()
     for material in materials:
-        out.materials[_key(material)] = read_material(material, images, report, seen)
+        out.materials[_key(material)] = read_material(material, images, report, seen, _key(material) in walk.stretched)
         if material is not None:
             name_settings(material, f"material '{material.name}'", scene, report)
     world = read_world(scene, depsgraph, images, report)
@@ -176,6 +176,7 @@ class _Walk:
         self.others = OtherGeometry(self.meshes, out.scene.camera, depsgraph, out.report)
         self.complete = memory is None
         self.named: set[str] = set()
+        self.stretched: set[str] = set()  # keys of materials on objects with a non-uniform scale
         self.emissions: dict[str, LampEmission] = {}  # by the names of the exported lights
         self.instancers = Instancers(out.report, depsgraph.scene.frame_current_final)
 
@@ -191,8 +192,11 @@ class _Walk:
         for instance, ob, _ in self._instances():
             warn_about_type(ob, self.out.report)
             if self.others.shows(instance) or (ob.type == "MESH" and instance.show_self):
+                uneven = stretches(np.array(instance.matrix_world, np.float64)[:3, :3])
                 for material in self._slots(ob):
                     found[_key(material)] = material
+                    if uneven:
+                        self.stretched.add(_key(material))
         return [None if material is None else material.evaluated_get(self.depsgraph) for material in found.values()]
 
     def meshes_and_lights(self, needed: dict[str, set[str]], single: set[str]) -> PlacedMeshes:

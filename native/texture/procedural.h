@@ -2,6 +2,9 @@
 // noises (texture/noise.h, texture/hash.h) and cells (texture/voronoi.h).
 #pragma once
 
+#include <cstdint>
+#include <limits>
+
 #include "texture/hash.h"
 #include "texture/image.h"
 #include "texture/noise.h"
@@ -92,6 +95,14 @@ EG_INLINE Color4 voronoi(const TextureRegisters& r) {
     return out;
 }
 
+// The row or column of bricks at a place in units of their size. Where no integer can represent it, as with a size of 0,
+// it is the least integer, to which Cycles' conversion leads on x86.
+EG_INLINE Int brick_index(Float place) {
+    const Float index = floor(place);
+    const auto exists = abs(index) < 2147483648.0f;
+    return select(exists, to_int(select(exists, index, 0.0f)), splat(std::numeric_limits<int32_t>::min()));
+}
+
 // Blender's Brick Texture: the tint of the brick, and 1 in the mortar. `data`: the number of rows after which
 // bricks are shifted, and (upper half) squashed.
 EG_INLINE Vec3 brick(const TextureRegisters& r) {
@@ -99,17 +110,17 @@ EG_INLINE Vec3 brick(const TextureRegisters& r) {
     const Float x = r.in(0), y = r.in(1), mortar_size = r.in(2), mortar_smooth = r.in(3), bias = r.in(4);
     const Float height = r.in(6), shift = r.in(7), squash = r.in(8);
     Float width = r.in(5);
-    const Float row = floor(y / height);
-    const auto every = [&](int32_t n) { return wrap_index(to_int(row), n) == 0; };
+    const Int row = brick_index(y / height);
+    const auto every = [&](int32_t n) { return wrap_index(row, n) == 0; };
     Float offset = splat(0.0f);
     if (offset_rows && squash_rows) {
         width = select(every(squash_rows), width * squash, width);
         offset = select(every(offset_rows), width * shift, 0.0f);
     }
-    const Float column = floor((x + offset) / width);
-    const Float in_x = x + offset - width * column, in_y = y - height * row;
+    const Int column = brick_index((x + offset) / width);
+    const Float in_x = x + offset - width * to_float(column), in_y = y - height * to_float(row);
     // An integer noise of row and brick.
-    UInt n = (bits(to_int(row)) << 16) + (bits(to_int(column)) & 0xffffu);
+    UInt n = (bits(row) << 16) + (bits(column) & 0xffffu);
     n = (n + 1013u) & 0x7fffffffu;
     n = (n >> 13) ^ n;
     n = (n * (n * n * 60493u + 19990303u) + 1376312589u) & 0x7fffffffu;

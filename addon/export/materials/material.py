@@ -157,7 +157,8 @@ class MaterialReading:
         return names
 
 
-def read_material(material: Any, images: Images, report: Report, view: CameraView | None = None) -> MaterialReading:
+def read_material(material: Any, images: Images, report: Report, view: CameraView | None = None,
+                  stretched: bool = False) -> MaterialReading:  # fmt: skip
     """Read a material; report a warning for each approximation, and a line on what was read.
 
     Parameters
@@ -166,7 +167,7 @@ def read_material(material: Any, images: Images, report: Report, view: CameraVie
         Blender's evaluated material, or None for faces without one.
     images
         Receives the images that the material reads.
-    view
+    view, stretched
         As in `Reader`.
     """
     if material is None:
@@ -192,7 +193,7 @@ def read_material(material: Any, images: Images, report: Report, view: CameraVie
             reading.value = edgegrad.Material(np.ones(3), kind="TRANSPARENT")
             reading.absorb(absorption)
             return reading
-    reader = _Reading(material, images, view, reading)
+    reader = _Reading(material, images, view, reading, stretched)
     reader.displace(output)
     reader.read(output, report)
     reading.absorb(absorption)
@@ -219,11 +220,12 @@ def _black() -> edgegrad.Material:
 class _Reading:
     """The translation of the node tree of one material."""
 
-    def __init__(self, material: Any, images: Images, view: CameraView | None, reading: MaterialReading) -> None:
+    def __init__(self, material: Any, images: Images, view: CameraView | None, reading: MaterialReading,
+                 stretched: bool = False) -> None:  # fmt: skip
         self.material = material
         self.reading = reading
         self.normal: Expression | None = None  # of the displaced surface
-        self.reader = Reader(images, self._bake, material.pass_index, view, owner=material)
+        self.reader = Reader(images, self._bake, material.pass_index, view, owner=material, stretched=stretched)
 
     def displace(self, output: Any) -> None:
         """Read the displacement of the material as bump, unless it only moves vertices (`displacement`)."""

@@ -24,6 +24,7 @@ RANGES = {"ior": (1e-3, 1e3), "coat_ior": (1.0, 1e3), "anisotropy": (-1.0, 1.0),
 # Kinds of rays, other than the camera's, for which light sampling never sees emission.
 BY_SAMPLING = ("DIFFUSE", "GLOSSY", "TRANSMISSION")
 COLORS = ("base_color", "specular_tint", "coat_tint", "sheen_tint", "emission", "normal")
+FLAT = (0.5, 0.5, 1.0)  # the color of a normal map that bends nothing
 
 
 @dataclass(frozen=True)
@@ -227,7 +228,7 @@ class Closure:
                 self.note(f"the effect of node '{label(node, found.groups)}' on its normal is left out, since "
                           f"{error} can't be read")  # fmt: skip
                 return
-            self.put("normal", baked, (0.5, 0.5, 1.0))
+            self.put("normal", baked, FLAT)
             self.material.normal_uv = attributes.BAKED_UV
             return
         if value != e.Coordinates("NORMAL"):
@@ -235,23 +236,25 @@ class Closure:
 
     def _bend(self, normal: Expression) -> None:
         """Use a normal in world space."""
-        self.put("normal", normal, (0.5, 0.5, 1.0))
+        self.put("normal", normal, FLAT)
         self.material.normal_space = "WORLD"
 
     def _map_normal(self, node: Any, groups: Groups) -> None:
         """Use a normal map in tangent space."""
         inner = Closure(self.reader, node, groups, self.material)
         color, strength = inner.read("Color"), inner.read("Strength")
-        if number(strength) == 0.0:
+        constant = np.array(FLAT) if number(strength) == 0.0 else rgb(color)
+        flat = constant is not None and np.allclose(constant, FLAT)
+        # Normal maps interpolate normals in object space. Under a non-uniform scale, even a map that bends nothing thus
+        # differs from the smooth normals, which Cycles interpolates in world space.
+        if flat and not self.reader.stretched:
             return
-        inner.put("normal_strength", strength, inner.own("Strength"))
+        if not flat:
+            inner.put("normal_strength", strength, inner.own("Strength"))
         # The material uses a normal map only if it is a texture, so a constant becomes an expression.
-        constant = rgb(color)
         if constant is not None:
-            if np.allclose(constant, (0.5, 0.5, 1.0)):
-                return
             color = e.Combine(*map(float, constant))
-        inner.put("normal", color, (0.5, 0.5, 1.0))
+        inner.put("normal", color, FLAT)
         self.material.normal_uv = node.uv_map or attributes.ACTIVE_UV
 
     def tangent(self) -> None:

@@ -83,6 +83,8 @@ class Reader:
         Blender's material.
     codes
         Whether environment textures may interpolate code values; False where an image itself is needed.
+    stretched
+        Whether an object with the material has a non-uniform scale.
     """
 
     images: Images | None = None
@@ -92,6 +94,7 @@ class Reader:
     notes: list[str] = field(default_factory=list)
     owner: Any = None
     codes: bool = True
+    stretched: bool = False
     _known: dict[tuple[Any, ...], Operand] = field(default_factory=dict, repr=False)
 
     def value(self, socket: Any, groups: Groups = ()) -> Operand:

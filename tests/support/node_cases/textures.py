@@ -114,12 +114,15 @@ def _voronois() -> Cases:
 def _bricks() -> Cases:
     colors = {"Color1": (0.8, 0.1, 0.2, 1), "Color2": (0.2, 0.6, 0.1, 1), "Mortar": (0.9, 0.9, 0.3, 1)}
 
-    def case(output: str, smooth: float) -> Any:
-        values = {"Scale": 3.0, "Mortar Size": 0.1, "Mortar Smooth": smooth, "Bias": 0.1, "Brick Width": 0.6,
-                  "Row Height": 0.3}
+    def case(output: str, smooth: float, width: float = 0.6, height: float = 0.3) -> Any:
+        values = {"Scale": 3.0, "Mortar Size": 0.1, "Mortar Smooth": smooth, "Bias": 0.1, "Brick Width": width,
+                  "Row Height": height}
 
         def node(n: Nodes) -> Any:
-            made = n.node("TexBrick", {"Vector": n.p, **colors, **values}, offset=0.4, offset_frequency=3,
+            # Only linked sizes can be 0.
+            zero = n.node("Math", {0: n.component(n.p, 0), 1: -99.0}, operation="LESS_THAN").outputs[0]
+            linked = {key: value or zero for key, value in values.items()}
+            made = n.node("TexBrick", {"Vector": n.p, **colors, **linked}, offset=0.4, offset_frequency=3,
                           squash=1.3, squash_frequency=2)
             return made.outputs[0 if output == "COLOR" else 1]
 
@@ -127,4 +130,5 @@ def _bricks() -> Cases:
         return node, t.Brick(P, *c, *values.values(), offset=0.4,  # type: ignore[misc]
                              offset_frequency=3, squash=1.3, squash_frequency=2, output=output)
 
-    return {"brick": case("COLOR", 0.2), "brick mortar": case("FAC", 0.0)}
+    return {"brick": case("COLOR", 0.2), "brick mortar": case("FAC", 0.0),
+            "brick no height": case("COLOR", 0.2, height=0.0), "brick no width": case("COLOR", 0.2, width=0.0)}

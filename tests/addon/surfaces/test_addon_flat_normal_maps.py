@@ -1,0 +1,59 @@
+"""Normal maps whose base differs from the smooth normal, beside Cycles."""
+
+# ruff: noqa: E402  (the imports below need bpy)
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
+
+import edgegrad
+from edgegrad.expression import Expression
+from tests.support.block_statistics import block_sums
+from tests.support.scenes import blender_scenes as bs
+
+FLAT, ASIDE = (0.5, 0.5, 1.0, 1.0), (0.55, 0.6, 1.0, 1.0)
+
+
+def ball(color: tuple[float, ...], strength: float, scale: tuple[float, ...]) -> Any:
+    """A coarse smooth ball with a normal map of one color, in the sun; returns its material."""
+    scene = bs.empty(64)
+    scene.cycles.samples, scene.cycles.max_bounces = 64, 0
+    bs.camera((0.0, -5.0, 1.0), (1.37, 0.0, 0.0))
+    bs.light("SUN", rotation=(0.6, 0.3, 0.0), energy=2.0)
+    made = bs.material("M", (0.7, 0.6, 0.5), "ShaderNodeBsdfAnisotropic", Roughness=0.3)
+    bent = made.node_tree.nodes.new("ShaderNodeNormalMap")
+    bent.inputs["Strength"].default_value, bent.inputs["Color"].default_value = strength, color
+    made.node_tree.links.new(bent.outputs[0], bs.shader(made).inputs["Normal"])
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=10, ring_count=6)
+    bpy.context.object.scale = scale
+    bpy.ops.object.shade_smooth()
+    bs.offset_shadow_rays(bpy.context.object, 0.0)
+    bpy.context.object.data.materials.append(made)
+    return made
+
+
+def difference(folder: Path) -> float:
+    """Root mean square of the differences of blocks, as a part of the picture's mean."""
+    made = bs.export()
+    ours = edgegrad.Renderer(made.scene).render(spp=64, max_depth=made.settings.max_depth)
+    theirs = bs.cycles(folder)[..., :3]
+    apart = block_sums(np.array([ours - theirs], np.float64), 8) / 64.0
+    return float(np.sqrt(np.mean(apart**2)) / theirs.mean())
+
+
+@pytest.mark.parametrize(("color", "strength"), [(FLAT, 1.0), (ASIDE, 0.0), (ASIDE, 1.0)])
+def test_flat_normal_maps_interpolate_normals_in_object_space(color: Any, strength: float, tmp_path: Path) -> None:
+    ball(color, strength, (1.0, 0.25, 1.6))
+    assert difference(tmp_path) < 0.04
+
+
+def test_flat_normal_maps_without_effect_are_left_out() -> None:
+    made = ball(FLAT, 1.0, (1.2, 1.2, 1.2))
+    value = bs.export().scene.materials[made.name]
+    assert isinstance(value, edgegrad.Material) and not any(isinstance(x, Expression) for x in value.textures.values())

@@ -70,8 +70,9 @@ EG_INLINE RayHistory behind_diffuse(const SceneView& scene) { return boundary_hi
 
 EG_INLINE TexturePoint texture_point(const SceneView& scene, const SurfacePoint& x, Vec3 view, Int ray_kind,
                                      const RayHistory& history = unknown_history()) {
-    TexturePoint point = {x.face, x.instance,    x.b1,     x.b2,     x.position, smooth_normal(scene, x),
-                          view,   x.side < 0.0f, ray_kind, x.normal, history};
+    const Vec3 smooth = smooth_normal(scene, x);
+    TexturePoint point = {x.face, x.instance,    x.b1,     x.b2,     x.position, smooth,
+                          view,   x.side < 0.0f, ray_kind, x.normal, smooth,     history};
     if (scene.textures.closure_normal_program)
         point.normal = displaced_normal(scene, x.active, x.material, point);
     return point;

@@ -125,11 +125,12 @@ EG_INLINE UvTangent uv_tangent(const SceneView& scene, Mask active, const UvMap&
 }
 
 // The smooth normal, bent by a normal map with the colour `color` in [0, 1]. Unit, on the viewer's side of
-// the surface. `point.normal` where the mesh has no UV map for it.
+// the surface. `point.normal` where the mesh has no UV map for it. As in Cycles, the map takes the place of
+// the bump of the material's displacement.
 EG_INLINE Vec3 mapped_normal(const SceneView& scene, Mask active, const UvMap& map, const TexturePoint& point,
                              Vec3 color, Float strength) {
     if (!any(active)) return point.normal;
-    const Vec3 front = select(point.backside, -point.normal, point.normal);
+    const Vec3 front = select(point.backside, -point.undisplaced, point.undisplaced);
     const Float length = interpolated_length(scene, active, point);
     const Vec3 n = normalized_or(normal_to_mesh(scene, point.instance, front), front) * length;
     const UvTangent t = uv_tangent(scene, active, map, point, n);

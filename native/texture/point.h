@@ -23,6 +23,7 @@ struct TexturePoint {
     Mask backside;     // the viewer sees the clockwise side
     Int ray_kind;      // RayKind; kNoRay: an emitter sample
     Vec3 true_normal;  // unit, geometric, on the viewer's side
+    Vec3 undisplaced;  // `normal` without the bump of the material's displacement
     RayHistory history = unknown_history();
 };
 

@@ -95,8 +95,8 @@ EG_INLINE Color4 voronoi(const TextureRegisters& r) {
     return out;
 }
 
-// The row or column of bricks at a place in units of their size. Where no integer can represent it, as with a size of 0,
-// it is the least integer, to which Cycles' conversion leads on x86.
+// The row or column of bricks at a place in units of their size. Where no integer can represent it, as with a
+// size of 0, it is the least integer, to which Cycles' conversion leads on x86.
 EG_INLINE Int brick_index(Float place) {
     const Float index = floor(place);
     const auto exists = abs(index) < 2147483648.0f;

@@ -29,7 +29,7 @@ EG_INLINE TexturePoints load_points(const TextureTask& task, int64_t first) {
     p.b1 = number(task.b1);
     p.b2 = number(task.b2);
     p.position = vector(task.position);
-    p.normal = vector(task.normal);
+    p.normal = p.undisplaced = vector(task.normal);
     p.view = vector(task.view);
     p.backside = index(task.backside) != 0;
     p.ray_kind = index(task.ray_kind);

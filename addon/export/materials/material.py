@@ -236,6 +236,7 @@ class _Reading:
                                            self.material.displacement_method == "BOTH")  # fmt: skip
         except Unreadable as error:
             self.reader.note(f"the bump of its displacement is left out, since {error} can't be read")
+        self.reader.displaced = self.normal is not None
 
     def read(self, output: Any, report: Report) -> None:
         found = list(parts(self.reader, nodes.feed(output.inputs["Surface"])))

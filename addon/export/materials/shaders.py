@@ -246,8 +246,9 @@ class Closure:
         constant = np.array(FLAT) if number(strength) == 0.0 else rgb(color)
         flat = constant is not None and np.allclose(constant, FLAT)
         # Normal maps interpolate normals in object space. Under a non-uniform scale, even a map that bends nothing thus
-        # differs from the smooth normals, which Cycles interpolates in world space.
-        if flat and not self.reader.stretched:
+        # differs from the smooth normals, which Cycles interpolates in world space. Maps also take the place of bump by
+        # displacement.
+        if flat and not (self.reader.stretched or self.reader.displaced):
             return
         if not flat:
             inner.put("normal_strength", strength, inner.own("Strength"))

@@ -85,6 +85,8 @@ class Reader:
         Whether environment textures may interpolate code values; False where an image itself is needed.
     stretched
         Whether an object with the material has a non-uniform scale.
+    displaced
+        Whether displacement bends the normals of the material.
     """
 
     images: Images | None = None
@@ -95,6 +97,7 @@ class Reader:
     owner: Any = None
     codes: bool = True
     stretched: bool = False
+    displaced: bool = False
     _known: dict[tuple[Any, ...], Operand] = field(default_factory=dict, repr=False)
 
     def value(self, socket: Any, groups: Groups = ()) -> Operand:

@@ -12,6 +12,7 @@ from edgegrad.expression import Expression, Operand, nodes_of, replaced
 from ..geometry import attributes
 from .expressions import Reader, Unreadable, UnreadableNormal, folded, number, reads
 from .links import Feed, Groups, by_identifier, feed, label
+from .object_space import to_object
 
 # Distance of the points at which heights are evaluated, in pixels: Cycles' for displacement, and for all bumps where
 # the node has no setting, as before Blender 4.4.
@@ -103,6 +104,8 @@ def _displacement(reader: Reader, node: Any, groups: Groups) -> tuple[Operand, O
     scale = reader.get(node, "Scale", groups)
     height = e.Math("MULTIPLY", e.Math("SUBTRACT", height, middle), scale)
     if node.space == "OBJECT":
-        # Metres of the object's own space.
-        return height, attributes.layer(attributes.SCALE)
+        # Metres of the object's own space. Under a non-uniform scale, a step along the unit normal there goes by
+        # |M^T n| along the normal n in the world, where M is the object's matrix.
+        return height, (e.VectorMath("LENGTH", to_object(e.Coordinates("NORMAL"), "NORMAL")) if reader.stretched
+                        else attributes.layer(attributes.SCALE))  # fmt: skip
     return height, 1.0

@@ -38,6 +38,16 @@ def ball(color: tuple[float, ...], strength: float, scale: tuple[float, ...]) ->
     return made
 
 
+def displace(made: Any) -> None:
+    """Displace a material by noise, which is rendered as bump."""
+    nodes, links = made.node_tree.nodes, made.node_tree.links
+    made.displacement_method = "BUMP"
+    noise, node = nodes.new("ShaderNodeTexNoise"), nodes.new("ShaderNodeDisplacement")
+    node.inputs["Scale"].default_value = 0.2
+    links.new(noise.outputs[0], node.inputs["Height"])
+    links.new(node.outputs[0], made.node_tree.get_output_node("CYCLES").inputs["Displacement"])
+
+
 def difference(folder: Path) -> float:
     """Root mean square of the differences of blocks, as a part of the picture's mean."""
     made = bs.export()
@@ -50,6 +60,16 @@ def difference(folder: Path) -> float:
 @pytest.mark.parametrize(("color", "strength"), [(FLAT, 1.0), (ASIDE, 0.0), (ASIDE, 1.0)])
 def test_flat_normal_maps_interpolate_normals_in_object_space(color: Any, strength: float, tmp_path: Path) -> None:
     ball(color, strength, (1.0, 0.25, 1.6))
+    assert difference(tmp_path) < 0.04
+
+
+@pytest.mark.parametrize("color", [FLAT, ASIDE, None])
+@pytest.mark.parametrize("scale", [(1.2, 1.2, 1.2), (1.0, 0.4, 1.6)])
+def test_normal_maps_take_the_place_of_bump_by_displacement(color: Any, scale: Any, tmp_path: Path) -> None:
+    made = ball(color or FLAT, 1.0, scale)
+    if color is None:
+        made.node_tree.nodes.remove(next(n for n in made.node_tree.nodes if n.type == "NORMAL_MAP"))
+    displace(made)
     assert difference(tmp_path) < 0.04
 
 

@@ -121,13 +121,13 @@ def test_scenes_with_too_many_triangles_are_told(search: Any, monkeypatch: pytes
 
 def test_work_grows_as_the_number_of_planes_not_of_pairs(monkeypatch: pytest.MonkeyPatch) -> None:
     compared = []
-    contains = coincident._contains
+    contains = coincident.contains
 
     def counted(corners: Any, *more: Any) -> Any:
         compared.append(len(corners))
         return contains(corners, *more)
 
-    monkeypatch.setattr(coincident, "_contains", counted)
+    monkeypatch.setattr(coincident, "contains", counted)
     paints = [bs.material(f"Paint {k}") for k in range(2)]
     for k in range(100):
         bs.add(f"Tile {k}", bs.plane(f"Tile {k}", 0.2, paints[k % 2]), (0.2 * (k % 10) - 0.9, 0.2 * (k // 10) - 0.9, 0))

@@ -14,12 +14,13 @@ from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad import _native
+from edgegrad.geometry.labels import rows_and_places
 from edgegrad.rendering.native_engine import embree_library
 from edgegrad.scene.placement import places
 
 from ..exported import Export
 from . import overlaps
-from .near_triangles import F64, I64, NORMAL_STEP, ROUNDING, Triangles, cross, near_triangles, shared_planes
+from .near_triangles import F64, I64, NORMAL_STEP, ROUNDING, Triangles, contains, near_triangles, shared_planes
 
 Names = tuple[tuple[str, str], tuple[str, str]]  # of two meshes and their materials
 
@@ -101,8 +102,8 @@ def _visible(out: Export, found: Triangles, plane: I64) -> dict[tuple[int, int],
     index, known = found.at(number[face[hit]])
     alone = ~known
     alone[known] = ~found.doubled[index[known]]
-    rounded = ROUNDING * (np.abs(whole).max(axis=1, initial=0.0) + np.abs(found.middle).max() + distance[hit])
-    covered = overlaps.overlapped(seen, found.size, face[hit[alone]], whole[alone], rounded[alone])
+    covered = overlaps.overlapped(seen, found.size, face[hit[alone]], whole[alone],
+                                  _rounded(found, whole, distance[hit])[alone])  # fmt: skip
     partly = Counter((k, k) for k in covered)
     hit, index = hit[known], index[known]
     twice = Counter((k, k) for k in found.owner[index][found.doubled[index]].tolist())
@@ -132,26 +133,26 @@ def _others(found: Triangles, plane: I64, points: F64, index: I64, far: NDArray[
     classes = plane[order]
     first, last = (np.searchsorted(classes, plane[index], side) for side in ("left", "right"))
     numbers = last - first
-    reach = np.abs(points).max(axis=1, initial=0.0) + np.abs(found.middle).max() + far
+    rounded = _rounded(found, points, far)
     at = 0
     while at < len(points):
         end = max(at + 1, int(np.searchsorted(np.cumsum(numbers[at:]), MOST_PAIRS, "right")) + at)
-        point = np.repeat(np.arange(at, end), numbers[at:end])
-        within = np.arange(len(point)) - np.repeat(np.cumsum(numbers[at:end]) - numbers[at:end], numbers[at:end])
+        row, within = rows_and_places(numbers[at:end])
+        point = at + row
         triangle = order[first[point] + within]
         apart = found.owner[triangle] != found.owner[index[point]]
         point, triangle = point[apart], triangle[apart]
         for axis in range(3):
-            x, slack = points[point, axis], ROUNDING * reach[point]
+            x, slack = points[point, axis], rounded[point]
             near = (found.low[triangle, axis] <= x + slack) & (x <= found.high[triangle, axis] + slack)
             point, triangle = point[near], triangle[near]
-        p, slack = points[point], ROUNDING * reach[point]
+        p, slack = points[point], rounded[point]
         # The point itself is rounded along its ray: its plane is that of its triangle.
         away = np.abs(np.einsum("nk,nk->n", found.normal[triangle], _in_plane(found, p, index[point]))
                       - found.distance[triangle])  # fmt: skip
         near = away <= slack
         point, triangle, p, slack = point[near], triangle[near], p[near], slack[near]
-        contained = _contains(found.corners[triangle], found.normal[triangle], p, slack)
+        contained = contains(found.corners[triangle], found.normal[triangle], p, slack)
         seen = {(int(k), tuple(sorted((int(found.owner[index[k]]), int(found.owner[t])))))
                 for k, t in zip(point[contained], triangle[contained], strict=True)}  # fmt: skip
         out += [(a, b) for _, (a, b) in seen]
@@ -159,22 +160,15 @@ def _others(found: Triangles, plane: I64, points: F64, index: I64, far: NDArray[
     return out
 
 
+def _rounded(found: Triangles, points: F64, far: NDArray[np.float32]) -> F64:
+    """Distance by which points may be rounded that are so far from the camera."""
+    return np.asarray(ROUNDING * (np.abs(points).max(axis=1, initial=0.0) + np.abs(found.middle).max() + far))
+
+
 def _in_plane(found: Triangles, points: F64, index: I64) -> F64:
     """Nearest points in the planes of these triangles."""
     above = np.einsum("nk,nk->n", found.normal[index], points) - found.distance[index]
     return np.asarray(points - above[:, None] * found.normal[index])
-
-
-def _contains(corners: F64, normal: F64, points: F64, slack: F64) -> NDArray[np.bool_]:
-    """Whether points in the planes of triangles lie in the triangles."""
-    inside = np.ones((2, len(points)), bool)
-    for k in range(3):
-        a, b = corners[:, k], corners[:, (k + 1) % 3]
-        edge = b - a
-        side = np.einsum("nk,nk->n", cross(normal, edge), points - a)
-        reach = slack * np.linalg.norm(edge, axis=1)
-        inside &= np.stack([side >= -reach, side <= reach])
-    return np.asarray(inside.any(axis=0))
 
 
 def _hidden_emitters(out: Export, found: Triangles, plane: I64) -> list[tuple[int, int]]:
@@ -209,7 +203,7 @@ def _warn_about_lights(out: Export, found: Triangles) -> None:
         covered = np.zeros(len(points), bool)
         owners: Counter[int] = Counter()
         for k in index[: 1 << 16]:
-            one = _contains(np.repeat(found.corners[None, k], len(points), axis=0),
+            one = contains(np.repeat(found.corners[None, k], len(points), axis=0),
                             np.repeat(found.normal[None, k], len(points), axis=0), points,
                             np.full(len(points), slack))  # fmt: skip
             covered |= one

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad import _native
+from edgegrad.geometry.labels import rows_and_places
 from edgegrad.scene.placement import places
 
 from ..geometry.normals import CHUNK, bits
@@ -223,17 +224,39 @@ def _planes(surfaces: Sequence[Surface], chosen: NDArray[np.bool_], doubled: NDA
         low, high = np.searchsorted(numbers, (surface.first, surface.first + len(surface.faces)))
         own = numbers[low:high] - surface.first
         corners[low:high], owner[low:high] = surface.vertices[surface.faces[own]], surface.owner[own]
-    normal = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.sqrt(np.einsum("nk,nk->n", normal, normal))
-    whole = length > 0.0
-    corners, owner, numbers, normal = corners[whole], owner[whole], numbers[whole], normal[whole] / length[whole, None]
-    # Any direction without a special relation to axes and diagonals tells the two sides of a plane apart.
-    normal[normal @ (1.0, 0.7548, 0.5698) < 0.0] *= -1.0
+    normal, whole = plane_normals(corners)
+    corners, owner, numbers, normal = corners[whole], owner[whole], numbers[whole], normal[whole]
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     distance = np.einsum("nk,nk->n", normal, a + b + c) / 3.0
     low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
     return Triangles(corners, normal, distance, low, high, owner, doubled[numbers], numbers, list(surfaces), owners,
                      middle, size)  # fmt: skip
+
+
+def plane_normals(corners: F64) -> tuple[F64, NDArray[np.bool_]]:
+    """Unit normals of triangles (n, 3, 3), of which both sides have the same, and whether each has an area."""
+    normal = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.sqrt(np.einsum("nk,nk->n", normal, normal))
+    whole = length > 0.0
+    normal /= np.where(whole, length, 1.0)[:, None]
+    # Any direction without a special relation to axes and diagonals tells the two sides of a plane apart.
+    normal[normal @ (1.0, 0.7548, 0.5698) < 0.0] *= -1.0
+    return normal, whole
+
+
+def contains(corners: F64, normal: F64, points: F64, slack: F64) -> NDArray[np.bool_]:
+    """Whether points in the planes of triangles lie in the triangles, or at most `slack` outside.
+
+    With a negative slack, whether they lie so far from the borders inside.
+    """
+    inside = np.ones((2, len(points)), bool)
+    for k in range(3):
+        a, b = corners[:, k], corners[:, (k + 1) % 3]
+        edge = b - a
+        side = np.einsum("nk,nk->n", cross(normal, edge), points - a)
+        reach = slack * np.linalg.norm(edge, axis=1)
+        inside &= np.stack([side >= -reach, side <= reach])
+    return np.asarray(inside.any(axis=0))
 
 
 def cross(a: F64, b: F64) -> F64:
@@ -278,9 +301,8 @@ def _touches_others(found: Triangles, plane: I64, index: I64) -> NDArray[np.bool
     first, last = (np.searchsorted(of_plane, of_plane, side) for side in ("left", "right"))
     number = last - first
     compared = np.flatnonzero(number <= MOST_BOXES)
-    one = np.repeat(compared, number[compared])
-    two = np.arange(len(one)) - np.repeat(np.cumsum(number[compared]) - number[compared] - first[compared],
-                                          number[compared])  # fmt: skip
+    row, place = rows_and_places(number[compared])
+    one, two = compared[row], first[compared][row] + place
     both = (one != two) & ((low[one] <= high[two] + slack) & (low[two] <= high[one] + slack)).all(axis=1)
     meets = number > MOST_BOXES
     meets |= np.bincount(one[both], minlength=len(start)) > 0

@@ -8,10 +8,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+
+from edgegrad.geometry.labels import rows_and_places
 
 from ..geometry.normals import bits
-from .near_triangles import DISTANCE_STEP, F64, I64, NORMAL_STEP, SHIFTS, Surface, cross
+from .near_triangles import DISTANCE_STEP, F64, I64, NORMAL_STEP, SHIFTS, Surface, contains, plane_normals
 
 MOST_TRIANGLES = 300_000  # that are searched
 MOST_PAIRS = 1 << 20  # points and triangles that are compared; with more, a part of the points stands for all
@@ -35,24 +36,19 @@ def overlapped(surfaces: Sequence[Surface], size: float, face: I64, points: F64,
         return []
     corners = np.concatenate([surface.vertices[surface.faces] for surface in surfaces])
     owner = np.concatenate([surface.owner for surface in surfaces])
-    normal = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.sqrt(np.einsum("nk,nk->n", normal, normal))
-    normal /= np.maximum(length, 1e-30)[:, None]
-    # As `near_triangles` tells the two sides of a plane apart.
-    normal[normal @ (1.0, 0.7548, 0.5698) < 0.0] *= -1.0
+    normal, whole = plane_normals(corners)
     distance = np.einsum("nk,nk->n", normal, corners[:, 0])
     cell = np.column_stack([normal / NORMAL_STEP, distance / (DISTANCE_STEP * size)])
     on_others = np.zeros(len(face), bool)
     for shift in SHIFTS:
         key = bits(np.floor(cell + shift).astype(np.int64), owner)
-        among = np.flatnonzero(np.isin(key, key[face]) & (length > 0.0))
+        among = np.flatnonzero(np.isin(key, key[face]) & whole)
         among = among[np.argsort(key[among], kind="stable")]
         first, last = (np.searchsorted(key[among], key[face], side) for side in ("left", "right"))
         step = int((last - first).sum() // MOST_PAIRS) + 1
         some = np.arange(0, len(face), step)
-        number = (last - first)[some]
-        point = np.repeat(some, number)
-        triangle = among[np.arange(len(point)) - np.repeat(np.cumsum(number) - number - first[some], number)]
+        row, place = rows_and_places((last - first)[some])
+        point, triangle = some[row], among[first[some][row] + place]
         apart = triangle != face[point]
         point, triangle = point[apart], triangle[apart]
         for axis in range(3):
@@ -60,22 +56,10 @@ def overlapped(surfaces: Sequence[Surface], size: float, face: I64, points: F64,
             near = (ends.min(axis=1) <= x + slack[point]) & (ends.max(axis=1) >= x - slack[point])
             point, triangle = point[near], triangle[near]
         plane = np.einsum("nk,nk->n", normal[triangle], points[point]) - distance[triangle]
-        near = (np.abs(plane) <= slack[point]) & _within(corners[triangle], normal[triangle], points[point],
-                                                         WITHIN * slack[point])  # fmt: skip
+        near = (np.abs(plane) <= slack[point]) & contains(corners[triangle], normal[triangle], points[point],
+                                                         -WITHIN * slack[point])  # fmt: skip
         found = np.zeros(len(face), bool)
         found[point[near]] = True
         # Points that were passed over are as the one before them.
         on_others |= found[np.repeat(some, step)[: len(face)]]
     return [int(one) for one in owner[face[on_others]]]
-
-
-def _within(corners: F64, normal: F64, points: F64, reach: F64) -> NDArray[np.bool_]:
-    """Whether points in the planes of triangles lie in the triangles, farther than `reach` from their borders."""
-    inside = np.ones((2, len(points)), bool)
-    for k in range(3):
-        a, b = corners[:, k], corners[:, (k + 1) % 3]
-        edge = b - a
-        side = np.einsum("nk,nk->n", cross(normal, edge), points - a)
-        least = reach * np.sqrt(np.einsum("nk,nk->n", edge, edge))
-        inside &= np.stack([side > least, side < -least])
-    return np.asarray(inside.any(axis=0))

@@ -1,8 +1,8 @@
 """The chain rule between the parameters of a scene and the tables that kernels read.
 
-`push_forward` maps a tangent of the parameters to a tangent of the tables (forward mode). `pull_back` maps gradients by
-the tables to gradients by the parameters (reverse mode). Each is the transpose of the other. `requested_tables` returns
-the rows that depend on the requested parameters. The derivative by one parameter is a list of pieces
+`ParameterMap.push_forward` maps a tangent of the parameters to a tangent of the tables (forward mode). `pull_back` maps
+gradients by the tables to gradients by the parameters (reverse mode). Each is the transpose of the other. `requested`
+has the rows that depend on the requested parameters. The derivative by one parameter is a list of pieces
 (`linear_map.Piece`), which the module of its kind makes.
 
 A value that a texture replaces (a base colour with an image, a textured weight of a mixture) has the derivative 0,
@@ -11,7 +11,7 @@ since the picture does not depend on it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -37,7 +37,8 @@ from .linear_map import Piece
 
 # Name of a table -> tangent of its values, or gradient by them, in the shape that `shapes` returns.
 TableDerivative = dict[str, NDArray[np.float64]]
-# Name of a table -> (n, 2) spans of rows [first, last) by which derivatives are requested.
+# Name of a table -> (n, 2) spans of rows [first, last) by which derivatives are requested, sorted and disjoint. Tables
+# of which no row is requested are absent. Rows count along the first axis of `shapes`.
 Requested = dict[str, NDArray[np.int64]]
 
 _PIECES = {
@@ -123,91 +124,86 @@ def pieces(scene: Scene, tables: Tables, path: str) -> list[Piece]:
     return _PIECES[collection](scene, tables, name, field)
 
 
-def push_forward(scene: Scene, tables: Tables, tangent: Mapping[str, Any]) -> TableDerivative:
-    """Map a tangent of the parameters to a tangent of the tables.
+class ParameterMap:
+    """The derivative of the tables with respect to some parameters, and its transpose, of the scene as it is now.
+
+    The pixels of images are not copied, so they must not be changed in place before the last call of `pull_back`.
 
     Parameters
     ----------
     tables
         Result of `with_requested`.
-    tangent
-        Parameter path -> array of the shape of the parameter.
+    wrt
+        Paths of the requested parameters.
 
-    Returns
-    -------
-    The tangents of those tables that depend on the parameters; all other tangents are zero.
+    Attributes
+    ----------
+    requested
+        The rows of the tables that depend on the parameters.
 
     Raises
     ------
     ValueError
-        For an unknown path, one that has no derivative, or an array of another shape.
+        For an unknown path, or one that has no derivative.
     """
-    size = shapes(tables)
-    out: TableDerivative = {}
-    for path, value in tangent.items():
-        shape = np.shape(parameters.get(scene, path))
-        dv = array("render_forward", f"tangent of '{path}'", value, shape, np.float64)
-        for piece in pieces(scene, tables, path):
-            table = out.setdefault(piece.table, np.zeros(size[piece.table]))
-            table[piece.first : piece.last] += piece.push(dv)
-    return out
 
+    def __init__(self, scene: Scene, tables: Tables, wrt: Iterable[str]) -> None:
+        self._shapes = shapes(tables)
+        self._pieces = {path: pieces(scene, tables, path) for path in wrt}
+        self._parameter_shapes = {path: np.shape(parameters.get(scene, path)) for path in self._pieces}
+        self.requested = _rows(piece for found in self._pieces.values() for piece in found)
 
-def pull_back(
-    scene: Scene, tables: Tables, gradients: Mapping[str, NDArray[np.float64]], wrt: Iterable[str]
-) -> dict[str, NDArray[np.float64]]:
-    """Map gradients by the tables to gradients by the requested parameters (the transpose of `push_forward`).
+    def requested_by(self, path: str) -> Requested:
+        """Return the rows of the tables that depend on one of the parameters."""
+        return _rows(self._pieces[path])
 
-    Parameters
-    ----------
-    tables
-        Result of `with_requested`.
-    gradients
-        Gradients by all tables that `requested_tables` names.
+    def push_forward(self, tangent: Mapping[str, Any]) -> TableDerivative:
+        """Map a tangent of the parameters to a tangent of the tables.
 
-    Returns
-    -------
-    Parameter path -> array of the parameter's shape.
-    """
-    return pull_back_of(scene, tables, wrt)(gradients)
+        Parameters
+        ----------
+        tangent
+            Path of a requested parameter -> array of the shape of the parameter.
 
+        Returns
+        -------
+        The tangents of those tables that depend on the parameters; all other tangents are zero.
 
-def pull_back_of(
-    scene: Scene, tables: Tables, wrt: Iterable[str]
-) -> Callable[[Mapping[str, NDArray[np.float64]]], dict[str, NDArray[np.float64]]]:
-    """Return `pull_back` as a function of the gradients, of the scene as it is now.
+        Raises
+        ------
+        ValueError
+            For an array of another shape.
+        """
+        out: TableDerivative = {}
+        for path, value in tangent.items():
+            dv = array("render_forward", f"tangent of '{path}'", value, self._parameter_shapes[path], np.float64)
+            for piece in self._pieces[path]:
+                table = out.setdefault(piece.table, np.zeros(self._shapes[piece.table]))
+                table[piece.first : piece.last] += piece.push(dv)
+        return out
 
-    The pixels of images are not copied, so they must not be changed in place before the last call.
-    """
-    of = {path: (np.shape(parameters.get(scene, path)), pieces(scene, tables, path)) for path in wrt}
+    def pull_back(self, gradients: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
+        """Map gradients by the tables to gradients by the requested parameters (the transpose of `push_forward`).
 
-    def pull(gradients: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
+        Parameters
+        ----------
+        gradients
+            Gradients by all tables that `requested` names.
+
+        Returns
+        -------
+        Parameter path -> array of the parameter's shape.
+        """
         out = {}
-        for path, (shape, found) in of.items():
+        for path, found in self._pieces.items():
             # Most parameters are one piece. It is not copied, since it may be a very large image.
             total: NDArray[np.float64] | None = None
             for piece in found:
                 part = piece.pull(gradients[piece.table][piece.first : piece.last])
                 total = part if total is None else total + part
+            shape = self._parameter_shapes[path]
             out[path] = np.zeros(shape) if total is None else np.asarray(total, np.float64).reshape(shape)
         return out
-
-    return pull
-
-
-def requested_tables(scene: Scene, tables: Tables, wrt: Iterable[str]) -> Requested:
-    """Return the rows of the tables that depend on some parameters.
-
-    Returns
-    -------
-    Name of a table -> (n, 2) spans of rows [first, last), sorted and disjoint. Tables that depend on none of the
-    parameters are absent. Rows count along the first axis of `shapes`.
-    """
-    spans: dict[str, list[tuple[int, int]]] = {}
-    for path in wrt:
-        for piece in pieces(scene, tables, path):
-            spans.setdefault(piece.table, []).append((piece.first, piece.last))
-    return {name: _united(found) for name, found in spans.items()}
 
 
 def with_requested(scene: Scene, tables: Tables, wrt: Collection[str]) -> Tables:
@@ -274,6 +270,14 @@ def _loses_alpha(scene: Scene, tables: Tables, name: str) -> bool:
     pixels = scene.images[name].pixels
     stored = tables.textures.stored_images if tables.textures is not None else ()
     return pixels.shape[2] == 4 and is_opaque(pixels) and any(image.name == name for image in stored)
+
+
+def _rows(found: Iterable[Piece]) -> Requested:
+    """Return the rows of the tables that some pieces cover."""
+    spans: dict[str, list[tuple[int, int]]] = {}
+    for piece in found:
+        spans.setdefault(piece.table, []).append((piece.first, piece.last))
+    return {name: _united(rows) for name, rows in spans.items()}
 
 
 def _united(spans: list[tuple[int, int]]) -> NDArray[np.int64]:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from .._check import mapping, names, number
-from ..derivatives.table_derivatives import requested_tables, with_requested
+from ..derivatives.table_derivatives import ParameterMap, with_requested
 from ..reference import diffuse_tables
 from ..rendering.engine import engine_class
 from ..rendering.options import Progress
@@ -178,7 +178,7 @@ def _checked_paths(work: Scene, wrt: Sequence[str], narrow: bool, may_be_empty: 
     for path, count in Counter(paths).items():
         if count > 1:
             raise ValueError(f"fit: wrt names '{path}' more than once")
-    requested_tables(work, with_requested(work, flatten(work), paths), paths)  # raises for paths without derivatives
+    ParameterMap(work, with_requested(work, flatten(work), paths), paths)  # raises for paths without derivatives
     if narrow:
         diffuse_tables.check(paths)
     return paths

@@ -196,7 +196,7 @@ class Engine:
     ) -> NDArray[np.float32]:
         """Return the (H, W, 3) derivative of the picture along `tangent`."""
         floats = {name: np.ascontiguousarray(values, np.float64).ravel() for name, values in tangent.items()}
-        spans = _float_spans(tables, requested)
+        (spans,) = _float_spans(tables, requested)
         with self._turns.lock():
             self._hold_to_trace(tables)
             image, dropped, decided = self._scene.forward(floats, spans, options, learned, progress)
@@ -215,7 +215,7 @@ class Engine:
         progress: Progress | None = None,
     ) -> TableDerivative:
         """Return the gradient of sum(adjoint * picture) with respect to the `requested` tables."""
-        spans = _float_spans(tables, requested)
+        (spans,) = _float_spans(tables, requested)
         with self._turns.lock():
             self._hold_to_trace(tables)
             found, dropped, decided = self._scene.backward(adjoint, spans, options, learned, progress)
@@ -234,8 +234,7 @@ class Engine:
         self, tables: Tables, requested: Requested, options: RenderOptions, parameters: Sequence[Requested]
     ) -> Decisions:
         """Decide what a derivative with respect to the `requested` tables consists of, without computing it."""
-        spans = _float_spans(tables, requested)
-        each = [_float_spans(tables, one) for one in parameters]
+        spans, *each = _float_spans(tables, requested, *parameters)
         with self._turns.lock():
             self._hold(tables)
             return _decisions(self._scene.decide(spans, options, each))
@@ -275,8 +274,8 @@ def _decisions(rows: list[_native.DecisionRow]) -> Decisions:
                  for part, term, outcome, reason, edges, *found in rows)
 
 
-def _float_spans(tables: Tables, requested: Requested) -> dict[str, NDArray[np.int64]]:
+def _float_spans(tables: Tables, *requested: Requested) -> list[dict[str, NDArray[np.int64]]]:
     """Convert spans of rows to spans of floats."""
-    shape = shapes(tables)
-    return {name: np.ascontiguousarray(spans * int(np.prod(shape[name][1:])), np.int64)
-            for name, spans in requested.items()}
+    width = {name: math.prod(shape[1:]) for name, shape in shapes(tables).items()}
+    return [{name: np.ascontiguousarray(spans * width[name], np.int64) for name, spans in each.items()}
+            for each in requested]

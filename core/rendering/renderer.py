@@ -17,13 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._check import array, flag, instance, mapping, names, whole
 from ..derivatives.decisions import Decisions, joined
-from ..derivatives.table_derivatives import (
-    Requested,
-    pull_back_of,
-    push_forward,
-    requested_tables,
-    with_requested,
-)
+from ..derivatives.table_derivatives import ParameterMap, with_requested
 from ..reference import diffuse_tables
 from ..scene.bounces import MAX_DEPTH, Bounces
 from ..scene.camera import Camera
@@ -190,8 +184,8 @@ class Renderer(PreparedScene):
         self._settle(camera)
         options = self._derivative_options(tuple(tangent), spp, max_depth, seed, bounces, terms, field_edges)
         progress = checked_progress("render_forward", progress)
-        tables, requested = self._requested(tuple(tangent), camera)
-        velocity = push_forward(self.scene, tables, tangent)
+        tables, derivative = self._requested(tuple(tangent), camera)
+        requested, velocity = derivative.requested, derivative.push_forward(tangent)
         learned = {}
         if self._learning is not None:
             learned["learned"] = self._learning.view(tables, camera, tuple(tangent), options).sampling
@@ -225,16 +219,16 @@ class Renderer(PreparedScene):
         self._settle(camera)
         progress = checked_progress("render_backward", progress)
         options = self._derivative_options(wrt, spp, max_depth, seed, bounces, terms, field_edges)
-        tables, requested = self._requested(wrt, camera)
+        tables, derivative = self._requested(wrt, camera)
+        requested = derivative.requested
         # The copy keeps the gradient valid if the progress function changes its arrays.
         image = array("render_backward", "adjoint", adjoint, (tables.height, tables.width, 3), np.float32).copy()
-        pull = pull_back_of(self.scene, tables, wrt)
         calls: list[Decisions] = []
 
         def gradients(options: RenderOptions, progress: Progress | None = progress, **learned: Any) -> Gradient:
             gradient = self._engine.backward(tables, image, requested, options, **learned, progress=progress)
             calls.append(self._engine.decided)
-            return pull(gradient)
+            return derivative.pull_back(gradient)
 
         if self._learning is None:
             found = gradients(options)
@@ -274,12 +268,12 @@ class Renderer(PreparedScene):
         """
         wrt = names("decide", "wrt", wrt, "parameter paths")
         self._settle(None)
-        tables, requested = self._requested(wrt, None)
+        tables, derivative = self._requested(wrt, None)
         self.find_edges(wrt)
         options = replace(checked_options(1, max_depth, 0, bounces), terms=checked_terms(terms),
                           field_edges=checked_field_edges(field_edges))
-        parameters = [requested_tables(self.scene, tables, [path]) for path in wrt]
-        return self._engine.decide(tables, requested, options, parameters)
+        each = [derivative.requested_by(path) for path in wrt]
+        return self._engine.decide(tables, derivative.requested, options, each)
 
     @property
     def kernels(self) -> str:
@@ -295,16 +289,16 @@ class Renderer(PreparedScene):
         if self._learning is not None:
             self._learning.restore(state)
 
-    def _requested(self, wrt: Collection[str], camera: Camera | None) -> tuple[flat.Tables, Requested]:
-        """Return the tables for derivatives with respect to `wrt`, seen by a camera, and the rows that `wrt` needs."""
+    def _requested(self, wrt: Collection[str], camera: Camera | None) -> tuple[flat.Tables, ParameterMap]:
+        """Return the tables for derivatives with respect to `wrt`, seen by a camera, and their derivative by `wrt`."""
         tables = with_requested(self.scene, self._tables, (*self._wrt, *wrt))
-        requested = requested_tables(self.scene, tables, wrt)
+        derivative = ParameterMap(self.scene, tables, wrt)
         if self._engine.narrow:
             diffuse_tables.check(wrt)
-        if "camera" in requested and not self._own(camera):
+        if "camera" in derivative.requested and not self._own(camera):
             raise ValueError("camera: derivatives with respect to the camera need a picture of the scene's own "
                              "camera; leave out the argument camera")
-        return self._seen(tables, camera), requested
+        return self._seen(tables, camera), derivative
 
     def _derivative_options(
         self,

@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import fields
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -50,6 +51,11 @@ def split(path: str) -> tuple[str, str, str]:
     """
     if not isinstance(path, str):
         raise ValueError(f"a parameter path must be text such as 'meshes.NAME.vertices', not {shown(path)}")
+    return _split(path)
+
+
+@lru_cache(maxsize=1 << 14)  # each call with derivatives splits its paths several times
+def _split(path: str) -> tuple[str, str, str]:
     collection, _, rest = path.partition(".")
     if collection in SINGLE and rest and "." not in rest:
         return collection, "", rest
@@ -150,4 +156,4 @@ def _has_float(held: Any, fieldname: str) -> bool:
 
 
 def _is_float(value: Any) -> bool:
-    return isinstance(value, float) or (isinstance(value, np.ndarray) and np.issubdtype(value.dtype, np.floating))
+    return isinstance(value, float) or (isinstance(value, np.ndarray) and value.dtype.kind == "f")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import edgegrad
-from edgegrad.derivatives.table_derivatives import push_forward, requested_tables, with_requested
+from edgegrad.derivatives.table_derivatives import ParameterMap, with_requested
 from edgegrad.rendering.options import RenderOptions
 from tests.support.block_statistics import ALARM, NOTICED, check, compare
 
@@ -112,7 +112,8 @@ def test_instruction_sets_agree(name: str) -> None:
     scene = boxes()
     tables = edgegrad.tables.tables.flatten(scene)
     tables = with_requested(scene, tables, WRT)
-    wanted, velocity = requested_tables(scene, tables, WRT), push_forward(scene, tables, tangent(scene))
+    derivative = ParameterMap(scene, tables, WRT)
+    wanted, velocity = derivative.requested, derivative.push_forward(tangent(scene))
     options = RenderOptions(8, 1, two_passes=False)  # after a first pass rounding would move samples
     results = []
     for isa in ("scalar", name):

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import edgegrad
-from edgegrad.derivatives.table_derivatives import pull_back, push_forward, requested_tables, with_requested
+from edgegrad.derivatives.table_derivatives import ParameterMap, with_requested
 from edgegrad.reference import Engine
 from edgegrad.reference.engine import TERMS
 from edgegrad.rendering.options import RenderOptions
@@ -83,10 +83,11 @@ def test_forward_and_reverse_are_transposes(paths: list[str]) -> None:
     tangent = random_tangent(scene, paths)
     adjoint = np.random.default_rng(8).normal(size=(32, 32, 3)).astype(np.float32)
     tables = with_requested(scene, tables, paths)
-    wanted = requested_tables(scene, tables, paths)
+    derivative = ParameterMap(scene, tables, paths)
+    wanted = derivative.requested
     options = RenderOptions(4, 3)
-    image = engine.forward_exact(tables, push_forward(scene, tables, tangent), wanted, options)
-    gradient = pull_back(scene, tables, engine.backward(tables, adjoint, wanted, options), paths)
+    image = engine.forward_exact(tables, derivative.push_forward(tangent), wanted, options)
+    gradient = derivative.pull_back(engine.backward(tables, adjoint, wanted, options))
     forward = float(np.sum(image * adjoint))
     reverse = sum(float(np.sum(gradient[p] * tangent[p])) for p in paths)
     assert forward != 0.0
@@ -100,8 +101,8 @@ def test_each_term_is_transposed(term: str) -> None:
     tangent = random_tangent(scene, PATHS)
     adjoint = np.random.default_rng(8).normal(size=(32, 32, 3)).astype(np.float32)
     tables = with_requested(scene, tables, PATHS)
-    wanted = requested_tables(scene, tables, PATHS)
-    velocity = push_forward(scene, tables, tangent)
+    derivative = ParameterMap(scene, tables, PATHS)
+    wanted, velocity = derivative.requested, derivative.push_forward(tangent)
     image = engine.forward_exact(tables, velocity, wanted, RenderOptions(4, 3, terms=(term,)))
     gradient = engine.backward(tables, adjoint, wanted, RenderOptions(4, 3, terms=(term,)))
     reverse = sum(float(np.sum(gradient[name] * part)) for name, part in velocity.items())
@@ -112,7 +113,8 @@ def test_float32_pictures_are_the_exact_ones() -> None:
     scene = floating_box()
     engine, tables = make_engine(scene)
     tangent = random_tangent(scene, ["meshes.box.vertices"])
-    velocity, wanted = push_forward(scene, tables, tangent), requested_tables(scene, tables, tangent)
+    derivative = ParameterMap(scene, tables, tangent)
+    velocity, wanted = derivative.push_forward(tangent), derivative.requested
     options = RenderOptions(2, 3)
     exact = engine.forward_exact(tables, velocity, wanted, options)
     image = engine.forward(tables, velocity, wanted, options)
@@ -239,7 +241,7 @@ def test_static_scene_has_no_boundary() -> None:
 def test_still_meshes_get_no_gradient() -> None:
     scene = floating_box()
     engine, tables = make_engine(scene)
-    wanted = requested_tables(scene, tables, ["meshes.box.vertices"])
+    wanted = ParameterMap(scene, tables, ["meshes.box.vertices"]).requested
     gradient = engine.backward(tables, np.ones((32, 32, 3), np.float32), wanted, RenderOptions(2))
     assert set(gradient) == {"vertices"}
     ((first, last),) = wanted["vertices"]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from edgegrad import Material, Scene, plan
-from edgegrad.derivatives.table_derivatives import pull_back
+from edgegrad.derivatives.table_derivatives import ParameterMap
 from edgegrad.fitting.outcome.zero_gradients import why_untouched
 from edgegrad.fitting.rigid_variables import depth_seen, rotations, scene_extent
 from edgegrad.fitting.variables import unknown
@@ -52,7 +52,7 @@ def loss_and_gradient(scene: Scene, goal: dict[str, Any], path: str) -> tuple[fl
     shaped = path.startswith(("meshes.", "images."))
     flat = tables.flatten(scene, goal["flat"].origin) if shaped else tables.with_values(scene, goal["flat"])
     apart = {name: part - goal[name] for name, part in values(flat).items()}
-    gradient = pull_back(scene, flat, apart, [path])[path]
+    gradient = ParameterMap(scene, flat, [path]).pull_back(apart)[path]
     return 0.5 * sum(float(np.vdot(part, part)) for part in apart.values()), gradient
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from edgegrad import AreaLight, Material, Mesh, PointLight, Scene, SunLight, World
-from edgegrad.derivatives.table_derivatives import push_forward, requested_tables, shapes, with_requested
+from edgegrad.derivatives.table_derivatives import ParameterMap, shapes, with_requested
 from edgegrad.reference import diffuse_tables
 from edgegrad.scene import parameters
 from edgegrad.tables import tables
@@ -48,7 +48,7 @@ def test_tangents_are_the_differences_of_the_narrow_tables(path: str) -> None:
     flat = tables.flatten(scene)
     value = np.asarray(parameters.get(scene, path), np.float64)
     direction = np.random.default_rng(1).uniform(0.1, 0.3, value.shape)
-    tangent = diffuse_tables.narrowed(flat, push_forward(scene, flat, {path: direction}))
+    tangent = diffuse_tables.narrowed(flat, ParameterMap(scene, flat, [path]).push_forward({path: direction}))
     parameters.put(scene, path, value + direction)
     before, after = (diffuse_tables.narrow_values(t) for t in (flat, tables.flatten(scene, flat.origin)))
     for f in fields(tangent):
@@ -62,7 +62,7 @@ def test_widening_is_the_transpose_of_narrowing() -> None:
     scene = plain()
     flat = tables.flatten(scene)
     rng = np.random.default_rng(2)
-    wanted = requested_tables(scene, flat, WRT)
+    wanted = ParameterMap(scene, flat, WRT).requested
     tangent = {name: rng.normal(size=shapes(flat)[name]) for name in wanted}
     part = diffuse_tables.narrowed(flat, tangent)
     values = diffuse_tables.narrow_values(flat)
@@ -79,7 +79,7 @@ def test_what_is_asked_for() -> None:
 
     def asked(*wrt: str) -> diffuse_tables.Asked:
         made = with_requested(scene, flat, wrt)
-        return diffuse_tables.asked(made, requested_tables(scene, made, wrt))
+        return diffuse_tables.asked(made, ParameterMap(scene, made, wrt).requested)
 
     moving = asked("meshes.b.vertices")
     assert moving.moving.tolist() == [0, 1, 0, 0] and not moving.emitting.any()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import edgegrad
-from edgegrad.derivatives.table_derivatives import push_forward, requested_tables, with_requested
+from edgegrad.derivatives.table_derivatives import ParameterMap, with_requested
 from edgegrad.rendering import native_engine
 from edgegrad.rendering.options import RenderOptions
 from edgegrad.scene import parameters
@@ -58,7 +58,8 @@ def test_reverse_mode_is_the_transpose_of_forward_mode(name: str, isa: str) -> N
     for path in PATHS:
         tangent = {path: rng.normal(size=np.shape(parameters.get(scene, path)))}
         tables = with_requested(scene, flatten(scene), tangent)
-        wanted, velocity = requested_tables(scene, tables, tangent), push_forward(scene, tables, tangent)
+        derivative = ParameterMap(scene, tables, tangent)
+        wanted, velocity = derivative.requested, derivative.push_forward(tangent)
         engine = native_engine.Engine(tables, 1, isa)
         engine.set_edges(tables.edges())
         image = engine.forward(tables, velocity, wanted, options).astype(np.float64)

@@ -13,7 +13,7 @@ import pytest
 import edgegrad
 from edgegrad import expression as e
 from edgegrad._check import RAYS
-from edgegrad.derivatives.table_derivatives import push_forward, requested_tables, with_requested
+from edgegrad.derivatives.table_derivatives import ParameterMap, with_requested
 from edgegrad.rendering import native_engine
 from edgegrad.rendering.options import RenderOptions
 from edgegrad.tables.tables import flatten
@@ -233,7 +233,8 @@ def test_instruction_sets_agree(name: str) -> None:
     tangent = {"camera.to_world": np.eye(4) * 0.0, "materials.glass.ior": np.array(1.0)}
     tangent["camera.to_world"][:3, 3] = [0.5, -0.3, 0.4]
     tables = with_requested(scene, flatten(scene), tangent)
-    wanted, velocity = requested_tables(scene, tables, tangent), push_forward(scene, tables, tangent)
+    derivative = ParameterMap(scene, tables, tangent)
+    wanted, velocity = derivative.requested, derivative.push_forward(tangent)
     options = RenderOptions(8, 1, 3, terms=("interior",))
     images = []
     for isa in ("scalar", name):

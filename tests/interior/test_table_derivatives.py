@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from edgegrad import Material, Mixture, Scene
 from edgegrad.derivatives.complex_step import jacobian
-from edgegrad.derivatives.table_derivatives import pull_back, push_forward, requested_tables, shapes, with_requested
+from edgegrad.derivatives.table_derivatives import ParameterMap, shapes, with_requested
 from edgegrad.scene import parameters
 from edgegrad.tables import lights as light_table
 from edgegrad.tables import tables
@@ -91,7 +91,7 @@ def test_tangents_are_the_differences_of_the_tables(path: str) -> None:
     scene = made()
     value = np.asarray(parameters.get(scene, path), np.float64)
     direction = direction_of(path, value, np.random.default_rng(1))
-    tangent = push_forward(scene, FLAT, {path: direction})
+    tangent = ParameterMap(scene, FLAT, [path]).push_forward({path: direction})
     if path in ZERO:
         assert not any(np.any(part) for part in tangent.values())
         return
@@ -114,12 +114,12 @@ def test_tangents_are_the_differences_of_the_tables(path: str) -> None:
 def test_pull_back_is_the_transpose_of_push_forward() -> None:
     rng = np.random.default_rng(2)
     gradients = {name: rng.normal(size=shape) for name, shape in shapes(FLAT).items()}
-    pulled = pull_back(SCENE, FLAT, gradients, PATHS)
+    pulled = ParameterMap(SCENE, FLAT, PATHS).pull_back(gradients)
     for path in PATHS:
         value = np.asarray(parameters.get(SCENE, path))
         assert pulled[path].shape == value.shape
         direction = rng.normal(size=value.shape)
-        pushed = push_forward(SCENE, FLAT, {path: direction})
+        pushed = ParameterMap(SCENE, FLAT, [path]).push_forward({path: direction})
         forward = sum(float(np.vdot(part, gradients[name])) for name, part in pushed.items())
         size = sum(float(np.vdot(np.abs(part), np.abs(gradients[name]))) for name, part in pushed.items())
         assert abs(forward - float(np.vdot(direction, pulled[path]))) <= 1e-12 * size, path
@@ -128,8 +128,9 @@ def test_pull_back_is_the_transpose_of_push_forward() -> None:
 def test_wanted_rows_are_those_that_change() -> None:
     rng = np.random.default_rng(3)
     for path in PATHS:
-        wanted = requested_tables(SCENE, FLAT, [path])
-        pushed = push_forward(SCENE, FLAT, {path: rng.normal(size=np.shape(parameters.get(SCENE, path)))})
+        derivative = ParameterMap(SCENE, FLAT, [path])
+        wanted = derivative.requested
+        pushed = derivative.push_forward({path: rng.normal(size=np.shape(parameters.get(SCENE, path)))})
         assert set(wanted) == set(pushed)
         for name, spans in wanted.items():
             rows = pushed[name].reshape(len(pushed[name]), -1).any(axis=1)
@@ -143,8 +144,8 @@ def test_wanted_rows_are_those_that_change() -> None:
 def test_spans_of_several_parameters_are_united() -> None:
     count = [len(m.vertices) for m in tables.placed_meshes(SCENE)]
     first = np.cumsum([0, *count])
-    wanted = requested_tables(SCENE, FLAT, ["meshes.bare.vertices", "meshes.moved.vertices", "meshes.still.vertices",
-                                         "meshes.moved.transform", "camera.fov_x", "camera.shift"])
+    wanted = ParameterMap(SCENE, FLAT, ["meshes.bare.vertices", "meshes.moved.vertices", "meshes.still.vertices",
+                                        "meshes.moved.transform", "camera.fov_x", "camera.shift"]).requested
     assert wanted["vertices"].tolist() == [[0, first[1]], [first[4], first[6]]]
     assert wanted["camera"].tolist() == [[12, 13], [14, 16]]
 
@@ -203,7 +204,7 @@ def test_asked_for_images_keep_their_alpha() -> None:
     pixels = np.array(parameters.get(scene, path))
     direction = np.random.default_rng(9).uniform(-0.5, -0.1, pixels.shape)
     parameters.put(scene, path, pixels + 1e-2 * direction)
-    tangent = push_forward(SCENE, asked, {path: direction})["texture_pixels"]
+    tangent = ParameterMap(SCENE, asked, [path]).push_forward({path: direction})["texture_pixels"]
     difference = (tables.flatten(scene).textures.pixels - asked.textures.pixels) / 1e-2
     np.testing.assert_allclose(difference, tangent, atol=5e-3)  # of second order: the product of both changes
     assert with_requested(SCENE, FLAT, ["images.rgba.pixels", "images.sky.pixels"]) is FLAT
@@ -224,11 +225,12 @@ def test_asked_for_images_keep_their_alpha() -> None:
 )
 def test_what_has_no_derivative_says_so(path: str, message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        requested_tables(SCENE, FLAT, [path])
+        ParameterMap(SCENE, FLAT, [path])
 
 
 def test_tangents_of_another_shape_are_refused() -> None:
+    derivative = ParameterMap(SCENE, FLAT, ["camera.fov_x"])
     with pytest.raises(ValueError, match=r"tangent of 'camera\.fov_x' must have the shape \(\), not \(3,\)"):
-        push_forward(SCENE, FLAT, {"camera.fov_x": np.ones(3)})
+        derivative.push_forward({"camera.fov_x": np.ones(3)})
     with pytest.raises(ValueError, match=r"tangent of 'camera\.fov_x' has 1 non-finite values"):
-        push_forward(SCENE, FLAT, {"camera.fov_x": np.nan})
+        derivative.push_forward({"camera.fov_x": np.nan})

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from edgegrad import expression as e
-from edgegrad.derivatives.table_derivatives import pull_back, push_forward, requested_tables, shapes, with_requested
+from edgegrad.derivatives.table_derivatives import ParameterMap, shapes, with_requested
 from edgegrad.expression.numbers import numbers, with_numbers
 from edgegrad.scene import parameters
 from edgegrad.tables import tables
@@ -104,18 +104,20 @@ def test_pull_back_is_the_transpose_of_push_forward() -> None:
     wrt = [path for path in parameters.paths(scene) if ".textures." in path]
     assert {"materials.wood.textures.specular_tint", "materials.glow.textures.roughness"} <= set(wrt)
     with pytest.raises(RuntimeError, match="compiled without the numbers of material 'wood'"):
-        requested_tables(scene, flat, wrt)
+        ParameterMap(scene, flat, wrt)
     asked = with_requested(scene, flat, wrt)
     rng = np.random.default_rng(8)
     gradients = {name: rng.normal(size=shape) for name, shape in shapes(asked).items()}
-    pulled = pull_back(scene, asked, gradients, wrt)
+    pulled = ParameterMap(scene, asked, wrt).pull_back(gradients)
     for path in wrt:
         direction = rng.normal(size=parameters.get(scene, path).shape)
-        pushed = push_forward(scene, asked, {path: direction})
-        assert set(pushed) == set(requested_tables(scene, asked, [path]))
+        derivative = ParameterMap(scene, asked, [path])
+        pushed = derivative.push_forward({path: direction})
+        assert set(pushed) == set(derivative.requested)
         forward = sum(float(np.vdot(part, gradients[name])) for name, part in pushed.items())
         assert forward == pytest.approx(float(np.vdot(direction, pulled[path])), rel=1e-12, abs=1e-12)
-    assert set(push_forward(scene, asked, {"materials.glow.textures.roughness": np.ones(8)})) == {"texture_lookups"}
+    derivative = ParameterMap(scene, asked, ["materials.glow.textures.roughness"])
+    assert set(derivative.requested) == {"texture_lookups"}
 
 
 def test_numbers_are_put_into_the_expression() -> None:

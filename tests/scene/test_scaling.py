@@ -11,7 +11,7 @@ import pytest
 
 import edgegrad
 from edgegrad import Camera, Image, Material, Mesh, Mixture, Scene, SunLight, World
-from edgegrad.derivatives.table_derivatives import pull_back, requested_tables, shapes
+from edgegrad.derivatives.table_derivatives import ParameterMap, shapes
 from edgegrad.expression import Attribute, Expression, ImageTexture, Math, nodes_of
 from edgegrad.geometry import mesh_batches, topology
 from edgegrad.rendering.taken_over import TakenOver
@@ -146,9 +146,9 @@ def test_pieces_of_one_material_do_not_look_at_the_others() -> None:
         tables = flatten(scene)
         wrt = [f"materials.m{k}.roughness" for k in range(count)] + ["materials.mixed.weights"]
         gradients = {name: np.ones(shape) for name, shape in shapes(tables).items()}
-        found = pull_back(scene, tables, gradients, wrt)
+        found = ParameterMap(scene, tables, wrt).pull_back(gradients)
         assert found["materials.m0.roughness"] == 2.0 and found["materials.m1.roughness"] == 1.0
-        return calls(lambda: (requested_tables(scene, tables, wrt), pull_back(scene, tables, gradients, wrt)))
+        return calls(lambda: ParameterMap(scene, tables, wrt).pull_back(gradients))
 
     assert cost(160) < 4.5 * cost(40)
 
@@ -159,7 +159,7 @@ def test_gradients_of_images_are_not_copied() -> None:
     tables = flatten(scene)
     assert tables.textures is not None
     gradients = {"texture_pixels": np.arange(float(len(tables.textures.pixels)))}
-    found = pull_back(scene, tables, gradients, ["images.image.pixels"])["images.image.pixels"]
+    found = ParameterMap(scene, tables, ["images.image.pixels"]).pull_back(gradients)["images.image.pixels"]
     assert np.shares_memory(found, gradients["texture_pixels"])
     np.testing.assert_array_equal(found.ravel(), np.arange(8.0 * 8.0 * 3.0))
 

@@ -34,8 +34,8 @@ _ABOUT_MATERIALS = {
     "stepped shadows": "shadows of borders at which textures may make the transmittance of {} jump: they are no edges",
     "clear absorption": "how absorption in meshes with transparent surfaces ({}) changes with their shape, and its "
                         "shadows",
-    "turned normals": "the borders where normals of {} begin to point both away from the viewer and below the surface: "
-                      "gloss ends there",
+    "turned normals": "the borders where normals of {} begin to point away from the viewer, and for gloss also below "
+                      "the surface: these materials scatter no light beyond",
     "narrow field lobes": "what distance fields hide of the light of narrow lobes ({}): hardly any sample finds it, so "
                           "that the derivative may lack it; make these surfaces rougher, or mirrors (roughness 0)",
     "total reflection": "borders of total reflection of Refraction shaders ({})",

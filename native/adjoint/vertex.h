@@ -93,14 +93,15 @@ EG_INLINE Vec3 scattered(const SceneView& scene, const Surface& surface, Mask ac
     return scattered_moving(scene, surface, active, s);
 }
 
-// A surface whose BSDF is replaced by the factor of its transmission lobe's rim (path/rim.h). The recorder
-// has already checked that lights are visible to transmitted rays.
+// A surface whose BSDF is replaced by the factor of a rim (path/rim.h). The recorder has already checked that
+// lights are visible to its rays.
 struct RimOfSurface {
     const ShadedSurface& surface;
+    Mask of_gloss;
 
     static constexpr bool kSmooth = false;
     EG_INLINE BsdfValue evaluate(Mask active, Vec3 w) const {
-        return {surface.evaluate_rim(active, w), splat(0.0f)};
+        return {surface.evaluate_rim(active, w, of_gloss), splat(0.0f)};
     }
     EG_INLINE BsdfValue evaluate_for(Int, Mask active, Vec3 w) const { return evaluate(active, w); }
 };
@@ -197,7 +198,8 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     }
     // Add lights of the table along the ray
     if (scene.lights.all_sized() > 0 && any(screen_form))
-        out.light = out.light + lights_met(scene, v, screen_form & ~load(v.rim), arrival.from, direction);
+        out.light = out.light + lights_met(scene, v, screen_form & (load(v.rim) == splat(kNoRim)),
+                                           arrival.from, direction);
     if (!any(hit)) return out;
 
     // Compute the surface point and the view direction
@@ -257,7 +259,7 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     Vec3 light = zero3();
     const Mask passes = hit & load(v.passes), stays = hit & ~passes;
     const Float emission_weight = load(v.emission_weight);
-    const Mask emits = stays & (emission_weight > 0.0f) & ~load(v.rim);
+    const Mask emits = stays & (emission_weight > 0.0f) & (load(v.rim) == splat(kNoRim));
     if (any(emits)) light = select(emits, closure_emission(x, shader, point) * emission_weight, light);
 
     // Collect the incoming light and attenuate it by transparent surfaces
@@ -288,8 +290,11 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
         out.direction = mirrored.wi;
     } else if (scatters || any(perfect)) {
         ShadedSurface surface = shaded_surface(scene, others, x, point, shader, normal);
-        const Mask rim = others & load(v.rim);
-        if (any(rim)) reflected = reflected + scattered(scene, RimOfSurface{surface}, rim, s);
+        const Int on_rim = load(v.rim);
+        const Mask rim = others & (on_rim != splat(kNoRim));
+        if (any(rim))
+            reflected =
+                reflected + scattered(scene, RimOfSurface{surface, on_rim == splat(kGlossRim)}, rim, s);
         follow_lobes(surface.bsdf, follows);
         reflected = reflected + scattered(scene, surface, others & ~rim, s);
         if (any(s.thrown | s.thrown_beyond)) reflected = reflected + thrown_light(scene, v, surface, x, s);

@@ -139,9 +139,11 @@ void Engine::DerivativeCall::begin_interior(const RenderOptions& options, const 
     decided.decide(Part::kFavouredLobes,
                    interior && recording.surfaces.lobes != 0 ? Reason::kNeeded : Reason::kNone);
     if (interior && !recording.surfaces.everywhere) list_requested_surfaces(decided[Part::kInterior]);
-    const Reason still = interior && rims_move(scene, t, requested) ? Reason::kNeeded : Reason::kStill;
-    if (decided.decide(Part::kRims, options.max_depth < 2 ? Reason::kNotRendered : still)) {
-        rims = std::make_unique<RimTerm>(scene.camera, own, recording);
+    const Rims found = rims_that_count(scene, t);
+    Reason reason = interior && rims_move(scene, t, requested) ? Reason::kNeeded : Reason::kStill;
+    if (found == Rims::kNone) reason = Reason::kNone;
+    if (decided.decide(Part::kRims, options.max_depth < 2 ? Reason::kNotRendered : reason)) {
+        rims = std::make_unique<RimTerm>(scene.camera, own, found, recording);
         decided[Part::kRims].materials = used_materials(
             t, [&](size_t closure) { return may_have_rim(t, closure, scene.least_alpha > 0.0f); });
     }

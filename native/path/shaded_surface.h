@@ -100,9 +100,37 @@ struct ShadedSurface {
         f.value = select(upper, above, below);
         return f;
     }
-    // The factor of the rims of its lobes (evaluate_rim in shading/bsdf/bsdf.h). Its value is 0.
-    EG_INLINE Vec3 evaluate_rim(Mask active, Vec3 w) const {
-        return EDGEGRAD_ISA::evaluate_rim(bsdf, active, w) * detach(kept_at_rim(w));
+    // The factor of the rims of its lobes (evaluate_rim in shading/bsdf/bsdf.h). Its value is 0. `of_gloss`:
+    // lanes on the rim of lit gloss.
+    EG_INLINE Vec3 evaluate_rim(Mask active, Vec3 w, Mask of_gloss) const {
+        const Mask lit = active & of_gloss;
+        Vec3 change = EDGEGRAD_ISA::evaluate_rim(bsdf, active & ~lit, w) * detach(kept_at_rim(w));
+        if (smooth && any(lit)) change = select(lit, gloss_rim_change(lit, w), change);
+        return change;
+    }
+    // The rim of lit gloss. Where a normal map has bent the normal, gloss scatters no light of the light
+    // table from behind the smooth surface (lacks_gloss). There it ends with a jump at the rim g(w) = s.w =
+    // 0, a great circle about the smooth normal s (derivations, O), in lanes of:
+    EG_INLINE Mask has_gloss_rim() const {
+        if (!smooth) return splat(0);
+        const bool* has = bsdf.any_lobe;
+        const Mask without_gloss =
+            has[kMirrorLobe] | has[kCoatLobe] | has[kInterfaceLobe] ? splat(0) : layered;
+        return bsdf.active & ~(diffuse | translucent | without_gloss) & ~is_same(*smooth, gloss);
+    }
+    // The light that its gloss would scatter if the smooth surface hid none.
+    EG_NOINLINE Vec3 unhidden_gloss(Mask active, Vec3 w) const {
+        const Float dimmed = dimming(gloss, w);
+        const Vec3 all = EDGEGRAD_ISA::evaluate(bsdf, active, w, receiver()).value * dimmed;
+        const Mask over_diffuse = active & layered;
+        if (!any(over_diffuse)) return all;
+        return select(over_diffuse, without(all, of_wide_lobes(over_diffuse, w) * dimmed), all);
+    }
+    // The factor of that rim: f |n.w| g, with the sign of g on the lit side. Only g has a derivative.
+    EG_INLINE Vec3 gloss_rim_change(Mask active, Vec3 w) const {
+        const Float g = dot(*smooth, w), side = detach(dot(*smooth, gloss) * dot(gloss, w));
+        return detach(unhidden_gloss(active, w)) *
+               ((g - detach(g)) * select(side < 0.0f, splat(-1.0f), 1.0f));
     }
     // The part of the light that bent normals and dimming leave inside a rim.
     EG_INLINE Float kept_at_rim(Vec3 w) const {

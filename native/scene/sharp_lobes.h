@@ -49,9 +49,31 @@ inline bool may_have_diffuse_rim(const SceneTables& tables, size_t closure) {
            (!tables.corner_normal.empty() || (tables.closure_flags[closure] & kHasNormalMap));
 }
 
-// Returns whether any lobe of a closure may have a rim (path/rim.h).
-inline bool may_have_rim(const SceneTables& tables, size_t closure, bool widened) {
+// Returns whether a closure may have gloss that ends with a jump where light of the light table arrives along
+// the smooth surface (path/shaded_surface.h).
+inline bool may_have_gloss_rim(const SceneTables& tables, size_t closure) {
+    const int32_t flags = tables.closure_flags[closure];
+    return (flags & kHasNormalMap) &&
+           ((flags & (kHasGlossy | kHasRefraction)) || tables.closure_kind[closure] == kVelvet);
+}
+
+// Returns whether a closure may scatter no light from where its normals point away from the viewer. Gloss
+// ends there if they point below the surface, too (shading/bsdf/shading_normal.h).
+inline bool may_end_at_its_normal(const SceneTables& tables, size_t closure) {
+    const int32_t flags = tables.closure_flags[closure], kind = tables.closure_kind[closure];
+    if (kind == kVelvet) return (flags & kHasNormalMap) || !tables.corner_normal.empty();
+    return (flags & kNormalBelow) && ((flags & (kHasGlossy | kHasRefraction)) || kind == kTranslucent);
+}
+
+// Returns whether a closure may have a rough lobe that ends with a jump for all light.
+inline bool may_have_lobe_rim(const SceneTables& tables, size_t closure, bool widened) {
     return may_refract_roughly(tables, closure, widened) || may_have_diffuse_rim(tables, closure);
+}
+
+// Returns whether a closure may have any rim (path/rim.h).
+inline bool may_have_rim(const SceneTables& tables, size_t closure, bool widened) {
+    return may_have_lobe_rim(tables, closure, widened) ||
+           (!tables.lights.kind.empty() && may_have_gloss_rim(tables, closure));
 }
 
 // Returns whether a closure may be a perfect mirror or perfectly smooth glass, or may have a followed lobe

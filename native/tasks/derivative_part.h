@@ -13,7 +13,7 @@ constexpr const char* kTermNames[kDerivativeTerms] = {"interior", "primary", "sh
 
 enum class Part : int32_t {
     kInterior,
-    kRims,                   // directions beyond which rough glass transmits no light
+    kRims,                   // directions beyond which lobes scatter no light
     kFavouredLobes,          // lobes of which only the roughness is requested
     kEdgeOn,                 // faces that the camera sees nearly edge-on
     kContact,                // light of a fixed direction where surfaces nearly touch
@@ -71,7 +71,7 @@ enum class Part : int32_t {
     kSteppedShadows,     // shadows of borders at which a surface's transmittance jumps
     kClearAbsorption,    // absorption in meshes whose surface is transparent
     kFurtherShadows,     // shadows that paths with both perfect and other bounces find, of some lights
-    kRimLines,           // rims on rough glass, for lights without size
+    kRimLines,           // the same for lights without size
     kFieldBorders,       // lines where distance fields end at their boxes
     kThinFields,         // parts of distance fields that are thinner than a cell
     kNarrowFieldLobes,   // what distance fields hide of narrow lobes

@@ -67,7 +67,7 @@ struct alignas(64) VertexPacket {
     Ints diffuse;    // -1: of a Lambertian surface
     Ints continues;  // -1: light may arrive along it
     Ints specular, transmitted, lobe;
-    Ints rim;        // -1: the ray and the light sample are on the rim of the transmission lobe (path/rim.h)
+    Ints rim;        // the Rim that the ray and the light sample are on (path/rim.h)
     Ints follows;    // bits 1 << Lobe of the followed lobes
     Floats half[3];  // microfacet normal of the sampled mirror, coat or followed lobe
     Floats next_direction[3], next_scale;
@@ -78,6 +78,9 @@ struct alignas(64) VertexPacket {
     Ints lost;
 };
 
+// Directions beyond which lobes of a surface scatter no light (path/rim.h).
+enum Rim : int32_t { kNoRim, kDiffuseRim, kTransmissionRim, kGlossRim };
+
 // The vertices of a task's paths.
 struct VertexMemory {
     TapeBuffer packets;
@@ -85,7 +88,7 @@ struct VertexMemory {
     bool geometry = true;  // positions or directions have derivatives
     bool misses = true;    // light of rays without a hit has derivatives
     RequestedSurfaces requested;
-    bool rims = false;         // paths sample rims of transmission lobes only (path/rim.h)
+    bool rims = false;         // paths sample rims of lobes only (path/rim.h)
     TransparentMemory passed;  // surfaces passed by the vertices' shadow rays
 
     void clear() { count = passed.count = 0; }

@@ -16,7 +16,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.support.scenes.glossy_ball import BODIES, TERMS, noise, scene
+from tests.support.scenes.gloss.glossy_ball import BODIES, TERMS, noise, scene
 
 Floats = NDArray[np.float64]
 Figures = dict[str, dict[str, list[float]]]  # by scene and term, over ROUGHNESS

@@ -17,7 +17,7 @@ import numpy as np
 
 from edgegrad import Renderer
 from tests.support import block_statistics
-from tests.support.scenes.rough_glass import PARAMETERS, changing, glass, under_sky
+from tests.support.scenes.gloss.rough_glass import PARAMETERS, changing, glass, under_sky
 from tests.support.small_scenes import Floats, along, central_difference
 
 IORS = (0.7, 1.05, 1.1, 1.4, 2.4)

@@ -6,7 +6,7 @@ import numpy as np
 
 from edgegrad import Renderer
 from tests.support.picture_differences import need_every_table
-from tests.support.scenes.rough_ball import ROUGHNESS, ball
+from tests.support.scenes.gloss.rough_ball import ROUGHNESS, ball
 
 
 def test_sums_over_pixels_have_less_noise_than_their_pixels() -> None:

@@ -16,7 +16,8 @@ import edgegrad
 from tests.support import shapes
 from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose, need_every_table
 from tests.support.rich_scene import turn
-from tests.support.scenes import glossy_ball, mirrored_shadows, mirrors_and_glass
+from tests.support.scenes import mirrored_shadows, mirrors_and_glass
+from tests.support.scenes.gloss import glossy_ball
 from tests.support.slow_cases import slow_but
 from tests.support.small_scenes import Make, along, box, camera, matte, need, rectangle
 

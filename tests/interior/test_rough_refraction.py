@@ -19,7 +19,7 @@ from edgegrad.rendering.options import RenderOptions
 from edgegrad.tables.tables import flatten
 from tests.support.motions import camera_moves
 from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose, need_every_table
-from tests.support.scenes.rough_glass import PARAMETERS, changing, glass, sheet, under_sky
+from tests.support.scenes.gloss.rough_glass import PARAMETERS, changing, glass, sheet, under_sky
 from tests.support.slow_cases import slow_but
 from tests.support.small_scenes import Make, along, camera, glowing, matte, rectangle
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from edgegrad import Material, Renderer, Scene, plan
 from tests.support.block_statistics import check, means_p_value
 from tests.support.picture_differences import check_agreement, check_transpose, need_every_table
-from tests.support.scenes.rough_ball import COAT, ROUGHNESS, ball
+from tests.support.scenes.gloss.rough_ball import COAT, ROUGHNESS, ball
 from tests.support.small_scenes import along
 
 

@@ -240,6 +240,16 @@ bool rims_move(const SceneView& scene, const SceneTables& tables, const Requeste
     return false;
 }
 
+Rims rims_that_count(const SceneView& scene, const SceneTables& tables) {
+    // For lights without size the rims of gloss are lines.
+    Rims out = Rims::kNone;
+    for (size_t closure = 0; closure < tables.closure_flags.size(); ++closure) {
+        if (may_have_lobe_rim(tables, closure, scene.least_alpha > 0.0f)) return Rims::kAll;
+        if (scene.lights.all_sized() > 0 && may_have_gloss_rim(tables, closure)) out = Rims::kOfGloss;
+    }
+    return out;
+}
+
 bool shapes_lobes(const Requested& requested, size_t closure) {
     const auto is_requested = [&](size_t first, size_t last) {
         return requested.any("closure_params", closure * kMaterialParams + first,

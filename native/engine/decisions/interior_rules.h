@@ -19,8 +19,11 @@ bool is_black(const SceneView& scene, int32_t material);
 // Whether all visible surfaces scatter no light. They may emit.
 bool all_black(const SceneView& scene, const SceneTables& tables);
 
-// Whether rims of transmission and diffuse lobes may move (path/rim.h).
+// Whether rims of lobes may move (path/rim.h).
 bool rims_move(const SceneView& scene, const SceneTables& tables, const Requested& requested);
+// The rims that some light may meet: none, those of lit gloss alone, or others, too.
+enum class Rims { kNone, kOfGloss, kAll };
+Rims rims_that_count(const SceneView& scene, const SceneTables& tables);
 
 // Whether the width of a closure's lobes is requested, or where they point.
 bool shapes_lobes(const Requested& requested, size_t closure);

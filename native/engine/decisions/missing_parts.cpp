@@ -123,15 +123,11 @@ class Search {
     void mirrored() {
         if (f_.options.max_depth < 2) return;
         if (any_moves_ || normals_turn())
-            materials(Part::kTurnedNormals, used_materials(tables_, [&](size_t k) {
-                          const int32_t flags = tables_.closure_flags[k];
-                          const bool glossy = flags & (kHasGlossy | kHasRefraction);
-                          return (flags & kNormalBelow) &&
-                                 (glossy || tables_.closure_kind[k] == kTranslucent);
-                      }));
+            materials(Part::kTurnedNormals,
+                      used_materials(tables_, [&](size_t k) { return may_end_at_its_normal(tables_, k); }));
         const std::vector<int32_t> smooth =
             used_materials(tables_, [&](size_t k) { return may_be_specular(tables_, k); });
-        if (decided_.computes(Part::kRims)) rim_lines();
+        rim_lines();
         if (smooth.empty()) return;
         if (chains_turn_)
             materials(Part::kTotalReflection, used_materials(tables_, [&](size_t k) {
@@ -360,10 +356,13 @@ class Search {
 
     // For lights without size, rims of lobes are lines on the surface.
     void rim_lines() {
-        std::vector<int32_t> found = lights_without_size(tables_, 1 << kTransmissionRay | 1 << kDiffuseRay);
-        if (found.empty()) return;
+        constexpr int32_t kSeen = 1 << kTransmissionRay | 1 << kDiffuseRay | 1 << kGlossyRay;
+        std::vector<int32_t> found = lights_without_size(tables_, kSeen);
+        if (found.empty() || !f_.options.terms[kInteriorTerm] || !rims_move(f_.scene, tables_, requested_))
+            return;
         lights(Part::kRimLines, std::move(found));
-        decided_[Part::kRimLines].materials = decided_[Part::kRims].materials;
+        decided_[Part::kRimLines].materials = used_materials(
+            tables_, [&](size_t k) { return may_have_rim(tables_, k, f_.scene.least_alpha > 0.0f); });
     }
 
     const BoundaryFacts& f_;

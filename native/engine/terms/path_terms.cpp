@@ -9,8 +9,8 @@ namespace edgegrad {
 namespace {
 
 // Paths per sample of the picture. A path of the horizon term costs twice as much as one of the interior term
-// and has far less noise. A path of the rim term costs as much.
-constexpr double kHorizonShare = 0.125, kRimShare = 0.5;
+// and has far less noise. A path of the rim term costs as much. Rims of gloss contribute little.
+constexpr double kHorizonShare = 0.125, kRimShare = 0.5, kGlossRimShare = 0.125;
 
 void sweep_paths(TermRun& run, AdjointTask sweep, DroppedSamples& lost) {
     sweep.dropped = &lost;
@@ -62,9 +62,12 @@ void InteriorTerm::run_task(TermRun& run, const ImageTask& task, DroppedSamples&
         run.kernels.values_backward(run.scene, sweep, run.adjoint);
 }
 
-RimTerm::RimTerm(const CameraView& camera, const RenderOptions& interior, const PathRecording& recording)
+RimTerm::RimTerm(const CameraView& camera, const RenderOptions& interior, Rims rims,
+                 const PathRecording& recording)
     : PictureTerm(kInteriorTerm, Part::kRims,
-                  ImagePlan(camera, interior.part(kRimShare, kRimSeed), kRecordedPaths).sharing()),
+                  ImagePlan(camera, interior.part(rims == Rims::kAll ? kRimShare : kGlossRimShare, kRimSeed),
+                            kRecordedPaths)
+                      .sharing()),
       recording_(recording) {}
 
 void RimTerm::run_task(TermRun& run, const ImageTask& task, DroppedSamples& lost) {

@@ -1,6 +1,7 @@
-// Terms whose samples are paths of the picture: the interior, rims of transmission lobes, and horizons.
+// Terms whose samples are paths of the picture: the interior, rims of lobes, and horizons.
 #pragma once
 
+#include "engine/decisions/interior_rules.h"
 #include "engine/terms/edge_on_term.h"
 #include "engine/terms/path_recording.h"
 #include "engine/terms/term.h"
@@ -31,10 +32,11 @@ class InteriorTerm : public PictureTerm {
     const EdgeOnTerm* edge_on_ = nullptr;
 };
 
-// The term of rims of transmission lobes (path/rim.h).
+// The term of rims of lobes (path/rim.h).
 class RimTerm : public PictureTerm {
  public:
-    RimTerm(const CameraView& camera, const RenderOptions& interior, const PathRecording& recording);
+    RimTerm(const CameraView& camera, const RenderOptions& interior, Rims rims,
+            const PathRecording& recording);
 
  private:
     void run_task(TermRun& run, const ImageTask& task, DroppedSamples& lost) override;

@@ -1,8 +1,13 @@
-"""Rims of rough diffuse lobes: light jumps where a smooth-shaded surface is seen from below its shading normal."""
+"""Rims of lobes: directions beyond which they scatter no light, at which it jumps.
+
+Rough diffuse lobes end at their shading normal's plane where they are seen from below it. Gloss with a bent normal ends
+at the plane of the smooth normal for light of lamps.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +15,8 @@ import pytest
 import edgegrad
 from edgegrad import Material, Mesh, PointLight, Scene, World
 from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose
+from tests.support.scenes.gloss import bumpy_gloss
+from tests.support.scenes.gloss.bumpy_gloss import GLOSS, LAMP, LAYERS, SUN, bumpy
 from tests.support.shapes import ball
 from tests.support.small_scenes import Make, along, camera, moved, need
 
@@ -62,6 +69,30 @@ def test_modes_are_transposes(case: str) -> None:
 def test_bits_are_equal() -> None:
     need("native")
     check_equal_bits(CASES["principled"], BALL, spp=8, max_depth=3)
+
+
+@pytest.mark.parametrize("case", bumpy_gloss.CASES)
+def test_lit_gloss_ends_at_the_smooth_surface(case: str) -> None:
+    need("native")
+    check_agreement(along(*bumpy_gloss.CASES[case]), max_depth=2)
+
+
+def test_modes_are_transposes_for_lit_gloss() -> None:
+    need("native")
+    check_transpose(lambda theta: bumpy(LAYERS, lamp=LAMP, sun=SUN),
+                    ["camera.to_world", "images.map.pixels", "lights.lamp.position"], spp=16, max_depth=3,
+                    terms=("interior",))
+
+
+def test_the_plan_tells_of_lit_gloss() -> None:
+    need("native")
+    told = "the directions beyond which lobes of ball scatter no light"
+    assert told in str(edgegrad.plan(bumpy(GLOSS, lamp=LAMP), ["camera.to_world"]))
+    assert told not in str(edgegrad.plan(bumpy(GLOSS, lamp=LAMP), ["materials.ball.roughness"]))
+    sharp = str(edgegrad.plan(bumpy(GLOSS, lamp=PointLight(LAMP.position, 300.0)), ["camera.to_world"]))
+    assert told not in sharp and "lines on ball beyond which their lobes scatter no light of lights without" in sharp
+    smooth = bumpy(replace(GLOSS, kind="VELVET"), lamp=LAMP)
+    assert "normals of ball begin to point away from the viewer" in str(edgegrad.plan(smooth, ["camera.to_world"]))
 
 
 def test_the_plan_tells_of_it() -> None:

@@ -55,7 +55,8 @@ EG_OUTLINE RimChoice choose_rims(const SceneView& scene, const ImageTask& task, 
     if (f.any_lobe[kInterfaceLobe])
         through = has_rim(f.glass, f.view) &
                   (~f.glass.facets.followed | (widest_alpha(f.glass.facets) > scene.least_followed));
-    const Mask lit = scene.lights.all_sized() > 0 ? surface.has_gloss_rim() : splat(0);
+    // Nothing behind this vertex moves the rim of its lit gloss.
+    const Mask lit = scene.lights.all_sized() > 0 ? p.touched & surface.has_gloss_rim() : splat(0);
     const std::pair<Rim, Mask> rims[] = {
         {kDiffuseRim, has_diffuse_rim(f)}, {kTransmissionRim, through}, {kGlossRim, lit}};
     Int count = splat(0);

@@ -124,6 +124,8 @@ def export_evaluated(evaluation: Evaluation, more_cameras: Sequence[Any], bake: 
     # Bakes and displacements are made for a mesh, not for each of its instances.
     single = {name for name, reading in out.materials.items() if reading.baked}
     single |= {name for name, found in displacements.items() if any(map(is_of_object, found.attributes()))}
+    walk.meshes.framed = {name for name, reading in out.materials.items() if reading.maps_normals()}
+    walk.meshes.own_space = {name for name, reading in out.materials.items() if reading.scatters} | set(displacements)
     meshes = walk.meshes_and_lights({name: names | displacements[name].attributes() if name in displacements else names
                                      for name, names in needed.items()}, single)  # fmt: skip
     displace(meshes.groups(), displacements, needed, report)

@@ -144,8 +144,10 @@ def export_evaluated(evaluation: Evaluation, more_cameras: Sequence[Any], bake: 
     if world.backdrop is not None:
         add_backdrop(out, world.backdrop, images, bake, None if memory is None else memory.widths)
     out.scene.images = images.found
-    warn_about_translucent(out.scene.lights, [one for reading in out.materials.values() for one in reading.shaders()],
-                           {name: source.object for name, source in out.lights.items()}, report)  # fmt: skip
+    warn_about_translucent(out.scene, [one for reading in out.materials.values() for one in reading.shaders()],
+                           {name: f"light '{source.object}'" for name, source in out.lights.items()}
+                           | {name: f"object '{source.object}'" for name, source in out.meshes.items()},
+                           world.world, report)  # fmt: skip
     bake_lamps(out, walk.emissions, bake)
     out.scene.lights = {**out.scene.lights, **world.suns}
     name_fast_gi(scene, out.scene, report)

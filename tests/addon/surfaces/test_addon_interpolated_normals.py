@@ -117,6 +117,15 @@ def test_normals_are_interpolated_in_the_space_of_cycles(case: str, tmp_path: Pa
     assert difference(tmp_path) < 0.04
 
 
+@pytest.mark.parametrize("scale", [(1.2, 1.2, 1.2), (1.0, 0.4, 1.6)])
+def test_anisotropy_around_an_axis_beside_a_normal_map(scale: Any, tmp_path: Path) -> None:
+    """The map has tangents along its UV map, and anisotropy has those around the object's axis."""
+    made = ball(ASIDE, 0.8, scale)
+    bs.shader(made).inputs["Anisotropy"].default_value = 0.8
+    assert difference(tmp_path) < 0.04
+    assert not any("anisotropy" in line for line in bs.export().report.lines)
+
+
 def test_later_exports_keep_the_space_of_the_first() -> None:
     """A derivative by an object's scale compares exports with an even and an uneven scale."""
     ball(ASIDE, 1.0, (1.0, 1.0, 1.0))

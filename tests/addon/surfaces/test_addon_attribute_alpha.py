@@ -1,4 +1,4 @@
-"""The alpha of attributes, beside Cycles: 1 where a layer has none or does not exist."""
+"""The alpha of attributes, which is 1 where a layer has none or does not exist, and of images, beside Cycles."""
 
 # ruff: noqa: E402  (the imports below need bpy)
 
@@ -12,6 +12,7 @@ import pytest
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
 import edgegrad
+from tests.benchmarks.cycles_scenes import stage
 from tests.support.scenes import blender_scenes as bs
 
 
@@ -35,3 +36,18 @@ def test_alpha_of_attributes(kind: str | None, alpha: float, tmp_path: Path) -> 
     assert np.allclose(ours, alpha, atol=1e-4)
     assert np.allclose(bs.cycles(tmp_path)[..., :3], alpha, atol=1e-3)
     assert not export.report.lines
+
+
+@pytest.mark.parametrize("interpolation", ["Closest", "Linear"])
+def test_colors_of_images_are_multiplied_by_alpha_as_code_values(interpolation: str, tmp_path: Path) -> None:
+    scene = bs.empty(16)
+    scene.cycles.samples = 4
+    bs.camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0))
+    made = bs.material("M", node="ShaderNodeEmission")
+    bs.add("Plane", bs.plane("Plane", 4.0, made))
+    read = made.node_tree.nodes.new("ShaderNodeTexImage")
+    read.image = stage.image("Leaf", np.tile(np.float32((0.8, 0.4, 0.9, 0.5)), (4, 4, 1)))
+    read.interpolation = interpolation
+    made.node_tree.links.new(read.outputs["Color"], bs.shader(made).inputs["Color"])
+    ours = edgegrad.Renderer(bs.export().scene).render(spp=4, max_depth=1)
+    assert np.allclose(ours, bs.cycles(tmp_path)[..., :3], rtol=0.05)

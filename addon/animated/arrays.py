@@ -84,7 +84,7 @@ class Sizes:
     def _distance(self, point: F64) -> float:
         """Distance of a place from most of the mesh that is nearest to it, by which its picture or light scales."""
         found = [float(np.median(np.linalg.norm(mesh.vertices - point, axis=1)))
-                 for mesh in self.export.scene.meshes.values() if mesh.instances is None]  # fmt: skip
+                 for mesh in self.export.scene.meshes.values() if mesh.is_single]  # fmt: skip
         return min((one for one in found if one > 0.0), default=1.0)
 
     def change(self, key: Key, difference: F64) -> float:

@@ -124,6 +124,8 @@ def export_evaluated(evaluation: Evaluation, more_cameras: Sequence[Any], bake: 
     # Bakes and displacements are made for a mesh, not for each of its instances.
     single = {name for name, reading in out.materials.items() if reading.baked}
     single |= {name for name, found in displacements.items() if any(map(is_of_object, found.attributes()))}
+    walk.meshes.framed = {name for name, reading in out.materials.items() if reading.maps_normals()}
+    walk.meshes.own_space = {name for name, reading in out.materials.items() if reading.scatters} | set(displacements)
     meshes = walk.meshes_and_lights({name: names | displacements[name].attributes() if name in displacements else names
                                      for name, names in needed.items()}, single)  # fmt: skip
     displace(meshes.groups(), displacements, needed, report)
@@ -142,8 +144,10 @@ def export_evaluated(evaluation: Evaluation, more_cameras: Sequence[Any], bake: 
     if world.backdrop is not None:
         add_backdrop(out, world.backdrop, images, bake, None if memory is None else memory.widths)
     out.scene.images = images.found
-    warn_about_translucent(out.scene.lights, [one for reading in out.materials.values() for one in reading.shaders()],
-                           {name: source.object for name, source in out.lights.items()}, report)  # fmt: skip
+    warn_about_translucent(out.scene, [one for reading in out.materials.values() for one in reading.shaders()],
+                           {name: f"light '{source.object}'" for name, source in out.lights.items()}
+                           | {name: f"object '{source.object}'" for name, source in out.meshes.items()},
+                           world.world, report)  # fmt: skip
     bake_lamps(out, walk.emissions, bake)
     out.scene.lights = {**out.scene.lights, **world.suns}
     name_fast_gi(scene, out.scene, report)

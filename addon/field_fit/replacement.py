@@ -215,7 +215,7 @@ def _exported_as(ob: Any, export: Export) -> str:
     if any(export.meshes[key].part for key in exported):
         raise Problem(f"{where}: has hair, which would not follow its surface; switch its hair off")
     (first, *others), source = exported, export.meshes[exported[0]]
-    several = others or len(source.objects) > 1 or export.scene.meshes[first].instances is not None
+    several = others or len(source.objects) > 1 or not export.scene.meshes[first].is_single
     if several or (source.instance and source.holder != ob.name_full):
         raise Problem(f"{where}: is instanced or shares its mesh, so a field can't replace it alone; make its "
                       "instances real and its mesh single-user")  # fmt: skip

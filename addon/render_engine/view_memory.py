@@ -84,9 +84,9 @@ class ViewMemory(Memory):
         return {name: found[name] if name in found else kept[name] for name in names if name in found or name in kept}
 
     def built(self, name: str, group: Group, matrices: list[Any],
-              build: Callable[[bool | None], edgegrad.Mesh]) -> edgegrad.Mesh:  # fmt: skip
+              build: Callable[[bool | None, bool | None], edgegrad.Mesh]) -> edgegrad.Mesh:  # fmt: skip
         """Return the mesh of the last export if nothing has changed; else build it."""
-        settings = group.slots, group.visible, group.terminator
+        settings = group.slots, group.visible, group.terminator, group.framed, group.own_space
         known = self._parts.get(name)
         if known is None or not (
             known.arrays is group.arrays and known.own == group.own and known.settings == settings
@@ -94,7 +94,8 @@ class ViewMemory(Memory):
             and known.attributes.keys() == group.attributes.keys()
             and all(_equal(known.attributes[key], value) for key, value in group.attributes.items())
         ):  # fmt: skip
-            known = _Built(group.arrays, matrices, dict(group.attributes), dict(group.own), settings, build(None))
+            known = _Built(group.arrays, matrices, dict(group.attributes), dict(group.own), settings,
+                           build(None, None))
         self._used_parts[name] = known
         return known.mesh
 

@@ -115,6 +115,11 @@ class Mesh(Checked):
     }
 
     @property
+    def is_single(self) -> bool:
+        """Whether the mesh is drawn once, at `transform` of its only instance if it has one."""
+        return self.instances is None or len(self.instances) == 1
+
+    @property
     def used_materials(self) -> list[str]:
         """Names of the materials that some face uses, one for each used slot."""
         if self.face_material is None:

@@ -94,7 +94,9 @@ struct ShadedSurface {
         const Vec3 rest = f.value - soft, glossy = {raised(rest.x), raised(rest.y), raised(rest.z)};
         const Vec3 above =
             select(seen(kDiffuseRay), soft, zero3()) + select(seen(kGlossyRay), glossy, zero3());
-        const Vec3 below = select(seen(kTransmissionRay), f.value, zero3());
+        // Samples of lights count translucent lobes as diffuse, though their rays are those of transmission
+        const Mask through = select(translucent, seen(kDiffuseRay), seen(kTransmissionRay));
+        const Vec3 below = select(through, f.value, zero3());
         Mask upper = dot(bsdf.ng, w) > 0.0f;
         if (from_below) upper |= dot(receiving, w) > 0.0f;
         f.value = select(upper, above, below);

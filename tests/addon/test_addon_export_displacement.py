@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
+from edgegrad.scene.placement import expanded
 from edgegrad_addon.parameters import Names
 from edgegrad_addon.problem import Problem
 from tests.support.scenes import blender_scenes as bs
@@ -72,7 +73,8 @@ def test_spaces_under_uneven_scale(space: str) -> None:
     if space == "OBJECT":
         own = upright * scale
         expected = vertices(scale) + 0.2 * own / np.linalg.norm(own, axis=1, keepdims=True) * scale
-    assert np.allclose(bs.export().scene.meshes["Body"].vertices, expected, atol=1e-5)
+    found = expanded(bs.export().scene.meshes["Body"]).vertices
+    assert np.allclose(found, expected, atol=1e-5)
 
 
 def test_heights_are_read_at_the_vertices() -> None:

@@ -142,6 +142,17 @@ def test_lights_that_translucent_surfaces_see_as_another_kind_are_named(node: st
     assert any("light 'Light'" in line and "translucent" in line for line in bs.export().report.lines) is named
 
 
+@pytest.mark.parametrize("hidden", [True, False])
+def test_worlds_and_emissive_meshes_that_translucent_surfaces_see_as_another_kind_are_named(hidden: bool) -> None:
+    bs.add("Leaf", bs.plane("Leaf", 1.0, bs.material("Leaf", node="ShaderNodeBsdfTranslucent")))
+    lamp = bs.add("Lamp", bs.plane("Lamp", 1.0, bs.material("Glow", node="ShaderNodeEmission")), (0.0, 0.0, 2.0))
+    bs.world((0.5, 0.5, 0.5))
+    world = bpy.context.scene.world
+    lamp.visible_diffuse = world.cycles_visibility.diffuse = not hidden
+    found = [line.split(":")[0] for line in bs.export().report.lines if "translucent" in line]
+    assert found == (["object 'Lamp'", f"world '{world.name}'"] if hidden else [])
+
+
 def test_portals_are_left_out_and_shadows_switched_off() -> None:
     bs.light("AREA", "Portal").data.cycles.is_portal = True
     bulb = bs.light("POINT", "Bulb").data

@@ -42,6 +42,38 @@ def test_linking_shadows_and_receivers() -> None:
     assert pixel(casts_shadow=False, visible_to=frozenset(("camera", "glossy"))) == 0.0
 
 
+@pytest.mark.parametrize(("kind", "hidden"), [("diffuse", "diffuse"), ("glossy", "glossy"), ("diffuse", "glossy"),
+                                             ("glossy", "diffuse")])  # fmt: skip
+def test_emissive_meshes_light_lobes_whose_rays_can_hit_them(kind: str, hidden: str) -> None:
+    rough = edgegrad.Material(np.full(3, 0.5), roughness=0.6, kind="GLOSSY")
+    floor = matte(0.5, 0.5, 0.5) if kind == "diffuse" else rough
+
+    def pixel(without: str) -> float:
+        panel = rectangle((0, 0, 2.0), (1, 0, 0), (0, 1, 0), "panel")
+        panel.visible_to -= {without}
+        scene = edgegrad.Scene(pixel_at((0.0, -3.0, 2.0), (0, 0, 0), (0, 0, 1)),
+                               {"floor": rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0), "floor"), "panel": panel},
+                               {"floor": floor, "panel": glowing(2.0, True)})  # fmt: skip
+        return float(Renderer(scene).render(spp=256, max_depth=2)[0, 0, 0])
+
+    assert pixel(hidden) == (0.0 if kind == hidden else pytest.approx(pixel("shadow"), rel=0.02))
+
+
+@pytest.mark.parametrize("hidden", ["diffuse", "transmission"])
+def test_samples_of_lights_count_translucent_surfaces_as_diffuse(hidden: str) -> None:
+    def pixel(without: str) -> float:
+        light = edgegrad.PointLight(np.array([0.0, 0.0, -2.0]), 10.0)
+        light.visible_to -= {without}
+        scene = edgegrad.Scene(pixel_at((0.0, 0.0, 2.0), (0, 0, 0), (0, 1, 0)),
+                               {"leaf": rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0), "leaf")},
+                               {"leaf": edgegrad.Material(np.full(3, 0.5), kind="TRANSLUCENT")},
+                               {"light": light})  # fmt: skip
+        return float(Renderer(scene).render(spp=16, max_depth=2)[0, 0, 0])
+
+    assert pixel("glossy") > 0.0
+    assert pixel(hidden) == (0.0 if hidden == "diffuse" else pytest.approx(pixel("glossy")))
+
+
 def test_lights_with_a_size_are_seen_where_they_may_be() -> None:
     """The camera sees the light's radiance, and surfaces behind it as well; the light casts no shadow."""
     floor = {"floor": rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0), "floor")}

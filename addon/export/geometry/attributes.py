@@ -44,6 +44,8 @@ SCALE, SIDE = "(object scale)", "(object side)"
 AXES = ("(object axis X)", "(object axis Y)", "(object axis Z)")
 INVERSE_ROWS = ("(object inverse X)", "(object inverse Y)", "(object inverse Z)")
 BEFORE = "(position before displacement)"
+# Alpha that an Attribute node reads of a layer, before the layer's name: 1 if the layer has none, or does not exist.
+ALPHA = "(alpha) "
 PROPERTY = "(object property) "
 INSTANCER = "(instancer) "
 PARTICLE = "(particle) "
@@ -153,6 +155,10 @@ def _read(mesh: Any, arrays: MeshArrays, name: str, of: ObjectValues) -> Any:
         return np.broadcast_to(_PARAMETRIC, (len(arrays.faces), 3, 3))
     if name.startswith(ALONG):
         return _along(mesh, arrays, name.removeprefix(ALONG), of)
+    if name.startswith(ALPHA):
+        value = _read(mesh, arrays, name.removeprefix(ALPHA), of)
+        has_alpha = value is not None and value.shape[2] == 4
+        return value[..., 3:] if has_alpha else np.ones((*arrays.faces.shape, 1), np.float32)
     if name == ACTIVE_COLOR:
         index = mesh.color_attributes.render_color_index
         return _layer(mesh.color_attributes[index], mesh, arrays) if 0 <= index < len(mesh.color_attributes) else None

@@ -73,7 +73,8 @@ class Group:
 
     `attributes` has all attributes, with the values of the first object; `own` has those that differ between objects,
     for each object. `corner_count` is the number of corners of Blender's mesh. `flattened`: a body with a scale of zero
-    along an axis; `shadowed`: one whose faces are all in each other's shadow in Cycles.
+    along an axis; `shadowed`: one whose faces are all in each other's shadow in Cycles. `own_space`: Cycles renders the
+    mesh in its own space; `framed`: a material has a normal map in tangent space.
     """
 
     arrays: MeshArrays
@@ -88,3 +89,5 @@ class Group:
     corner_count: int = 0
     flattened: bool = False
     shadowed: bool = False
+    own_space: bool = False
+    framed: bool = False

@@ -16,6 +16,7 @@ import numpy as np
 
 import edgegrad
 from edgegrad.scene.changes import StructureChange
+from edgegrad.scene.placement import is_moved
 
 from .attributes import ObjectValues, read_attributes
 from .group import Group
@@ -87,10 +88,10 @@ class Memory:
         return read_attributes(mesh, arrays, names, of)
 
     def built(self, name: str, group: Group, matrices: list[Any],
-              build: Callable[[bool | None], edgegrad.Mesh]) -> edgegrad.Mesh:  # fmt: skip
+              build: Callable[[bool | None, bool | None], edgegrad.Mesh]) -> edgegrad.Mesh:  # fmt: skip
         """Return the last mesh if nothing has changed; else build it.
 
-        `build` is given whether the mesh has custom normals; None: it decides.
+        `build` is given whether the mesh has custom normals, and whether it has a transform; None: it decides.
         """
         arrays, attributes, own = group.arrays, group.attributes, group.own
         known = self._built.get(name)
@@ -100,7 +101,8 @@ class Memory:
             if same and all(np.array_equal(attributes[key], value) for key, value in known.attributes.items()):
                 return known.mesh
         given = None if known is None else known.mesh.normals is not None
-        mesh = build(False if name in self.without_normals else given)
+        moved = None if known is None else is_moved(known.mesh)
+        mesh = build(False if name in self.without_normals else given, moved)
         self._built[name] = _Built(arrays, matrices, attributes, own, mesh)
         return mesh
 

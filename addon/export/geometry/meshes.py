@@ -5,6 +5,7 @@ Objects with the same mesh, materials and settings become instances of one mesh.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad.geometry.topology import is_closed
-from edgegrad.scene.placement import is_tangent, placed_tangents, stretches
+from edgegrad.scene.placement import cofactors, is_tangent, placed_tangents, stretches
 
 from ...problem import Report
 from ..exported import Source, unused_name
@@ -41,11 +42,17 @@ class PlacedMeshes:
     ----------
     memory
         Of earlier exports of the scene; None: there are none.
+    framed, own_space
+        Keys of the materials with normal maps in tangent space, and of those whose meshes Cycles renders in their own
+        space.
     """
 
     def __init__(self, report: Report, memory: Memory | None = None) -> None:
         self._report = report
         self._memory = memory
+        self.framed: set[str] = set()
+        self.own_space: set[str] = set()
+        self._uses: Counter[tuple[Any, ...]] = Counter()  # of meshes with their materials
         self._arrays: dict[int, MeshArrays] = {}
         self._groups: dict[tuple[Any, ...], Group] = {}
 
@@ -101,6 +108,7 @@ class PlacedMeshes:
             if flat and np.ptp(arrays.positions, axis=0).min() > 0.0:
                 self._groups[key].flattened = True
                 self._groups[key].shadowed = _shadows_itself(placed, arrays)
+        self._uses[key[:2]] += 1
         self._groups[key].sources.append(placed.source)
         self._groups[key].holders.append(placed.holder)
         for name, value in own.items():
@@ -113,8 +121,11 @@ class PlacedMeshes:
     def build(self, sources: dict[str, Source]) -> dict[str, edgegrad.Mesh]:
         """Make the meshes of the scene by name; store the origin of each in `sources`."""
         out: dict[str, edgegrad.Mesh] = {}
-        for group in self._groups.values():
+        for key, group in self._groups.items():
             first = group.sources[0]
+            group.framed = not self.framed.isdisjoint(group.slots)
+            # Cycles places the vertices of other meshes in the world before it renders.
+            group.own_space = self._uses[key[:2]] > 1 or not self.own_space.isdisjoint(group.slots)
             self._warn_of_coarse(group)
             if len(group.sources) == 1:
                 name = unused_name(first, group.holders[0], out)
@@ -167,11 +178,34 @@ def _materials(group: Group) -> dict[str, Any]:
     return {"materials": group.slots, "face_material": np.clip(group.arrays.slots, 0, len(group.slots) - 1)}
 
 
-def _built(group: Group, given: bool | None = None) -> edgegrad.Mesh:
-    """Make the mesh of a group; `given`: whether it has custom normals (None: if they are needed)."""
+def _built(group: Group, given: bool | None = None, moved: bool | None = None) -> edgegrad.Mesh:
+    """Make the mesh of a group.
+
+    Parameters
+    ----------
+    given, moved
+        Whether it has custom normals, and whether one object has a transform. None: if they are needed.
+    """
     if len(group.sources) > 1:
         return _with_instances(group, given)
-    return _in_world(group, group.sources[0].matrix, given)
+    matrix = group.sources[0].matrix
+    if not (_needs_transform(group, matrix[:3, :3]) if moved is None else moved):
+        return _in_world(group, matrix, given)
+    mesh = replace(_in_own_space(group, given), transform=matrix)
+    # An instance is rendered in its own space. A mesh with a transform is so if a shader reads its tangents.
+    return replace(mesh, instances=np.eye(4)[None]) if group.own_space else mesh
+
+
+def _needs_transform(group: Group, linear: F64) -> bool:
+    """Whether shading of one object needs the mesh in object space.
+
+    Under a non-uniform scale, normals that are interpolated in object space differ from those that are interpolated in
+    world space, and tangents of normal maps in world space cannot express the scale.
+    """
+    if abs(np.linalg.det(linear)) < 1e-30 or not stretches(linear):
+        return False
+    mapped = group.framed and any(name.endswith(TANGENT) for name in group.attributes)
+    return mapped or (group.own_space and group.corner_count > 0 and group.arrays.smoothing is not None)
 
 
 def _in_own_space(group: Group, given: bool | None) -> edgegrad.Mesh:
@@ -200,16 +234,10 @@ def _with_instances(group: Group, given: bool | None) -> edgegrad.Mesh:
 
 
 def _in_world(group: Group, matrix: F64, given: bool | None) -> edgegrad.Mesh:
-    """Make a mesh in world space; a mirrored mesh keeps the orientation of its faces.
-
-    A mesh with tangents and a non-uniform scale stays in object space and gets a transform, since tangents in world
-    space cannot express such a scale.
-    """
+    """Make a mesh in world space; a mirrored mesh keeps the orientation of its faces."""
     arrays = group.arrays
     linear = matrix[:3, :3]
     flat = abs(np.linalg.det(linear)) < 1e-30
-    if not flat and stretches(linear) and any(name.endswith(TANGENT) for name in group.attributes):
-        return replace(_in_own_space(group, given), transform=matrix)
     vertices = np.ascontiguousarray(arrays.positions @ linear.T + matrix[:3, 3], np.float64)
     faces, smoothing, normals = arrays.faces, arrays.smoothing, None
     if smoothing is not None and arrays.normals is not None and not flat:
@@ -218,7 +246,7 @@ def _in_world(group: Group, matrix: F64, given: bool | None) -> edgegrad.Mesh:
         exact = arrays.exact and not stretches(linear)
         normals = given_normals(vertices, faces, smoothing, turned, exact, given)
     attributes = {
-        name: placed_tangents(matrix[None, :3], value) if is_tangent(name, value) and not flat else value
+        name: _turned(matrix[None, :3], value) if is_tangent(name, value) and not flat else value
         for name, value in group.attributes.items()
     }
     if np.linalg.det(linear) < 0.0:
@@ -230,3 +258,15 @@ def _in_world(group: Group, matrix: F64, given: bool | None) -> edgegrad.Mesh:
                          visible_to=group.visible, terminator_offset=group.terminator.geometry,
                          terminator_shading=group.terminator.shading,
                          **_materials(group))  # fmt: skip
+
+
+def _turned(place: F64, tangents: F32) -> F32:
+    """Return tangents (m, 3, 4) in world space, as normals are turned.
+
+    Under a non-uniform scale they change their lengths, so that they are interpolated as in object space.
+    """
+    if not stretches(place[0, :, :3]):
+        return placed_tangents(place, tangents)
+    out = tangents.copy()
+    out[..., :3] = tangents[..., :3] @ cofactors(place)[0].T
+    return out

@@ -89,6 +89,8 @@ class MaterialReading:
         Outputs that must be baked before the material can be rendered.
     constants
         Values of the whole object, and of the view layer, that they depend on.
+    scatters
+        Whether light scatters below the surface.
     """
 
     value: edgegrad.Material | edgegrad.Mixture
@@ -100,6 +102,7 @@ class MaterialReading:
     fed: dict[str, str] = field(default_factory=dict)
     baked: list[BakedOutput] = field(default_factory=list)
     constants: dict[Place, Operand] = field(default_factory=dict)
+    scatters: bool = False
 
     def stand_in(self, baked: BakedOutput) -> str:
         """Name of the placeholder image that expressions read for an output that must be baked."""
@@ -141,6 +144,11 @@ class MaterialReading:
         """Yield all expressions of the material."""
         for one in (self.value, *self.parts.values()):
             yield from one.textures.values()
+
+    def maps_normals(self) -> bool:
+        """Whether the material has a normal map in tangent space."""
+        own = any("normal" in one.textures and one.normal_space == "TANGENT" for one in self.shaders())
+        return own or any(isinstance(node, e.NormalMap) for one in self.expressions() for node in nodes_of(one))
 
     def attributes(self) -> set[str]:
         """Return the names of the attributes that the material reads from meshes."""
@@ -196,6 +204,7 @@ def read_material(material: Any, images: Images, report: Report, view: CameraVie
     reader = _Reading(material, images, view, reading, stretched)
     reader.displace(output)
     reader.read(output, report)
+    reading.scatters = reader.reader.scatters
     reading.absorb(absorption)
     return reading
 

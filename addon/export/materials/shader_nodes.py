@@ -205,6 +205,7 @@ def _emission(closure: Closure) -> None:
 @shader("SUBSURFACE_SCATTERING")
 def _subsurface(closure: Closure) -> None:
     closure.material.kind = "DIFFUSE"
+    closure.reader.scatters = True
     method = closure.node.falloff
     roughness, ior = (closure.constant(name, rest) for name, rest in (("Roughness", 1.0), ("IOR", 1.4)))
     color = closure.read("Color")
@@ -218,6 +219,7 @@ def _subsurface(closure: Closure) -> None:
 def _principled_subsurface(closure: Closure) -> None:
     """Mix the albedo of subsurface scattering into the base colour."""
     material, method = closure.material, closure.node.subsurface_method
+    closure.reader.scatters = True
     scattered = _scattered(closure, "Subsurface Radius", "Subsurface Scale")
     if not any(scattered):
         return

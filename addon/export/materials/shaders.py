@@ -274,5 +274,14 @@ class Closure:
             self.note("its tangent can't be read; anisotropy uses tangents around the object's Z axis")
         if "normal" not in self.material.textures or self.material.normal_space == "WORLD":
             self.material.normal_uv = uv
+        elif uv != self.material.normal_uv and self.material.normal_uv != attributes.BAKED_UV:
+            # A closure has tangents of one UV map, so the normal map becomes an expression with tangents of its own.
+            textures = dict(self.material.textures)
+            strength = textures.pop("normal_strength", self.material.normal_strength)
+            bent = e.NormalMap(textures["normal"], strength, self.material.normal_uv)
+            self.material.textures = textures
+            self.material.normal_strength = 1.0
+            self._bend(bent)
+            self.material.normal_uv = uv
         elif uv != self.material.normal_uv:
             self.note(f"its anisotropy is relative to the UV map of its normal map, {self.material.normal_uv}")

@@ -87,6 +87,8 @@ class Reader:
         Whether an object with the material has a non-uniform scale.
     displaced
         Whether displacement bends the normals of the material.
+    scatters
+        Whether a shader that has been read scatters light below the surface.
     """
 
     images: Images | None = None
@@ -98,6 +100,7 @@ class Reader:
     codes: bool = True
     stretched: bool = False
     displaced: bool = False
+    scatters: bool = False
     _known: dict[tuple[Any, ...], Operand] = field(default_factory=dict, repr=False)
 
     def value(self, socket: Any, groups: Groups = ()) -> Operand:

@@ -93,6 +93,8 @@ def _attribute(reader: Reader, node: Any, groups: Groups, output: Any) -> Operan
         kind + node.attribute_name)  # fmt: skip
     if output.identifier == "Fac":
         return e.Average(value)
+    if output.identifier == "Alpha" and isinstance(value, e.Attribute) and kind is None:
+        return attributes.layer(attributes.ALPHA + value.name)
     return e.Channel(value, 3) if output.identifier == "Alpha" else value
 
 

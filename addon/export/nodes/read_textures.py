@@ -41,8 +41,13 @@ def read_image(reader: Reader, node: Any, groups: Groups, codes: bool = False) -
 
 def _interpolates_codes(reader: Reader, node: Any) -> bool:
     """Whether the code values of a node's image are interpolated, before they are converted to linear light."""
-    interpolates = node.image is not None and node.interpolation != "Closest"
-    return interpolates and reader.images is not None and reader.images.interpolates_codes(node.image)
+    # Cycles interpolates code values, and multiplies them by alpha.
+    if node.image is None:
+        return False
+    multiplies = node.image.depth == 32 and alpha_mode(node.image, False) == "PREMULTIPLIED"
+    if node.interpolation == "Closest" and not multiplies:
+        return False
+    return reader.images is not None and reader.images.interpolates_codes(node.image)
 
 
 @reads("TEX_IMAGE")

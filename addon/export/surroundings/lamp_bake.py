@@ -15,6 +15,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from edgegrad.scene.placement import places
+
 from ..bakes.bake import Temporary, temporary
 from ..bakes.bake_scene import BakeScene, own_groups, show_to
 from ..bakes.trees import Trees, insert
@@ -67,8 +69,9 @@ def _reach(out: Export, position: NDArray[np.float64]) -> float:
     """Typical distance of the surfaces that a light illuminates, for light that does not fall with its square."""
     distances = []
     for mesh in out.scene.meshes.values():
-        if mesh.instances is None and len(mesh.vertices):
-            points = mesh.vertices @ mesh.transform[:3, :3].T + mesh.transform[:3, 3]
+        if mesh.is_single and len(mesh.vertices):
+            place = places(mesh)[0]
+            points = mesh.vertices @ place[:, :3].T + place[:, 3]
             nearest = np.clip(position, points.min(axis=0), points.max(axis=0))
             distances.append(float(np.linalg.norm(position - nearest)))
     away = [distance for distance in distances if distance > 0.0]

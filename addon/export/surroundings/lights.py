@@ -79,23 +79,35 @@ def export_light(light_object: Any, matrix: F64, visible: frozenset[str], emissi
     return out
 
 
-def warn_about_translucent(lights: Mapping[str, Light], closures: Iterable[edgegrad.Material], names: Mapping[str, str],
-                           report: Report) -> None:  # fmt: skip
-    """Warn of lights that only one of diffuse and transmitted rays sees, if there are translucent surfaces.
+def warn_about_translucent(scene: edgegrad.Scene, closures: Iterable[edgegrad.Material], names: Mapping[str, str],
+                           world: Any, report: Report) -> None:  # fmt: skip
+    """Warn of light that only one of diffuse and transmitted rays sees, if there are translucent surfaces.
 
-    In Cycles, light samples of translucent surfaces count as diffuse, and their rays as both.
+    Samples of lights count translucent surfaces as diffuse. Rays from them see objects if transmission does; in Cycles
+    they see lights and the world only if both do.
 
     Parameters
     ----------
     names
-        Blender's name of each light.
+        Blender's names of lights and meshes by their keys, with what they are.
+    world
+        Blender's world, or None.
     """
     if not any(one.kind == "TRANSLUCENT" for one in closures):
         return
-    for key, light in lights.items():
-        if ("diffuse" in light.visible_to) != ("transmission" in light.visible_to):
-            report.warn(f"light '{names[key]}'", "is hidden from one of diffuse and transmission rays; translucent "
-                        "surfaces receive its light as transmission, in Cycles mostly as diffuse rays do")  # fmt: skip
+    seen = "is hidden from one of diffuse and transmission rays; translucent surfaces receive "
+
+    def hidden(item: Any) -> bool:
+        return ("diffuse" in item.visible_to) != ("transmission" in item.visible_to)
+
+    for key, light in scene.lights.items():
+        if hidden(light):
+            report.warn(names[key], seen + "some of its light as transmission, in Cycles only if both see it")
+    for key, mesh in scene.meshes.items():
+        if hidden(mesh) and scene.emits(key):
+            report.warn(names[key], seen + "some of its light, by another rule than in Cycles")
+    if world is not None and hidden(scene.world):
+        report.warn(f"world '{world.name}'", seen + "its light as transmission, in Cycles only if both see it")
 
 
 def _sun(light: Any, matrix: F64, power: float) -> edgegrad.SunLight:

@@ -91,7 +91,7 @@ def untouched_part(scene: Scene, cameras: Sequence[Camera], path: str, touched: 
     if not touched.any() or touched.mean() > 1.0 - WORTH_A_NOTE:
         return None
     found = f"{np.mean(~touched):.0%} of the gradient of '{path}' is exactly 0"
-    if collection == "meshes" and fieldname == "vertices" and scene.meshes[name].instances is None:
+    if collection == "meshes" and fieldname == "vertices" and scene.meshes[name].is_single:
         points = expanded(scene.meshes[name]).vertices
         still = ~touched.any(axis=1)
         seen = np.any([in_picture(camera, points) for camera in cameras], axis=0)

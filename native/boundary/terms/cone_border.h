@@ -72,7 +72,7 @@ EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryT
     out.angle = select(linear, splat(1.0f), out.axis);
 
     // Find the receiver.
-    LightSample links = no_light_sample(splat(0), s.active, row, s.y.kind);
+    LightSample links = no_light_sample(scene, splat(0), s.active, row, s.y.kind);
     take_links(scene.lights, s.active, row, l.flags, links);
     Float probability;
     const Int length = chain_length(p, task.max_depth - 2, probability);

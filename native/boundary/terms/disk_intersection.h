@@ -67,7 +67,7 @@ EG_OUTLINE DiskSegment sample_disk_intersection(const SceneView& scene, const Bo
     // (boundary/terms/horizon.h).
     s.active &= (abs(dot(pair.hider_normal, s.towards)) > 1e-5f) &
                 ((x.x.face != pair.hider) | (x.x.instance != pair.hider_instance));
-    LightSample links = no_light_sample(splat(0), s.active, pair.row, s.y.kind);
+    LightSample links = no_light_sample(scene, splat(0), s.active, pair.row, s.y.kind);
     take_links(scene.lights, s.active, pair.row, gather(scene.lights.flags, pair.row), links);
     const Int hider_mask = gather(scene.mesh_mask, mesh_of(scene, pair.hider));
     s.active &= links.casts_shadow & ((hider_mask & links.blockers) != 0);

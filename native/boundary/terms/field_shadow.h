@@ -152,7 +152,7 @@ EG_OUTLINE BoundarySegment sample_field_outline_shadow(const SceneView& scene, c
     const Float r2 = max(dot(way, way), 1e-37f);
     s.towards = select(distant, -l.direction, way * (1.0f / sqrt(r2)));
     s.distance = select(distant, splat(__builtin_inff()), sqrt(r2));
-    LightSample light = no_light_sample(splat(0), s.active, row, s.y.kind);
+    LightSample light = no_light_sample(scene, splat(0), s.active, row, s.y.kind);
     light.radiance = zero3();
     take_links(scene.lights, s.active, row, l.flags, light);
     s.active &= light.casts_shadow & meets_field(scene, s, light.blockers);
@@ -200,7 +200,7 @@ EG_OUTLINE BoundarySegment sample_field_tangent_shadow(const SceneView& scene, c
     const Mask on_face = choice.active & (kind == splat(kTriangleLight));
     const Mask on_row =
         choice.active & ~on_face & (kind != splat(kPointSource)) & (kind != splat(kDirectionLight));
-    LightSample light = no_light_sample(on_face, on_row, index, kind);
+    LightSample light = no_light_sample(scene, on_face, on_row, index, kind);
     light.active = on_face | on_row;
     if (any(on_row)) {
         const Int row = select(on_row, index, splat(0));

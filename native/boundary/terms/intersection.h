@@ -228,8 +228,8 @@ EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& t
         place_in_face(hidden_face, s.point, s.y.b1, s.y.b2);
     }
     Vec3 light = {pair.weight, pair.weight, pair.weight};
-    LightSample links =
-        no_light_sample(pair.face >= 0, pair.row >= 0, select(pair.row >= 0, pair.row, pair.face), s.y.kind);
+    LightSample links = no_light_sample(scene, pair.face >= 0, pair.row >= 0,
+                                        select(pair.row >= 0, pair.row, pair.face), s.y.kind);
     if (scatters) {
         links.blockers = splat(kScatteredRays);
     } else {

@@ -172,6 +172,7 @@ void LightList::add_faces(const SceneTables& t) {
             continue;
         Light light{kTriangleLight, static_cast<int32_t>(f), {}, 0.0, mesh};
         if (!triangle_node(t, f, light.node)) continue;
+        view_.any_hidden |= (t.mesh_mask[static_cast<size_t>(mesh)] & kScatteredRays) != kScatteredRays;
         light.area = light.node.power;
         light.node.power *= emission[material];
         light.node.two_sided = t.emission_two_sided[material];

@@ -149,7 +149,7 @@ EG_OUTLINE LightSample sample_light_arc(const SceneView& scene, Mask active, Vec
     const Int index = gather(lights.index, choice.light), kind = gather(lights.kind, choice.light);
     const Mask is_triangle = choice.active & (kind == static_cast<int>(kTriangleLight));
     const Mask is_row = choice.active & ~is_triangle;
-    LightSample s = no_light_sample(is_triangle, is_row, index, kind);
+    LightSample s = no_light_sample(scene, is_triangle, is_row, index, kind);
     s.active = splat(0);
     s.distant = is_row & (kind >= static_cast<int>(kDirectionLight));
     s.pdf = splat(0.0f);

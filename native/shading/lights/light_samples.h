@@ -95,13 +95,19 @@ EG_INLINE Mask shines_on(const SceneView& scene, Int row, Int mesh, Int bounces)
 }
 
 // An empty sample of emissive faces and rows of the light table with the numbers `index`.
-EG_INLINE LightSample no_light_sample(Mask is_triangle, Mask is_row, Int index, Int kind) {
+EG_INLINE LightSample no_light_sample(const SceneView& scene, Mask is_triangle, Mask is_row, Int index,
+                                      Int kind) {
     LightSample s;
     s.radiance = zero3();
     s.share = splat(1.0f);
     s.casts_shadow = splat(-1);
     s.blockers = splat(1 << kShadowRay);
     s.visible_to = select(is_row, splat(-1), splat(~kOfTable));
+    // A mesh that some kinds of rays cannot hit does not light the lobes that scatter these kinds
+    if (scene.lights.any_hidden && any(is_triangle)) {
+        const Int seen_by = gather(scene.mesh_mask, mesh_of(scene, select(is_triangle, index, splat(0))));
+        s.visible_to = select(is_triangle, seen_by & splat(~kOfTable), s.visible_to);
+    }
     s.face = select(is_triangle, index, splat(-1));
     s.row = select(is_row, index, splat(-1));
     s.kind = kind;
@@ -133,7 +139,7 @@ EG_INLINE LightSample sample_light_for(const SceneView& scene, Mask active, cons
     const Int kind = gather(lights.kind, choice.light), index = gather(lights.index, choice.light);
     const Mask is_triangle = choice.active & (kind == static_cast<int>(kTriangleLight));
     const Mask is_row = choice.active & ~is_triangle;
-    LightSample s = no_light_sample(is_triangle, is_row, index, kind);
+    LightSample s = no_light_sample(scene, is_triangle, is_row, index, kind);
     s.active = choice.active;
     s.distant = s.active & (kind >= static_cast<int>(kDirectionLight));
     Vec3 offset{splat(0.0f), splat(0.0f), splat(1.0f)}, lift = zero3();

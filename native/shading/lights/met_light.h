@@ -11,7 +11,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 EG_OUTLINE LightSample sample_met_light(const SceneView& scene, Mask active, const SurfacePoint& x, Vec3 w,
                                         Int kind, Int bounces, Float u, Float& count) {
     const LightView& lights = scene.lights;
-    LightSample s = no_light_sample(splat(0), splat(0), splat(-1), splat(0));
+    LightSample s = no_light_sample(scene, splat(0), splat(0), splat(-1), splat(0));
     s.w = w;
     s.r = count = splat(0.0f);
     s.distant = splat(0);

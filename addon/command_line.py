@@ -271,7 +271,8 @@ def _fit(arguments: argparse.Namespace) -> list[str]:
 
             def show(step: FitStep) -> None:
                 nonlocal note
-                note = f"{step.iteration} / {step.iterations}   loss {step.smoothed:.4g}"
+                ends = "   finishing" if step.iteration == step.iterations else ""
+                note = f"{step.iteration} / {step.iterations}   loss {step.smoothed:.4g}{ends}"
 
             result = session.run(callback=show, progress=_shown(bar, lambda: note), **keep)
     with stored_settings():

@@ -202,4 +202,6 @@ def fit_text(job: FitJob) -> str:
     if step.iteration == step.iterations:  # the rest takes a while, and no iteration tells how long
         return f"{step.iteration} / {step.iterations}   finishing"
     left = (step.iterations - step.iteration) * job.pace
+    if job.session.request.film is not None and job.fraction > 0.0:  # whose last iterations take longest
+        left = job.pace * step.iteration * (1.0 / job.fraction - 1.0)
     return f"{step.iteration} / {step.iterations}   {duration(job.pace)} each   {duration(left)} left"

@@ -241,7 +241,7 @@ def _film(arguments: argparse.Namespace, stored: FrameRange | None) -> FrameRang
 
 
 def _fit(arguments: argparse.Namespace) -> list[str]:
-    output = FitOutput(arguments.out, arguments.save)
+    output = FitOutput(arguments.out, arguments.save, shows=not arguments.json_progress)
     output.check()
     if arguments.checkpoint is not None:
         check_checkpoint(arguments.checkpoint)

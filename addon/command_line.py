@@ -241,7 +241,7 @@ def _film(arguments: argparse.Namespace, stored: FrameRange | None) -> FrameRang
 
 
 def _fit(arguments: argparse.Namespace) -> list[str]:
-    output = FitOutput(arguments.out, arguments.save)
+    output = FitOutput(arguments.out, arguments.save, shows=not arguments.json_progress)
     output.check()
     if arguments.checkpoint is not None:
         check_checkpoint(arguments.checkpoint)
@@ -271,7 +271,8 @@ def _fit(arguments: argparse.Namespace) -> list[str]:
 
             def show(step: FitStep) -> None:
                 nonlocal note
-                note = f"{step.iteration} / {step.iterations}   loss {step.smoothed:.4g}"
+                ends = "   finishing" if step.iteration == step.iterations else ""
+                note = f"{step.iteration} / {step.iterations}   loss {step.smoothed:.4g}{ends}"
 
             result = session.run(callback=show, progress=_shown(bar, lambda: note), **keep)
     with stored_settings():

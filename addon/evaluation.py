@@ -23,6 +23,8 @@ ENGINE = "EDGEGRAD_EXPORT"
 RESULT = "Render Result"
 # Slot of the image RESULT that receives the empty picture of the private engine.
 SLOT = "Edgegrad"
+# Blender's names of jobs to ours.
+_JOBS = {"RENDER": "Blender's render", "OBJECT_BAKE": "Blender's bake"}
 
 
 @dataclass(frozen=True)
@@ -69,9 +71,9 @@ def active_camera(scene: Any) -> Any:
     return scene.camera
 
 
-def is_rendering() -> bool:
-    """Whether Blender renders or bakes in a thread, beside which a scene can't be evaluated."""
-    return any(bpy.app.is_job_running(job) for job in ("RENDER", "OBJECT_BAKE"))
+def occupied_by() -> str:
+    """Name Blender's render or bake in a thread, beside which a scene can't be evaluated; empty: there is none."""
+    return next((name for job, name in _JOBS.items() if bpy.app.is_job_running(job)), "")
 
 
 def evaluate(scene: Any, work: Callable[[Evaluation], T], camera: Any = None) -> T:
@@ -92,8 +94,9 @@ def evaluate(scene: Any, work: Callable[[Evaluation], T], camera: Any = None) ->
     """
     if camera is None:  # markers may bind another one to the frame
         active_camera(scene)
-    if is_rendering():
-        raise Problem(f"scene '{scene.name}': can't be read while Blender renders or bakes; wait for it, or cancel it")
+    occupied = occupied_by()
+    if occupied:
+        raise Problem(f"scene '{scene.name}': can't be read during {occupied}; wait for its end, or cancel it")
     bpy.ops.ed.flush_edits()
     layer, unread = _rendered_layers(scene)
     settings = _Settings(scene, layer)

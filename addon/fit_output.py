@@ -8,6 +8,7 @@ import os
 import tempfile
 import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ import numpy as np
 import edgegrad
 from edgegrad import images
 from edgegrad.images.output_files import check_output_folder, check_outputs, replacing
+from edgegrad.progress import ProgressBar
 
 from .blend_file import save_blend
 from .problem import Problem
@@ -43,6 +45,8 @@ class FitOutput:
         Folder for pictures and the report; None: they are not written.
     blend
         File for the fitted scene; None: it is not saved.
+    shows
+        Whether the terminal shows how far the pictures are.
     names
         Maps a camera to the name of its pictures, without prefix and suffix; set by `prepare`.
     written
@@ -51,6 +55,7 @@ class FitOutput:
 
     folder: Path | None
     blend: Path | None
+    shows: bool = False
     names: dict[str, str] = field(default_factory=dict)
     written: list[Path] = field(default_factory=list)
 
@@ -146,25 +151,32 @@ class FitOutput:
             return
         limits, film = session.export.settings, session.request.film is not None
         renderer: edgegrad.Renderer | None = None
-        for name, view in shown_pictures(session).items():
-            try:
-                if renderer is None or film:  # each frame shows another scene
-                    renderer = edgegrad.Renderer(session.scene_of(values, view), threads=session.threads)
-            except NOT_RENDERED as error:
-                yield f"the pictures {prefix} the fit can't be rendered ({error})"
-                return
-            try:
-                pixels = renderer.render(spp=SPP, max_depth=limits.max_depth, bounces=limits.bounces,
-                                         camera=None if film else session.targets[view].camera)  # fmt: skip
-            except NOT_RENDERED as error:
-                yield f"camera '{name}': its picture {prefix} the fit can't be rendered ({error})"
-                continue
-            for path in self._pictures(prefix, name):
+        shown = shown_pictures(session)
+        with ProgressBar(f"pictures {prefix}") if self.shows else nullcontext() as bar:
+            for done, (name, view) in enumerate(shown.items()):
+
+                def tell(part: float, done: int = done) -> None:
+                    if bar is not None:
+                        bar.update((done + part) / len(shown))
+
                 try:
-                    images.write_image(path, pixels)
-                    self.written.append(path)
-                except (OSError, ValueError) as error:
-                    yield str(error)
+                    if renderer is None or film:  # each frame shows another scene
+                        renderer = edgegrad.Renderer(session.scene_of(values, view), threads=session.threads)
+                except NOT_RENDERED as error:
+                    yield f"the pictures {prefix} the fit can't be rendered ({error})"
+                    return
+                try:
+                    pixels = renderer.render(spp=SPP, max_depth=limits.max_depth, bounces=limits.bounces, progress=tell,
+                                             camera=None if film else session.targets[view].camera)  # fmt: skip
+                except NOT_RENDERED as error:
+                    yield f"camera '{name}': its picture {prefix} the fit can't be rendered ({error})"
+                    continue
+                for path in self._pictures(prefix, name):
+                    try:
+                        images.write_image(path, pixels)
+                        self.written.append(path)
+                    except (OSError, ValueError) as error:
+                        yield str(error)
 
     def _write_report(self, session: Session, result: edgegrad.FitResult) -> Iterator[str]:
         film = session.request.film

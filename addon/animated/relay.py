@@ -66,6 +66,11 @@ class Relay:
         """Take over what `state` has returned."""
         self._driver.restore(state)
 
+    @property
+    def wanted(self) -> bool:
+        """Whether a thread waits for `serve`."""
+        return self._wanted is not None
+
     def serve(self) -> None:
         """Answer a waiting thread; for the main thread."""
         with self._changed:

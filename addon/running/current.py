@@ -8,7 +8,7 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from ..evaluation import is_rendering
+from ..evaluation import occupied_by
 from ..status import STATUS, redraw
 from . import overlay
 from .fit_job import FitJob, fit_text, trend
@@ -54,8 +54,7 @@ def poll(context: Any) -> bool:
     problem = None if _HELD.guard is None or job.ending == RESTORE else _HELD.guard.problem(last=not running)
     if problem is not None:
         job.end(RESTORE, problem)
-    if not is_rendering():  # the job waits, since its next evaluation would fail and lose what the fit has reached
-        job.serve()
+    job.serve(occupied_by())
     if not running:
         return True
     if time.monotonic() < _HELD.due:
@@ -72,7 +71,7 @@ def text_of(job: Job) -> str:
     if not isinstance(job, FitJob):
         return f"{job.label}   {job.fraction:.0%}"
     loss = "" if job.step is None else f"   loss {job.step.smoothed:.4g} {trend(job.losses)}"
-    state = "   ending" if job.ending is not None else "   paused" if job.paused else ""
+    state = "   ending" if job.ending is not None else "   paused" if job.paused and not job.waits_for else ""
     return fit_text(job) + loss + state
 
 

@@ -17,7 +17,7 @@ from edgegrad.images.code_values import write_codes
 
 from ..session import Session
 from ..write_back.destinations import PixelsOf
-from .job import Job
+from .job import RESTORE, Job
 
 # Iterations at each end of the recent losses whose means give the trend.
 TREND_OVER = 10
@@ -58,7 +58,8 @@ class FitJob(Job):
         self.step: edgegrad.FitStep | None = None
         self.losses: list[float] = []
         self.began = 0  # iterations before this run
-        self._waited = 0.0
+        self._waited = 0.0  # seconds of pauses and waits
+        self._waits_since = 0.0
         self._drawn = self._told = 0
         self._due = 0.0
 
@@ -98,8 +99,24 @@ class FitJob(Job):
         self._waited += time.monotonic() - began
         return self.ending
 
-    def serve(self) -> None:
-        self.session.serve()
+    def serve(self, occupied: str = "") -> None:
+        relay = self.session.relay
+        if relay is None:
+            return
+        # An evaluation beside a render would fail, and the fit would lose what it has reached.
+        waits_for = occupied if relay.wanted else ""
+        if waits_for and not self.waits_for:
+            self._waits_since = time.monotonic()
+        elif self.waits_for and not waits_for:
+            self._waited += time.monotonic() - self._waits_since
+        self.waits_for = waits_for
+        if not occupied:
+            self.session.serve()
+
+    def end(self, how: str, reason: str = "") -> None:
+        super().end(how, reason)
+        if how == RESTORE and self.session.relay is not None:
+            self.session.relay.close()  # a thread that waits for the end of a render would not see it
 
     def wait(self) -> None:
         """Wait until the thread has ended; Blender is no longer evaluated for it."""
@@ -110,7 +127,7 @@ class FitJob(Job):
     # ---- what the panel shows ----
     @property
     def pace(self) -> float:
-        """Seconds of each iteration, without pauses; 0 before the first."""
+        """Seconds of each iteration, without pauses and waits; 0 before the first."""
         step = self.step
         return 0.0 if step is None else max(step.seconds - self._waited, 0.0) / step.iteration
 
@@ -177,9 +194,14 @@ def duration(seconds: float) -> str:
 def fit_text(job: FitJob) -> str:
     """Text of the progress bar of a fit."""
     step = job.step
+    if job.waits_for:
+        done = "" if step is None else f"{step.iteration} / {step.iterations}   "
+        return f"{done}Waiting for the end of {job.waits_for}"
     if step is None:
         return "Trying several starts" if job.session.request.restarts else "First iteration"
     if step.iteration == step.iterations:  # the rest takes a while, and no iteration tells how long
         return f"{step.iteration} / {step.iterations}   finishing"
     left = (step.iterations - step.iteration) * job.pace
+    if job.session.request.film is not None and job.fraction > 0.0:  # whose last iterations take longest
+        left = job.pace * step.iteration * (1.0 / job.fraction - 1.0)
     return f"{step.iteration} / {step.iterations}   {duration(job.pace)} each   {duration(left)} left"

@@ -32,7 +32,9 @@ class Job:
     reason
         Why it was ended, if not by the user; a sentence.
     paused
-        Whether the work waits.
+        Whether the work waits for the user.
+    waits_for
+        What else the work waits for, such as "Blender's render"; empty: nothing.
     """
 
     def __init__(self, label: str, work: Callable[[Job], Any]) -> None:
@@ -43,6 +45,7 @@ class Job:
         self.ending: str | None = None
         self.reason = ""
         self.paused = False
+        self.waits_for = ""
         self._work = work
         self._changed = threading.Condition()
         self._thread = threading.Thread(target=self._run, name="edgegrad", daemon=True)
@@ -91,8 +94,8 @@ class Job:
                 self.ending, self.reason = how, reason
             self._changed.notify_all()
 
-    def serve(self) -> None:
-        """Do what the thread needs from the main thread."""
+    def serve(self, occupied: str = "") -> None:
+        """Do what the thread needs from the main thread, unless Blender is occupied by something."""
 
     def wait(self) -> None:
         """Wait until the thread has ended."""

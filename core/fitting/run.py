@@ -31,7 +31,7 @@ from .fit_step import Callback, FitStep, chance, effect, ending
 from .gains import Gains
 from .losses import Loss
 from .outcome.zero_gradients import warn_of_untouched
-from .schedule import Schedule
+from .schedule import Schedule, done_before
 from .silhouettes import Silhouettes, is_negative, moves_silhouettes
 from .targets import View, camera_of_gradient, checked_loss
 from .variables import Unknown
@@ -56,6 +56,7 @@ class Run:
     ) -> None:
         self.work, self.renderer, self.seen, self.unknowns, self.loss = work, renderer, seen, unknowns, loss
         self.schedule, self.iterations = schedule, schedule.iterations
+        self.done_before = done_before(schedule, len(seen))
         self.spp, self.gradient_spp, self.limits, self.field_edges = spp, gradient_spp, limits, field_edges
         self.seed, self.started, self.progress = seed, started, progress
         self.driven, self.placement, self.silhouettes, self.keyed = driven, placement, silhouettes, keyed
@@ -188,7 +189,7 @@ class Run:
 
     def loss_of(self, k: int, views: Sequence[int]) -> float:
         """Loss of some pictures as they are now, with the samples of iteration k; it is not recorded."""
-        pictures = {j: self._pictures(k, j, 0.0, len(views)) for j in views}
+        pictures = {j: self._pictures(k, j, 0.0, 0.0) for j in views}
         return sum(self.seen[j].weight * value for j, (value, _) in self.compare(k, self.loss, pictures)[1].items())
 
     def see(self, j: int) -> None:
@@ -206,8 +207,8 @@ class Run:
         """Render all pictures once more and record the loss after the last step, unless this was done."""
         if self.measured:
             return
-        every = range(len(self.seen))
-        self._adjoints(self.iterations, {j: self._pictures(self.iterations, j, 1.0, len(every)) for j in every})
+        k, part = self.iterations, 1.0 / len(self.seen)
+        self._adjoints(k, {j: self._pictures(k, j, part * j, part) for j in range(len(self.seen))})
         self._record(True)
         self._simplify_best()
         self.measured = True
@@ -216,9 +217,9 @@ class Run:
 
     def record_newton_step(self, step: int, gains: list[F64]) -> None:
         """Take the present values, which a Newton step after the end has found, as the best."""
-        every, k = range(len(self.seen)), self.iterations + step
+        k = self.iterations + step
         self.gains.values = gains
-        self._adjoints(k, {j: self._pictures(k, j, 1.0, len(every)) for j in every})
+        self._adjoints(k, {j: self._pictures(k, j, 0.0, 0.0) for j in range(len(self.seen))})
         self._record(False)
         self.best, self.best_values, self.best_gains = len(self.losses) - 1, self.values(), gains
 
@@ -227,12 +228,8 @@ class Run:
         turn = self.schedule.turn(k).views
         total = {path: np.zeros(np.shape(value)) for path, value in self.start.items()}
         own = [item.path for item in self.unknowns]
-        part_of_view = 0.5 / len(turn)
-
-        def done(n: int) -> float:  # of the fit, after n halves of the work on a view
-            return (k + part_of_view * n) / (self.iterations + 1)
-
-        pictures = {j: self._pictures(k, j, done(n), len(turn)) for n, j in enumerate(turn)}
+        half = 0.5 / len(turn)  # of the work on a view, as a part of the iteration
+        pictures = {j: self._pictures(k, j, half * n, half) for n, j in enumerate(turn)}
         for n, (j, adjoint) in enumerate(self._adjoints(k, pictures).items()):
             view = self.seen[j]
             moving = () if self.placement is None else self.placement.paths[j]
@@ -244,7 +241,7 @@ class Run:
             part = renderer.render_backward(
                 adjoint, wrt, spp=self.gradient_spp, **self.limits_of(j), seed=self.seed_of(k, j, 1),
                 camera=camera_of_gradient(renderer, view.camera, wrt), field_edges=self.field_edges,
-                progress=self._part(done(len(turn) + n), 0.0, part_of_view),
+                progress=self._part(k, 0.5 + half * n, half),
             )
             part = part | {path: np.zeros(np.shape(parameters.get(self.work, path)))
                            for path in (*own, *moving) if path not in part}  # fmt: skip
@@ -274,20 +271,19 @@ class Run:
         """Path length and bounces of picture j; a silhouette is seen directly."""
         return self.limits if self.seen[j].objects is None else self.limits | {"max_depth": 1}
 
-    def _pictures(self, k: int, j: int, done: float, among: int) -> tuple[NDArray[np.float32], ...]:
+    def _pictures(self, k: int, j: int, first: float, part: float) -> tuple[NDArray[np.float32], ...]:
         """Render picture j, or two independent pictures of half the samples if its gain is unknown.
 
-        It is one of `among` pictures of this iteration.
+        It is a part of iteration k, which has come as far as `first`.
         """
         self.see(j)
         view = self.seen[j]
         halves = 2 if isinstance(view.gain, str) else 1
         out = []
         for half in range(halves):
-            part = 0.5 / (among * halves)
             image = self.renderer_of(j).render(
                 spp=max(1, self.spp // halves), **self.limits_of(j), seed=self.seed_of(k, j, 4 * half),
-                camera=view.camera, progress=self._part(done, half * part, part),
+                camera=view.camera, progress=self._part(k, first + part * half / halves, part / halves),
             )
             if not np.isfinite(image).all():
                 raise FloatingPointError(f"fit: the picture of target {j} is not finite in iteration {k + 1}")
@@ -374,12 +370,13 @@ class Run:
         """
         return int(np.random.SeedSequence([self.seed, k, j, kind]).generate_state(1)[0])
 
-    def _part(self, done: float, offset: float, fraction: float) -> Progress | None:
-        """Map the progress of one render to the progress of the whole fit; offset and fraction are of an iteration."""
+    def _part(self, k: int, first: float, part: float) -> Progress | None:
+        """Map the progress of one render, which is a part of iteration k, to that of the whole fit."""
         report = self.progress
         if report is None:
             return None
-        return lambda part: report(min(done + (offset + fraction * part) / (self.iterations + 1), 1.0))
+        begin, end = self.done_before[[k, k + 1]] if k <= self.iterations else (1.0, 1.0)
+        return lambda fraction: report(min(float(begin + (end - begin) * (first + part * fraction)), 1.0))
 
     @cached_property
     def plan(self) -> Plan:

@@ -76,6 +76,16 @@ class Schedule(Protocol):
         ...
 
 
+def done_before(schedule: Schedule, views: int) -> NDArray[np.float64]:
+    """Return the part of a fit that is done before each iteration, before the last look at all targets, and at its end.
+
+    Targets take equal times, but iterations may have different numbers of them.
+    """
+    targets = [len(schedule.turn(k).views) for k in range(schedule.iterations)]
+    done = np.cumsum([0.0, *targets, views])
+    return np.asarray(done / done[-1])
+
+
 class Cycle:
     """All pictures in turns, with steps that get shorter.
 

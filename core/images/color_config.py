@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 F64 = NDArray[np.float64]
 SCENE_LINEAR = "scene_linear"
-CURE = "install it (pip install opencolorio), or use a picture that was saved as EXR or with the view Standard"
+CURE = ("install it (pip install opencolorio; for Blender of Debian or Ubuntu: apt install python3-pyopencolorio), or "
+        "use a picture that was saved as EXR or with the view Standard")
 
 
 def processor(config: str | None, display: str, view: str, look: str, exposure: float, gamma: float,

@@ -13,6 +13,7 @@ that the light was at least as bright; it gets no weight.
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -31,8 +32,9 @@ F64 = NDArray[np.float64]
 STANDARD = "Standard"
 NO_LOOK = "None"
 
-# Newton's method: number of steps, the longest step and the difference step, both in stops.
-STEPS, LONGEST, DIFFERENCE = 12, 2.0, 0.01
+# Newton's method: number of steps, the longest step and the difference step, both in stops; the error of a code at
+# which it ends.
+STEPS, LONGEST, DIFFERENCE, ENOUGH = 12, 2.0, 0.01, 1e-6
 # The unknown is log2(light + DARK), since curves such as AgX are nearly logarithmic.
 DARK = 1e-4
 BRIGHTEST = 2.0**12
@@ -41,8 +43,11 @@ NOISE_STEP = (2e-3, 0.02)
 # Codes that no light yields differ by more than this number of code widths from those of the found light.
 MOST_WIDTHS_OFF = 1.5
 # Several lights have the same code only where a channel is below this fraction of the largest. The search for others
-# starts where channels are darker by so many stops.
-SATURATED, BLACK = 0.3, 8.0
+# starts where channels are darker by so many stops: each start finds lights that the others miss.
+SATURATED, DARKER = 0.3, (8.0, 3.0, -3.0)
+# Another light counts if its code differs by less than so many code widths: a rounded code itself is up to half a width
+# off, and Newton's method does not always come to the nearest one.
+OTHER_WIDTHS = 0.75
 # Smallest width of a code: the accuracy of tables of colors, whose kinks Newton's method does not resolve.
 LEAST_WIDTH = 5e-4
 
@@ -168,22 +173,36 @@ class ViewTransform(CheckedAtOnce):
 def _solve(forward: Callable[[F64], F64], code: F64, start: F64) -> tuple[F64, F64]:
     """Solve forward(light) = code by Newton's method; return the light and the largest difference of its code."""
     x = _unknown(start)
-    best, least = x, np.full(len(x), np.inf)
+    best, least = x.copy(), np.full(len(x), np.inf)
+    rows = np.arange(len(x))  # those that are not solved yet
     for step in range(STEPS + 1):
-        residual = forward(_light(x)) - code
+        residual = forward(_light(x)) - code[rows]
         error = np.abs(residual).max(axis=1)
-        better = error < least
-        best, least = np.where(better[:, None], x, best), np.where(better, error, least)
-        if step == STEPS or not (least > 1e-6).any():
+        better = error < least[rows]
+        best[rows[better]], least[rows[better]] = x[better], error[better]
+        going = least[rows] > ENOUGH
+        rows, x, residual = rows[going], x[going], residual[going]
+        if step == STEPS or not len(rows):
             break
         # Columns: derivative with respect to each channel.
-        slope = np.stack([(forward(_light(x + DIFFERENCE * e)) - code - residual) / DIFFERENCE for e in np.eye(3)],
-                         axis=2)  # fmt: skip
+        here = code[rows] + residual
+        slope = np.stack([(forward(_light(x + DIFFERENCE * e)) - here) / DIFFERENCE for e in np.eye(3)], axis=2)
         transposed = slope.transpose(0, 2, 1)
         normal = transposed @ slope + 1e-9 * np.eye(3)
-        change = -np.linalg.solve(normal, transposed @ residual[..., None])[..., 0]
+        change = -(_inverses(normal) @ transposed @ residual[..., None])[..., 0]
         x = np.clip(x + np.clip(change, -LONGEST, LONGEST), np.log2(DARK), np.log2(BRIGHTEST))
     return _light(best), least
+
+
+def _inverses(matrices: F64) -> F64:
+    """Return the inverses of (n, 3, 3) matrices.
+
+    Those of numpy share each single matrix among OpenBLAS's threads, which wait in a loop: beside other processes this
+    takes minutes.
+    """
+    a, b, c = matrices[:, 0], matrices[:, 1], matrices[:, 2]
+    columns = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=2)
+    return np.asarray(columns / (a * columns[:, :, 0]).sum(axis=1)[:, None, None])
 
 
 def _unknown(light: F64) -> F64:
@@ -198,15 +217,15 @@ def _ambiguity(forward: Callable[[F64], F64], code: F64, light: F64, width: floa
     """Standard deviation of the light if another light of the same code is as likely.
 
     The tables of AgX map dark channels of saturated colours to codes that rise and fall again. Other lights are
-    searched from those whose darkest channel, middle channel or both are almost black.
+    searched from those whose darkest channel, middle channel or both are darker or brighter.
     """
     out = np.zeros(len(light))
     which = np.flatnonzero(light.min(axis=1) < SATURATED * light.max(axis=1))
     here, rank = light[which], light[which].argsort(axis=1).argsort(axis=1)
-    for black in (rank == 0, rank == 1, rank <= 1):
-        other, error = _solve(forward, code[which], np.where(black, 2.0**-BLACK * here, here))
+    for stops, channels in itertools.product(DARKER, (rank == 0, rank == 1, rank <= 1)):
+        other, error = _solve(forward, code[which], np.where(channels, 2.0**-stops * here, here))
         distance = np.linalg.norm(other - here, axis=1) / np.sqrt(2.0)
-        out[which] = np.maximum(out[which], np.where(error < 0.5 * width, distance, 0.0))
+        out[which] = np.maximum(out[which], np.where(error < OTHER_WIDTHS * width, distance, 0.0))
     return out
 
 
@@ -219,5 +238,5 @@ def _noise(forward: Callable[[F64], F64], light: F64, width: float) -> F64:
         moved[:, k] += NOISE_STEP[0] + NOISE_STEP[1] * light[:, k]
         columns.append((forward(moved) - start) / (moved - light)[:, k : k + 1])
     slope = np.stack(columns, axis=2)
-    inverse = np.linalg.inv(slope.transpose(0, 2, 1) @ slope + 1e-12 * np.eye(3))
+    inverse = _inverses(slope.transpose(0, 2, 1) @ slope + 1e-12 * np.eye(3))
     return np.sqrt(np.trace(inverse, axis1=1, axis2=2) * width**2 / 12.0)

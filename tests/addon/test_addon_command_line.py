@@ -62,12 +62,14 @@ def data() -> Any:
 
 
 @pytest.mark.parametrize("where", ["--shape-key", "--in-place"])
-def test_fit_writes_pictures_report_and_another_blend(start: Any, where: Any, tmp_path: Any) -> None:
+def test_fit_writes_pictures_report_and_another_blend(start: Any, where: Any, tmp_path: Any, capsys: Any) -> None:
     before = digest(start)
     saved, out = tmp_path / "fitted.blend", tmp_path / "out"
     code = command_line.main(arguments(start, "--vertices", "Cube", "--base-color", "Clay", "--iterations", "20", where,
                                        "--save", str(saved), "--out", str(out)))  # fmt: skip
     assert code == 0 and digest(start) == before
+    said = capsys.readouterr().err
+    assert all(text in said for text in ("pictures before [", "20 / 20   loss", "   finishing", "pictures after ["))
     report = json.loads((out / "report.json").read_text())
     assert min(report["losses"]) < 0.3 * report["losses"][0]
     assert images.read_image(out / "after_Front.exr").shape == (bs.SIZE, bs.SIZE, 3)

@@ -111,6 +111,18 @@ def test_a_resumed_film_has_the_same_bits(stop: int, tmp_path: Path) -> None:
     assert same(state(scene), state(expected_scene)) and same(resumed.values, expected.values)
 
 
+def test_progress_counts_frames_and_never_falls() -> None:
+    """An iteration of all frames is as long as one of each of them."""
+    scene, targets, _ = film_of(9, (12, 9))
+    seen: list[float] = []
+    ends: list[float] = []
+    edgegrad.fit(scene, targets, [COLOR], iterations=8, spp=1, film=Film(range(9), [POSE], first_every=4),
+                 progress=seen.append, callback=lambda _: ends.append(seen[-1]), uncertainty=False)  # fmt: skip
+    assert seen == sorted(seen) and seen[-1] == pytest.approx(1.0)
+    steps = np.diff(ends)
+    assert steps[-1] == pytest.approx(9.0 * steps[0], rel=1e-3)
+
+
 def test_every_frame_gets_its_turns_and_starts_from_its_neighbours() -> None:
     schedule = FilmSchedule(list(range(11)), 4, 8, 2, 0)
     turns = [schedule.turn(k) for k in range(schedule.iterations)]

@@ -17,7 +17,6 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 from edgegrad import images
 from edgegrad_addon.animated.parameter import Wanted
 from edgegrad_addon.parameters import Names
-from edgegrad_addon.running import current
 from edgegrad_addon.running import guard as guard_module
 from edgegrad_addon.running.guard import Guard
 from edgegrad_addon.session import Picture, Request, Session
@@ -155,13 +154,3 @@ def test_pixels_are_looked_at_now_and_then(start: Callable[..., Guard], monkeypa
         clock[0] += seconds
         assert guard.problem() is None and len(looks) == count
     assert guard.problem(last=True) is None and len(looks) == 3
-
-
-def test_a_fit_waits_while_blender_renders(monkeypatch: pytest.MonkeyPatch) -> None:
-    served: list[str] = []
-    job = SimpleNamespace(running=False, ending=None, serve=lambda: served.append("served"))
-    monkeypatch.setattr(current.STATUS, "job", job)
-    for rendering, count in ((True, 0), (False, 1), (True, 1), (False, 2)):
-        monkeypatch.setattr(current, "is_rendering", lambda rendering=rendering: rendering)
-        current.poll(bpy.context)
-        assert len(served) == count

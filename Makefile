@@ -92,7 +92,7 @@ stability: $(VENV)/installed
 	$(RUN) -m tests.stability
 
 torture: $(VENV)/installed
-	$(RUN) -m tests.torture.run --count 5000 --differences 0.1 --gloss 0.1
+	$(RUN) -m tests.torture.run --count 5000 --differences 0.1 --gloss 0.1 --features 0.1
 
 check-machine:
 	@$(PYTHON) .ci/check_machine.py

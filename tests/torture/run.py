@@ -1,7 +1,8 @@
 """Random scenes over the whole public interface, in processes of their own: ``python -m tests.torture.run``.
 
 Each scene is a pure function of its seed, so that ``--only SEED`` examines one again, and ``--only dSEED`` a comparison
-of a derivative with differences, ``--only fSEED`` one in a scene of distance fields, ``--only gSEED`` one of gloss.
+of a derivative with differences, ``--only fSEED`` one in a scene of distance fields, ``--only gSEED`` one of gloss,
+``--only xSEED`` one with features of real scenes.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ def tasks(args: argparse.Namespace, until: float) -> Iterator[str]:
     if args.only is not None:
         yield args.only
         return
-    shares = {"d": args.differences, "f": args.fields, "g": args.gloss}
+    shares = {"d": args.differences, "f": args.fields, "g": args.gloss, "x": args.features}
     due = dict.fromkeys(shares, 0.0)
     for seed in range(args.seed, args.seed + args.count):
         if time.monotonic() > until:
@@ -56,7 +57,9 @@ def main() -> int:
     parser.add_argument("--fields", type=float, default=0.0,
                         help="the same in scenes of distance fields among mirrors, glass, meshes and other fields")
     parser.add_argument("--gloss", type=float, default=0.0, help="the same in scenes of several glossy surfaces")
-    parser.add_argument("--only", help="examine the scene of this seed (dSEED, fSEED, gSEED: the comparison) alone")
+    parser.add_argument("--features", type=float, default=0.0,
+                        help="the same in plain scenes with bent normals, linked lights, copies and the like")
+    parser.add_argument("--only", help="examine the scene of this seed (dSEED, fSEED, gSEED, xSEED: comparison) alone")
     parser.add_argument("--workers", type=int, default=2, help="processes")
     parser.add_argument("--minutes", type=float, default=1e6, help="begin no scene after this time")
     parser.add_argument("--timeout", type=float, default=60.0, help="seconds after which a scene counts as hanging")

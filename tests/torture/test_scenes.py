@@ -16,6 +16,7 @@ from edgegrad.rendering.engine import engine_class
 from edgegrad.scene import parameters
 from tests.support.small_scenes import need
 from tests.torture import run
+from tests.torture.drawing import feature_comparisons
 from tests.torture.drawing.textures import all_nodes
 from tests.torture.processes import results
 from tests.torture.scenes import case
@@ -92,6 +93,16 @@ def test_every_field_of_every_object_is_drawn_with_several_values() -> None:
                 shown = f"{value.shape} {value.sum()}" if isinstance(value, np.ndarray) else repr(value)
                 found.setdefault(f"{type(one).__name__}.{f.name}", set()).add(shown)
     assert {name for name, values in found.items() if len(values) < 2} == {"Material.normal"}  # textures replace it
+
+
+def test_every_feature_is_drawn_in_valid_scenes() -> None:
+    drawn: set[str] = set()
+    for seed in range(120):
+        made = feature_comparisons.comparison(seed)
+        made.scene.validate()
+        assert made.path in parameters.paths(made.scene)
+        drawn |= set(made.shader.split(", ")[1:])
+    assert drawn == set(feature_comparisons.FEATURES)
 
 
 def test_every_pair_of_shader_and_parameter_is_compared() -> None:

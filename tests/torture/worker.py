@@ -10,7 +10,7 @@ from typing import Any
 
 from tests.torture.checks import examine
 from tests.torture.compare import Outcome, compare
-from tests.torture.drawing import field_comparisons, glossy_comparisons
+from tests.torture.drawing import feature_comparisons, field_comparisons, glossy_comparisons
 from tests.torture.scenes import case
 from tests.torture.tame import ABSENT, Comparison, comparison
 
@@ -20,6 +20,7 @@ COMPARISONS: dict[str, tuple[Callable[[int], Comparison], tuple[str, ...], int]]
     "d": (comparison, ABSENT, 1),
     "f": (field_comparisons.comparison, field_comparisons.ABSENT, 1),
     "g": (glossy_comparisons.comparison, glossy_comparisons.ABSENT, 4),
+    "x": (feature_comparisons.comparison, feature_comparisons.ABSENT, 1),
 }
 
 

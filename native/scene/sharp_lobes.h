@@ -58,11 +58,13 @@ inline bool may_have_gloss_rim(const SceneTables& tables, size_t closure) {
 }
 
 // Returns whether a closure may scatter no light from where its normals point away from the viewer. Gloss
-// ends there if they point below the surface, too (shading/bsdf/shading_normal.h).
-inline bool may_end_at_its_normal(const SceneTables& tables, size_t closure) {
+// ends there if they point below the surface, too (shading/bsdf/shading_normal.h). `below`: shading normals
+// of its meshes do so.
+inline bool may_end_at_its_normal(const SceneTables& tables, size_t closure, bool below) {
     const int32_t flags = tables.closure_flags[closure], kind = tables.closure_kind[closure];
     if (kind == kVelvet) return (flags & kHasNormalMap) || !tables.corner_normal.empty();
-    return (flags & kNormalBelow) && ((flags & (kHasGlossy | kHasRefraction)) || kind == kTranslucent);
+    return (below || (flags & kNormalBelow)) &&
+           ((flags & (kHasGlossy | kHasRefraction)) || kind == kTranslucent);
 }
 
 // Returns whether a closure may have a rough lobe that ends with a jump for all light.

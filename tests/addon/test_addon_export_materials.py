@@ -14,9 +14,10 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 import edgegrad
 from edgegrad import expression as e
 from edgegrad.expression import procedural as p
-from edgegrad_addon.export.geometry import attributes, hashes
+from edgegrad_addon.export.geometry import attributes
 from edgegrad_addon.export.materials.material import PART
 from tests.support.scenes import blender_scenes as bs
+from tests.support.scenes.material_tree import Tree
 
 
 @pytest.fixture(autouse=True)
@@ -24,34 +25,6 @@ def _scene() -> None:
     bs.empty()
     bs.camera()
     bs.light("POINT")
-
-
-class Tree:
-    """A material with one Principled node, on a cube."""
-
-    def __init__(self, shader: Any = "ShaderNodeBsdfPrincipled", **inputs: Any) -> None:
-        self.material = bs.material("M", (0.5, 0.5, 0.5), shader, **inputs)
-        self.tree = self.material.node_tree
-        self.shader = bs.shader(self.material)
-        self.object = bs.add("Cube", bs.cube("Cube", self.material))
-        self.object.data.uv_layers.new(name="UVMap")
-
-    def node(self, kind: Any, **settings: Any) -> Any:
-        node = self.tree.nodes.new("ShaderNode" + kind)
-        for key, value in settings.items():
-            setattr(node, key, value)
-        return node
-
-    def link(self, output: Any, to: Any) -> None:
-        self.tree.links.new(output, self.shader.inputs[to] if isinstance(to, str) else to)
-
-    def surface(self, output: Any) -> None:
-        self.tree.links.new(output, self.tree.get_output_node("CYCLES").inputs["Surface"])
-
-    def export(self) -> Any:
-        self.made = bs.export(bake=32)
-        self.made.scene.validate()
-        return self.made.scene.materials["M"]
 
 
 def snapshot() -> Any:
@@ -323,84 +296,3 @@ def test_failed_bakes_leave_the_sockets_values() -> None:
     m = made.scene.materials["M"]
     assert m.textures == {} and m.roughness == pytest.approx(0.3)
     assert any("isn't baked" in line for line in made.report.lines)
-
-
-def test_instances_share_a_mesh_and_have_values_of_their_own() -> None:
-    tree = Tree()
-    info = tree.node("ObjectInfo")
-    tree.link(info.outputs["Random"], "Roughness")
-    tree.link(info.outputs["Color"], "Base Color")
-    tree.link(tree.node("Attribute", attribute_type="OBJECT", attribute_name="wear").outputs["Fac"], "Metallic")
-    bs.add("Twin", tree.object.data, (3, 0, 0))
-    tree.object["wear"], bpy.data.objects["Twin"]["wear"] = 0.25, 0.75
-    bpy.data.objects["Twin"].color = (0.1, 0.2, 0.3, 1.0)
-    tree.export()
-    mesh = tree.made.scene.meshes["Cube"]
-    assert list(tree.made.scene.meshes) == ["Cube"] and len(mesh.instances) == 2 and not mesh.attributes
-    own = mesh.instance_attributes
-    name_of = ["Cube", "Twin"] if mesh.instances[1, 0, 3] == 3.0 else ["Twin", "Cube"]
-    twin = name_of.index("Twin")
-    random = [hashes.name_hash(name) / hashes.WORD for name in name_of]
-    np.testing.assert_allclose(own[attributes.RANDOM][:, 0], random)
-    np.testing.assert_allclose(own[attributes.COLOR][twin], [0.1, 0.2, 0.3, 1.0])
-    np.testing.assert_allclose(own[attributes.PROPERTY + "wear"][[twin, 1 - twin], 0], [0.75, 0.25])
-    # An object without the property has no such value, and cannot have a row.
-    del bpy.data.objects["Twin"]["wear"]
-    bpy.data.objects["Twin"].update_tag()
-    tree.export()
-    assert len(tree.made.scene.meshes) == 2
-
-
-def test_instances_of_geometry_nodes_have_attributes_of_their_instancer() -> None:
-    tree = Tree()
-    for name, to in (("heat", "Roughness"), ("wear", "Metallic"), ("own", "Alpha")):
-        node = tree.node("Attribute", attribute_type="INSTANCER", attribute_name=name)
-        tree.link(node.outputs["Fac"], to)
-    points = bpy.data.meshes.new("Points")
-    points.from_pydata([(3, 0, 0), (6, 0, 0), (9, 0, 0)], [], [])
-    points.attributes.new("heat", "FLOAT", "POINT").data.foreach_set("value", [0.1, 0.5, 0.9])
-    holder = bs.add("Points", points)
-    holder["wear"], tree.object["wear"], tree.object["own"] = 0.25, 0.75, 0.5
-    group = bpy.data.node_groups.new("Group", "GeometryNodeTree")
-    for kind in ("INPUT", "OUTPUT"):
-        group.interface.new_socket("Geometry", in_out=kind, socket_type="NodeSocketGeometry")
-    nodes = {kind: group.nodes.new(kind) for kind in ("NodeGroupInput", "NodeGroupOutput",
-                                                      "GeometryNodeInstanceOnPoints", "GeometryNodeObjectInfo")}
-    nodes["GeometryNodeObjectInfo"].inputs["Object"].default_value = tree.object
-    copies = nodes["GeometryNodeInstanceOnPoints"]
-    group.links.new(nodes["NodeGroupInput"].outputs[0], copies.inputs["Points"])
-    group.links.new(nodes["GeometryNodeObjectInfo"].outputs["Geometry"], copies.inputs["Instance"])
-    group.links.new(copies.outputs[0], nodes["NodeGroupOutput"].inputs[0])
-    holder.modifiers.new("Copies", "NODES").node_group = group
-    tree.export()
-    mesh = next(mesh for mesh in tree.made.scene.meshes.values() if mesh.instances is not None)
-    order = np.argsort(mesh.instances[:, 0, 3])
-    assert len(mesh.instances) == 3
-    own = {name: mesh.instance_attributes[attributes.INSTANCER + name][order, 0] for name in ("heat", "wear")}
-    np.testing.assert_allclose(own["heat"], [0.1, 0.5, 0.9])
-    np.testing.assert_allclose(own["wear"], 0.25)
-    # The object itself is no instance: it has properties of its own.
-    alone = next(mesh for mesh in tree.made.scene.meshes.values() if mesh.instances is None)
-    assert np.unique(alone.attributes[attributes.INSTANCER + "wear"]).tolist() == [0.75]
-    assert np.unique(alone.attributes[attributes.INSTANCER + "own"]).tolist() == [0.5]
-
-
-def test_object_values_of_bakes_and_displacements_keep_instances_apart() -> None:
-    tree = Tree()
-    info = tree.node("ObjectInfo")
-    tree.link(info.outputs["Random"], "Roughness")
-    bs.add("Twin", tree.object.data, (3, 0, 0))
-    displace = tree.node("Displacement")
-    output = next(node for node in tree.tree.nodes if node.type == "OUTPUT_MATERIAL")
-    tree.tree.links.new(info.outputs["Random"], displace.inputs["Height"])
-    tree.tree.links.new(displace.outputs[0], output.inputs["Displacement"])
-    tree.object.data.materials[0].displacement_method = "DISPLACEMENT"
-    tree.export()
-    meshes = tree.made.scene.meshes
-    values = [meshes[name].attributes[attributes.RANDOM] for name in ("Cube", "Twin")]
-    assert all(np.ptp(v) == 0.0 for v in values) and values[0][0, 0, 0] != values[1][0, 0, 0]
-    tree.tree.links.remove(displace.outputs[0].links[0])
-    tree.tree.links.clear()
-    tree.surface(tree.shader.outputs[0])
-    tree.export()
-    assert list(tree.made.scene.meshes) == ["Cube"] and len(tree.made.scene.meshes["Cube"].instances) == 2

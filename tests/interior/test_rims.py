@@ -95,6 +95,14 @@ def test_the_plan_tells_of_lit_gloss() -> None:
     assert "normals of ball begin to point away from the viewer" in str(edgegrad.plan(smooth, ["camera.to_world"]))
 
 
+def test_the_plan_tells_of_normals_below_their_faces() -> None:
+    need("native")
+    scene, told = coarse(GLOSS), "the borders where normals of ball begin to point away from the viewer"
+    assert told not in str(edgegrad.plan(scene, BALL, max_depth=2))
+    scene.meshes["ball"].normals = -scene.meshes["ball"].vertices
+    assert told in str(edgegrad.plan(scene, BALL, max_depth=2))
+
+
 def test_the_plan_tells_of_it() -> None:
     need("native")
     said = "the directions beyond which lobes of ball scatter no light"

@@ -97,7 +97,7 @@ def test_every_field_of_every_object_is_drawn_with_several_values() -> None:
 
 def test_every_feature_is_drawn_in_valid_scenes() -> None:
     drawn: set[str] = set()
-    for seed in range(120):
+    for seed in range(500):
         made = feature_comparisons.comparison(seed)
         made.scene.validate()
         assert made.path in parameters.paths(made.scene)

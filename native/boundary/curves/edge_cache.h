@@ -88,6 +88,7 @@ struct EdgeCache {
     Kept<bool, MaterialJumps> jumps;                               // scene/textures/jumps.h
     Kept<RequestedMotion, JumpingMeshes> jumping_meshes;           // boundary/curves/texture_borders.h
     Kept<bool, std::vector<float>> mesh_sizes, transparent_boxes;  // the same
+    Kept<bool, std::vector<uint8_t>> normals_below;                // boundary/meshes/normals_below.h
     Kept<bool, bool> cross;  // whether any surface intersects another surface or a light
     Kept<bool, MeshBoxes> boxes;
     Kept<bool, MeshTrees> trees;                     // for the searches of one call
@@ -121,7 +122,7 @@ struct EdgeCache {
         lit_outlines.clear(), lit_patches.clear(), seen_crossings.clear(), lit_crossings.clear();
         tree.clear(), regions.clear(), polygons.clear(), cross.clear();
         contact_materials.clear(), contact_meshes.clear(), transparent_boxes.clear();
-        jumps.clear(), jumping_meshes.clear(), open_fields.clear();
+        jumps.clear(), jumping_meshes.clear(), open_fields.clear(), normals_below.clear();
     }
 };
 

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cstdint>
 #include <optional>
+#include <type_traits>
 #include <vector>
 
 #include "boundary/curves/edge_counts.h"
@@ -147,12 +148,19 @@ class PartClock {
 // Rows of spots without blend.
 std::vector<int32_t> hard_cones(const SceneTables::LightRows& lights);
 
-// The materials of visible faces with a closure for which `is` holds.
+// The materials of visible faces with a closure for which `is` holds: is(closure) or is(closure, material).
 template <typename Is>
 std::vector<int32_t> used_materials(const SceneTables& tables, const Is& is) {
     std::vector<int32_t> out;
-    for (size_t m = 0; m < tables.material_used.size(); ++m)
-        if (tables.material_used[m] && any_closure(tables, m, is)) out.push_back(static_cast<int32_t>(m));
+    for (size_t m = 0; m < tables.material_used.size(); ++m) {
+        const auto holds = [&](size_t k) {
+            if constexpr (std::is_invocable_v<Is, size_t, size_t>)
+                return is(k, m);
+            else
+                return is(k);
+        };
+        if (tables.material_used[m] && any_closure(tables, m, holds)) out.push_back(static_cast<int32_t>(m));
+    }
     return out;
 }
 

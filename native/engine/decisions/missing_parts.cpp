@@ -7,6 +7,7 @@
 #include "boundary/curves/texture_borders.h"
 #include "boundary/fields/field_curves.h"
 #include "boundary/fields/field_lights.h"
+#include "boundary/meshes/normals_below.h"
 #include "boundary/meshes/star_shaped.h"
 #include "boundary/meshes/trees/face_tree.h"
 #include "engine/decisions/clip_borders.h"
@@ -122,9 +123,13 @@ class Search {
 
     void mirrored() {
         if (f_.options.max_depth < 2) return;
-        if (any_moves_ || normals_turn())
-            materials(Part::kTurnedNormals,
-                      used_materials(tables_, [&](size_t k) { return may_end_at_its_normal(tables_, k); }));
+        if (any_moves_ || normals_turn()) {
+            const auto below =
+                kept_.normals_below.get(true, [&] { return normals_below(tables_, threads_); });
+            materials(Part::kTurnedNormals, used_materials(tables_, [&](size_t k, size_t m) {
+                          return may_end_at_its_normal(tables_, k, (*below)[m] != 0);
+                      }));
+        }
         const std::vector<int32_t> smooth =
             used_materials(tables_, [&](size_t k) { return may_be_specular(tables_, k); });
         rim_lines();

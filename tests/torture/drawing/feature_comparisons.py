@@ -42,6 +42,12 @@ def _body(made: Comparison) -> str:
     return "one" if "one" in made.scene.materials else "body"
 
 
+def _surface(draw: Draw, made: Comparison) -> str:
+    """A material of meshes alone: those of fields may neither glow nor have normal maps."""
+    of_fields = {field.material for field in made.scene.fields.values()}
+    return draw.one(tuple(name for name in (_body(made), "floor") if name not in of_fields))
+
+
 def _put(made: Comparison, collection: str, name: str, one: Any) -> None:
     setattr(made.scene, collection, {**getattr(made.scene, collection), name: one})
 
@@ -70,7 +76,7 @@ def _normal_map(draw: Draw, made: Comparison) -> None:
     _with_uv(made)
     _change(
         made,
-        draw.one((_body(made), "floor")),
+        _surface(draw, made),
         {"normal": _image(made, "bumps", pixels)},
         normal_strength=draw.one((0.5, 1.0)),
         normal_uv="UVMap",
@@ -83,7 +89,7 @@ def _bump(draw: Draw, made: Comparison) -> None:
     bump = e.Bump(e.Channel(height, 0), draw.uniform(0.1, 0.5))
     key = draw.one(("normal", "smooth_normal"))
     _change(
-        made, draw.one((_body(made), "floor")), {key: bump}, **({"normal_space": "WORLD"} if key == "normal" else {})
+        made, _surface(draw, made), {key: bump}, **({"normal_space": "WORLD"} if key == "normal" else {})
     )
 
 
@@ -101,16 +107,16 @@ def _textured_value(draw: Draw, made: Comparison) -> None:
     )
     _with_uv(made)
     texture = _image(made, "values", draw.rng.uniform(0.0, 1.0, (4, 4, 3)))
-    _change(made, draw.one((_body(made), "floor")), {field: e.MapRange(e.Channel(texture, 1), 0.0, 1.0, low, high)})
+    _change(made, _surface(draw, made), {field: e.MapRange(e.Channel(texture, 1), 0.0, 1.0, low, high)})
 
 
 def _emission(draw: Draw, made: Comparison) -> None:
-    _change(made, _body(made), {"emission": _image(made, "glow", draw.rng.uniform(0.0, 1.0, (4, 4, 3)))})
+    _change(made, _surface(draw, made), {"emission": _image(made, "glow", draw.rng.uniform(0.0, 1.0, (4, 4, 3)))})
 
 
 def _facing(draw: Draw, made: Comparison) -> None:
     node = draw.one((e.LayerWeight("FACING", 0.4), e.Fresnel(1.4)))
-    _change(made, draw.one((_body(made), "floor")), {"base_color": e.Combine(node, 0.4, 0.3)})
+    _change(made, _surface(draw, made), {"base_color": e.Combine(node, 0.4, 0.3)})
 
 
 def _absorption(draw: Draw, made: Comparison) -> None:

@@ -40,6 +40,8 @@ MODELS: dict[str, tuple[str, ...]] = {
 _COEFFICIENTS = ("k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2")
 # Pixels that a picture without distortion may be off; less is not worth the blur of resampling.
 LEAST_SHIFT = 0.01
+# Pixels. Coordinates divided by a shorter focal length may be no numbers.
+LEAST_FOCAL = 1e-6
 # Pixels that are interpolated at a time.
 BAND = 1 << 20
 
@@ -75,7 +77,7 @@ class Lens(CheckedAtOnce):
 
     checks: ClassVar[dict[str, Check]] = {
         **dict.fromkeys(("width", "height"), by(whole, 1, MAX_SIDE)),
-        **dict.fromkeys(("fx", "fy"), by(number, above=0.0)),
+        **dict.fromkeys(("fx", "fy"), by(number, above=LEAST_FOCAL)),
         **dict.fromkeys(("cx", "cy", *_COEFFICIENTS), number),
     }
 

@@ -74,7 +74,7 @@ def image_size(path: str | Path) -> tuple[int, int]:
 
 def readable(path: str | Path) -> Path:
     """Check that there is a file of a readable type; ``ValueError`` names the path."""
-    if not str(path).strip():
+    if isinstance(path, (str, Path)) and not str(path).strip():
         raise ValueError(f"image '{path}': no picture is chosen; choose a file")
     file = file_path("image", "path", path)
     suffix = file.suffix.lower()

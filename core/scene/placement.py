@@ -112,7 +112,11 @@ def stretches(linear: F64) -> bool:
 
 def cofactors(place: F64) -> F64:
     """(k, 3, 3) inverse transposes of the maps' linear parts, which turn normals."""
-    return np.linalg.inv(place[:, :, :3]).transpose(0, 2, 1)
+    # `numpy.linalg.inv` returns any numbers where it cannot allocate memory.
+    rows = place[:, :, :3]
+    across = np.stack([np.cross(rows[:, 1], rows[:, 2]), np.cross(rows[:, 2], rows[:, 0]),
+                       np.cross(rows[:, 0], rows[:, 1])], axis=1)  # fmt: skip
+    return np.asarray(across / np.sum(rows[:, 0] * across[:, 0], axis=1)[:, None, None])
 
 
 def smoothing_groups(mesh: Mesh) -> int:

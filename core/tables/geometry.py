@@ -34,7 +34,8 @@ def geometry(scene: Scene, placed: list[Mesh], origin: NDArray[np.float64] | Non
         if mesh.face_material is None:
             slots.append(np.full(len(mesh.faces), material_index[mesh.materials[0]], np.int32))
         else:
-            slots.append(np.array([material_index[name] for name in mesh.materials], np.int32)[mesh.face_material])
+            numbers = np.array([material_index[name] for name in mesh.materials], np.int32)
+            slots.append(np.take(numbers, mesh.face_material))
     for k, light in enumerate(area_lights):
         light_vertices, light_faces = area_light_mesh(light)
         meshes.append(Mesh(light_vertices, light_faces, ()))
@@ -65,16 +66,19 @@ def geometry(scene: Scene, placed: list[Mesh], origin: NDArray[np.float64] | Non
     }
 
 
+# Functions of numpy that go through buffers end the process where these cannot be allocated: an index of another type
+# than numpy's own, arithmetic of two types, or of large arrays of two shapes. `take` and assignments raise MemoryError.
 def _faces(meshes: list[Mesh], first_vertex: NDArray[np.int64], first_face: NDArray[np.int64]) -> NDArray[np.uint32]:
     out = np.empty((int(first_face[-1]), 3), np.uint32)
     for first, last in batches(np.diff(first_face)):
         rows = out[first_face[first] : first_face[last]]
         if last - first == 1:
-            np.add(meshes[first].faces, first_vertex[first], out=rows, casting="unsafe")
+            rows[:] = meshes[first].faces
+            rows += np.uint32(first_vertex[first])
             continue
-        numbers = np.concatenate([mesh.faces for mesh in meshes[first:last]])
-        shift = np.repeat(first_vertex[first:last], np.diff(first_face[first : last + 1]))
-        np.add(numbers, shift[:, None], out=rows, casting="unsafe")
+        rows[:] = np.concatenate([mesh.faces for mesh in meshes[first:last]])
+        shift = np.repeat(first_vertex[first:last], 3 * np.diff(first_face[first : last + 1]))
+        rows += shift.astype(np.uint32).reshape(-1, 3)
     return out
 
 

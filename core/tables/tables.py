@@ -98,7 +98,8 @@ class Tables:
     @property
     def emission_two_sided(self) -> NDArray[np.uint8]:
         """(M,) 1: faces of the material emit from both sides."""
-        return ((self.materials.flags[self.materials.first_closure[:-1]] & TWO_SIDED) != 0).astype(np.uint8)
+        first = np.take(self.materials.flags, self.materials.first_closure[:-1])
+        return ((first & TWO_SIDED) != 0).astype(np.uint8)
 
     def same_geometry(self, other: Tables) -> bool:
         """Whether the meshes and their vertices are the same as in other tables."""

@@ -106,7 +106,7 @@ def mesh_extents(meshes: Sequence[Mesh], origin: NDArray[np.float64]) -> I32:
     for extent, mesh in zip(extents, meshes, strict=True):
         vertices = mesh.vertices - (0.0 if mesh.instances is not None else origin)
         ends = np.stack([vertices.argmin(axis=0), vertices.argmax(axis=0)])
-        low, high = np.take_along_axis(vertices, ends, axis=0)
+        low, high = np.take(vertices, 3 * ends + np.arange(3))
         size = high - low
         rounding = 4.0 * np.finfo(np.float32).eps * max(np.abs(low).max(), np.abs(high).max())
         places = 3 * (first + ends) + np.arange(3)

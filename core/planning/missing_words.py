@@ -13,7 +13,8 @@ _ABOUT_MESHES = {
                      "(checkerboards, images without interpolation, constant ramps and comparisons of UVs) on "
                      "meshes, in moderate numbers",
     "partly seen shadows": "shadows of {}, which only some kinds of rays can hit: computed as for shadow rays, or as "
-                           "for diffuse rays in an environment of one colour",
+                           "for diffuse rays in an environment of one colour; they also depend on the densities of "
+                           "samples, whose change is left out",
     "lit from below": "the edges of shadows on {}, where a light lies below the plane of a face that its smooth "
                       "normals let it reach (terminator_offset): they are not sampled",
     "field borders": "the borders where the distance fields {} end at their boxes: they are no edges",

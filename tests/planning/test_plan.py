@@ -263,6 +263,18 @@ def test_what_is_not_computed_is_said() -> None:
     assert plan(glowing(box()), [VERTICES]).missing == ()
 
 
+def test_densities_that_pictures_depend_on_are_named() -> None:
+    """A mesh hides the sky from scattered rays and not from shadow rays: their shares depend on the sky's pixels."""
+    scene = with_floor(box())
+    scene.images = {"sky": edgegrad.Image(np.random.default_rng(1).random((4, 8, 3), np.float32))}
+    scene.world = edgegrad.World(np.ones(3), 1.0, "sky")
+    told = "shadows of object, which only some kinds of rays can hit"
+    assert not any(told in words for words in plan(scene, ["images.sky.pixels"]).missing)
+    scene.meshes["object"].visible_to = frozenset({"camera", "diffuse", "glossy", "transmission"})
+    assert any(told in words for words in plan(scene, ["images.sky.pixels"]).missing)
+    assert not any(told in words for words in plan(scene, ["world.color"]).missing)
+
+
 def test_shading_of_a_convex_body_under_an_even_sky_is_constant() -> None:
     """The rule, and that what it skips is exactly zero: derivatives by a colour too are computed, and have no more."""
     scene = shapes.scene(*shapes.cube(), world=1.0)

@@ -26,9 +26,10 @@ SCENES = 206
 # Of very many others those in which something was wrong: negative pictures of lamps that some rays alone see and of
 # bright metal, a gradient that was no number in glass of an index of exactly 1 whose normals are turned away from the
 # view, a plan that left out what covers an emission, a normalised vector whose square no float holds. In the sixth one
-# a texture's small number was moved by thousands of times itself, which multiplied the rounding of both modes. The last
-# two have fields: one of which a report had no name, and one whose slopes' squares no float holds.
-ONCE_WRONG = (60813, 60860, 102541, 114432, 1005807, 1006327, 5100120, 5101557)
+# a texture's small number was moved by thousands of times itself, which multiplied the rounding of both modes. Then
+# two with fields: one of which a report had no name, and one whose slopes' squares no float holds. In the last one a
+# box projection about a normal of length 0 gave negative light.
+ONCE_WRONG = (60813, 60860, 102541, 114432, 1005807, 1006327, 5100120, 5101557, 200417)
 PATIENCE = 120.0
 
 

@@ -91,10 +91,12 @@ def _box_weights(low: Lowering, normal: Components, blend: float) -> tuple[Value
     limit = low.mul(0.5, low.add(1.0, blend))
     n = [low.build.emit("ABSOLUTE", c) for c in normal]
     total = low.add(low.add(n[0], n[1]), n[2])
-    n = [low.div(c, total) for c in n]
 
     def larger(a: Value, b: Value) -> Value:
         return low.build.emit("GREATER_THAN", a, b)
+
+    # A normal of length 0 has all sides alike. Its quotients would be 0, and the weights negative.
+    n = [low.select(larger(total, 0.0), low.div(c, total), 1.0 / 3.0) for c in n]
 
     def alone(i: int) -> Value:
         j, k = (i + 1) % 3, (i + 2) % 3

@@ -250,6 +250,13 @@ Rims rims_that_count(const SceneView& scene, const SceneTables& tables) {
     return out;
 }
 
+bool changes_densities(const Requested& requested) {
+    constexpr uint64_t even =
+        Requested::columns(kBaseColor, kBaseColor + 3) | Requested::columns(kEmission, kEmission + 3);
+    return requested.any("environment_pixels") || requested.any("light_params") || requested.textures() ||
+           (requested.span("closure_params").columns & ~even) != 0;
+}
+
 bool shapes_lobes(const Requested& requested, size_t closure) {
     const auto is_requested = [&](size_t first, size_t last) {
         return requested.any("closure_params", closure * kMaterialParams + first,

@@ -25,6 +25,10 @@ bool rims_move(const SceneView& scene, const SceneTables& tables, const Requeste
 enum class Rims { kNone, kOfGloss, kAll };
 Rims rims_that_count(const SceneView& scene, const SceneTables& tables);
 
+// Whether the densities of samples of lights and lobes may change. Where some kinds of rays alone can hit a
+// mesh, the picture depends on them.
+bool changes_densities(const Requested& requested);
+
 // Whether the width of a closure's lobes is requested, or where they point.
 bool shapes_lobes(const Requested& requested, size_t closure);
 

@@ -92,11 +92,12 @@ class Search {
     }
 
     void lit_surfaces() {
-        if (!any_moves_ || f_.options.max_depth < 2 || all_black(f_.scene, tables_)) return;
+        if (f_.options.max_depth < 2 || all_black(f_.scene, tables_)) return;
         const LightView& lights = f_.scene.lights;
         const bool sized = lights.face_light || lights.all_sized() > 0;
-        if (sized || f_.scene.has_environment)
+        if ((sized || f_.scene.has_environment) && (any_moves_ || changes_densities(requested_)))
             meshes(Part::kPartlySeenShadows, partly_met_meshes(tables_, kScatteredRays | 1 << kShadowRay));
+        if (!any_moves_) return;
         light_jumps();
         face_flips();
         materials(Part::kSteppedShadows, used_materials(tables_, [&](size_t k) {

@@ -40,6 +40,16 @@ def _shared_objects_stay(request: pytest.FixtureRequest) -> Iterator[None]:
     assert not changed, f"{request.module.__name__} changes {', '.join(changed)}: copy it before"
 
 
+@pytest.fixture
+def lit_scene() -> None:
+    """Blender's scene has a camera and a lamp, and nothing else."""
+    from tests.support.scenes import blender_scenes  # needs bpy
+
+    blender_scenes.empty()
+    blender_scenes.camera()
+    blender_scenes.light("POINT")
+
+
 @pytest.hookimpl(optionalhook=True)
 def pytest_testnodedown(node: Any) -> None:
     """Add the comparisons of a process of pytest-xdist that has ended."""

@@ -24,12 +24,7 @@ from edgegrad_addon.parameters import Names
 from edgegrad_addon.session import Picture, Request, Session
 from tests.support.scenes import blender_scenes as bs
 
-
-@pytest.fixture(autouse=True)
-def _scene() -> None:
-    bs.empty()
-    bs.camera()
-    bs.light("POINT")
+pytestmark = pytest.mark.usefixtures("lit_scene")
 
 
 def exported(name: Any = "Thing") -> Any:

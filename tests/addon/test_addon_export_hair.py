@@ -18,12 +18,7 @@ from edgegrad_addon.parameters import Names
 from edgegrad_addon.problem import Problem
 from tests.support.scenes import blender_scenes as bs
 
-
-@pytest.fixture(autouse=True)
-def _scene() -> None:
-    bs.empty()
-    bs.camera()
-    bs.light("POINT")
+pytestmark = pytest.mark.usefixtures("lit_scene")
 
 
 def two_strands() -> Strands:

@@ -19,12 +19,7 @@ from edgegrad_addon.export.materials.material import PART
 from tests.support.scenes import blender_scenes as bs
 from tests.support.scenes.material_tree import Tree
 
-
-@pytest.fixture(autouse=True)
-def _scene() -> None:
-    bs.empty()
-    bs.camera()
-    bs.light("POINT")
+pytestmark = pytest.mark.usefixtures("lit_scene")
 
 
 def snapshot() -> Any:

@@ -45,7 +45,7 @@ def main() -> None:
     calls: dict[str, Callable[[], object]] = {
         "picture": lambda: renderer.render(**options),
         "gradient": lambda: renderer.render_backward(adjoint, [path], **options),
-        "construction": lambda: Renderer(scene, threads=2),
+        "construction": lambda: Renderer(scene, threads=2).render(**options),  # builds the BVH
         "update": update,
     }
     for megabytes in (1, 2, 4, 8, 16, 32, 64):

@@ -89,5 +89,5 @@ def test_address_space_is_limited(call: str) -> None:
         check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr
-    # Most calls find what they need in what earlier calls have given back.
-    assert "MemoryError" in done.stdout or call != "gradient"
+    # Pictures and updates find what they need in what earlier calls have given back.
+    assert "MemoryError" in done.stdout or call in ("picture", "update")

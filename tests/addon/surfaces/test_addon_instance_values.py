@@ -13,12 +13,7 @@ from edgegrad_addon.export.geometry import attributes, hashes
 from tests.support.scenes import blender_scenes as bs
 from tests.support.scenes.material_tree import Tree
 
-
-@pytest.fixture(autouse=True)
-def _scene() -> None:
-    bs.empty()
-    bs.camera()
-    bs.light("POINT")
+pytestmark = pytest.mark.usefixtures("lit_scene")
 
 
 def test_instances_share_a_mesh_and_have_values_of_their_own() -> None:

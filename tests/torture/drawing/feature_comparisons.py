@@ -14,6 +14,7 @@ import numpy as np
 
 from edgegrad import AreaLight, Image, Material, Mesh, PointLight, SunLight
 from edgegrad import expression as e
+from edgegrad._check import RAYS
 from tests.support import shapes as solids
 from tests.support.rich_scene import pose, turn
 from tests.torture.drawing.draw import Draw
@@ -24,7 +25,6 @@ from tests.torture.tame import comparison as plain
 # Beginnings of the plan's sentences on parts that do not keep derivatives from being compared.
 ABSENT = (*TAME, "seen in mirrors", "seen in lobes")
 UV = e.Attribute("UVMap", required=False)  # fields have none
-KINDS = ("camera", "diffuse", "glossy", "transmission", "shadow")
 
 
 def comparison(seed: int) -> Comparison:
@@ -164,7 +164,7 @@ def _second_lamp(draw: Draw, made: Comparison) -> None:
 # ---- Meshes ----
 def _some_rays_hit(draw: Draw, made: Comparison) -> None:
     mesh = made.scene.meshes[draw.one(tuple(made.scene.meshes))]
-    mesh.visible_to = frozenset(KINDS) - {draw.one(KINDS)}
+    mesh.visible_to = frozenset(RAYS) - {draw.one(RAYS)}
 
 
 def _copies(draw: Draw, made: Comparison) -> None:

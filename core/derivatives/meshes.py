@@ -41,12 +41,16 @@ def pieces(scene: Scene, tables: Tables, name: str, field: str) -> list[Piece]:
         moved = _world_pieces(tables, mesh, k) if in_world else [_instance_piece(tables, k)]
         to_places = _places_by_transform(mesh) if field == "transform" else _places_by_instances(mesh)
         return [piece.after(*to_places) for piece in moved]
-    place = places(mesh) if in_world else np.eye(3, 4)[None]
+    # Whether the tables hold the values of the mesh itself, not those of its copies in the world.
+    own = not in_world or (mesh.instances is None and not is_moved(mesh))
     if field == "vertices":
-        first, last = (int(v) for v in tables.mesh_first_vertex[k : k + 2])
-        return [Piece("vertices", first, last, *_placed_vertices(place))]
+        first, last = tables.mesh_first_vertex[k : k + 2].tolist()
+        if own:
+            return [same("vertices", first, last, (-1, 3), mesh.vertices.shape)]
+        return [Piece("vertices", first, last, *_placed_vertices(places(mesh)))]
+    place = places(mesh) if in_world else np.eye(3, 4)[None]
     if field == "normals":
-        first, last = (int(n) for n in tables.mesh_first_normal[k : k + 2])
+        first, last = tables.mesh_first_normal[k : k + 2].tolist()
         return [Piece("normals", first, last, *_placed_normals(place, mesh))] if last > first else []
     held, layer = layer_of(field) or ("", "")
     if held == "instance_attributes":
@@ -55,7 +59,7 @@ def pieces(scene: Scene, tables: Tables, name: str, field: str) -> list[Piece]:
         return [Piece("texture_attributes", first, first + corners * values.size, *_repeated(values.shape, corners))
                 for first in _layer_places(tables, k, layer)]
     values = mesh.attributes[layer]
-    if not in_world or (mesh.instances is None and not is_moved(mesh)):
+    if own:
         return [same("texture_attributes", first, first + values.size, (-1,), values.shape)
                 for first in _layer_places(tables, k, layer)]
     turned = _turned_corners(place, values.shape)

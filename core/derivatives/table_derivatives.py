@@ -221,7 +221,7 @@ def with_requested(scene: Scene, tables: Tables, wrt: Collection[str]) -> Tables
         collection, name, field = parameters.split(path)
         if collection == "materials" and field.startswith(parameters.TEXTURES):
             expressions.add((name, field[len(parameters.TEXTURES) :]))
-        elif collection == "materials":
+        elif collection == "materials" and field in material_table.NEUTRAL:
             fields.setdefault(name, set()).add(field)
         elif collection == "images" and _loses_alpha(scene, tables, name):
             with_alpha.add(name)

@@ -30,9 +30,8 @@ def material_pieces(scene: Scene, tables: Tables, name: str, field: str) -> list
     if field in material.textures:
         return []
     place, count = material_table.COLUMNS[field]
-    matrix = np.eye(count).reshape(-1, *np.shape(getattr(material, field)))
-    return [piece for closure in tables.materials.closures_of[name]
-            for piece in by_matrix("closure_params", closure * material_table.WIDTH + place, matrix)]
+    first = [closure * material_table.WIDTH + place for closure in tables.materials.closures_of[name]]
+    return [same("closure_params", k, k + count, (count,), np.shape(getattr(material, field))) for k in first]
 
 
 def _weight(closure: int, k: int, parts: int) -> list[Piece]:

@@ -44,6 +44,21 @@ COLUMNS = {
 }
 WIDTH = 40
 
+# Fields on which `flags` depends, and the values at which a shader lacks what they are for.
+NEUTRAL = {
+    "metallic": 0.0,
+    "specular_ior_level": 0.0,
+    "transmission": 0.0,
+    "coat_weight": 0.0,
+    "sheen_weight": 0.0,
+    "thin_film_thickness": 0.0,
+    "diffuse_roughness": 0.0,
+    "anisotropy": 0.0,
+    "alpha": 1.0,
+    "emission": 0.0,
+    "absorption": 0.0,
+}
+
 # Bits of `MaterialTable.flags`: what may occur in a shader.
 (DIFFUSE, GLOSSY, TRANSPARENCY, EMISSION, NORMAL_MAP, MULTISCATTER, TWO_SIDED, REFRACTION, LAMBERTIAN, ANISOTROPIC,
  BECKMANN, PHONG, NORMAL_IN_WORLD, ABSORPTION, THIN_FILM, NORMAL_BELOW) = (1 << k for k in range(16))  # fmt: skip
@@ -115,14 +130,15 @@ def excluded_flags(scene: Scene) -> int:
 def flags(m: Material, asked: Collection[str] = ()) -> int:
     """Bits of what may occur in a shader: its kind's lobes whose weights are not zero everywhere, without NORMAL_BELOW.
 
-    Fields that are `asked` for count as if they weren't zero: a lobe's weight has a derivative where it is 0.
+    Fields that are `asked` for count as if they weren't neutral: a lobe's weight has a derivative where it is 0.
     """
 
-    def may(field: str, zero: float = 0.0) -> bool:
+    def may(field: str) -> bool:
+        neutral = NEUTRAL[field]
         if field in m.textures or field in asked:
             return True
         value = getattr(m, field)
-        return value != zero if isinstance(value, float) else bool(np.any(np.asarray(value) != zero))
+        return value != neutral if isinstance(value, float) else bool(np.any(np.asarray(value) != neutral))
 
     out = 0
     principled = m.kind == "PRINCIPLED"
@@ -136,7 +152,7 @@ def flags(m: Material, asked: Collection[str] = ()) -> int:
         out |= DIFFUSE
     if m.kind in ("GLASS", "REFRACTION") or (principled and may("transmission")):
         out |= REFRACTION
-    if m.kind == "TRANSPARENT" or (principled and may("alpha", 1.0)):
+    if m.kind == "TRANSPARENT" or (principled and may("alpha")):
         out |= TRANSPARENCY
     if may("emission"):
         out |= EMISSION

@@ -6,9 +6,7 @@ changes what one estimator does, and all of them must still agree with the pictu
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -17,7 +15,9 @@ from edgegrad import expression as e
 from edgegrad._check import RAYS
 from tests.support import shapes as solids
 from tests.support.rich_scene import pose, turn
+from tests.torture.drawing import camera_features, surface_features
 from tests.torture.drawing.draw import Draw
+from tests.torture.drawing.surface_features import Feature, change, put, surface
 from tests.torture.tame import ABSENT as TAME
 from tests.torture.tame import Comparison, curve_of
 from tests.torture.tame import comparison as plain
@@ -31,35 +31,16 @@ def comparison(seed: int) -> Comparison:
     """The comparison of a seed: that of a plain scene with one to three features."""
     made, draw = plain(seed), Draw((seed, 20))
     names = draw.rng.choice(sorted(FEATURES), draw.whole(1, 3), replace=False).tolist()
+    paths: list[str] = []
     for name in names:
-        FEATURES[name](draw, made)
-    _request(draw, made)
+        paths += FEATURES[name](draw, made) or ()
+    _request(draw, made, paths)
     made.shader = ", ".join([made.shader, *names])
     return made
 
 
-def _body(made: Comparison) -> str:
-    return "one" if "one" in made.scene.materials else "body"
-
-
-def _surface(draw: Draw, made: Comparison) -> str:
-    """A material of meshes alone: those of fields may neither glow nor have normal maps."""
-    of_fields = {field.material for field in made.scene.fields.values()}
-    return draw.one(tuple(name for name in (_body(made), "floor") if name not in of_fields))
-
-
-def _put(made: Comparison, collection: str, name: str, one: Any) -> None:
-    setattr(made.scene, collection, {**getattr(made.scene, collection), name: one})
-
-
-def _change(made: Comparison, name: str, textures: dict[str, e.Expression] | None = None, **fields: Any) -> None:
-    old = made.scene.materials[name]
-    assert isinstance(old, Material)
-    _put(made, "materials", name, replace(old, textures={**old.textures, **(textures or {})}, **fields))
-
-
 def _image(made: Comparison, name: str, pixels: np.ndarray) -> e.Expression:
-    _put(made, "images", name, Image(np.clip(pixels, 0.0, 1.0).astype(np.float32)))
+    put(made, "images", name, Image(np.clip(pixels, 0.0, 1.0).astype(np.float32)))
     return e.ImageTexture(name, UV)
 
 
@@ -74,9 +55,9 @@ def _normal_map(draw: Draw, made: Comparison) -> None:
     pixels = np.ones((6, 6, 3))
     pixels[..., :2] = draw.rng.normal(0.5, draw.one((0.03, 0.1, 0.3)), (6, 6, 2))
     _with_uv(made)
-    _change(
+    change(
         made,
-        _surface(draw, made),
+        surface(draw, made),
         {"normal": _image(made, "bumps", pixels)},
         normal_strength=draw.one((0.5, 1.0)),
         normal_uv="UVMap",
@@ -88,8 +69,8 @@ def _bump(draw: Draw, made: Comparison) -> None:
     _with_uv(made)
     bump = e.Bump(e.Channel(height, 0), draw.uniform(0.1, 0.5))
     key = draw.one(("normal", "smooth_normal"))
-    _change(
-        made, _surface(draw, made), {key: bump}, **({"normal_space": "WORLD"} if key == "normal" else {})
+    change(
+        made, surface(draw, made), {key: bump}, **({"normal_space": "WORLD"} if key == "normal" else {})
     )
 
 
@@ -107,21 +88,21 @@ def _textured_value(draw: Draw, made: Comparison) -> None:
     )
     _with_uv(made)
     texture = _image(made, "values", draw.rng.uniform(0.0, 1.0, (4, 4, 3)))
-    _change(made, _surface(draw, made), {field: e.MapRange(e.Channel(texture, 1), 0.0, 1.0, low, high)})
+    change(made, surface(draw, made), {field: e.MapRange(e.Channel(texture, 1), 0.0, 1.0, low, high)})
 
 
 def _emission(draw: Draw, made: Comparison) -> None:
-    _change(made, _surface(draw, made), {"emission": _image(made, "glow", draw.rng.uniform(0.0, 1.0, (4, 4, 3)))})
+    change(made, surface(draw, made), {"emission": _image(made, "glow", draw.rng.uniform(0.0, 1.0, (4, 4, 3)))})
 
 
 def _facing(draw: Draw, made: Comparison) -> None:
     node = draw.one((e.LayerWeight("FACING", 0.4), e.Fresnel(1.4)))
-    _change(made, _surface(draw, made), {"base_color": e.Combine(node, 0.4, 0.3)})
+    change(made, surface(draw, made), {"base_color": e.Combine(node, 0.4, 0.3)})
 
 
 def _absorption(draw: Draw, made: Comparison) -> None:
     for name in ("one", "other") if "one" in made.scene.materials else ("body",):
-        _change(made, name, absorption=np.array([0.3, 0.8, 0.1]))
+        change(made, name, absorption=np.array([0.3, 0.8, 0.1]))
 
 
 # ---- Lights ----
@@ -158,7 +139,7 @@ def _second_lamp(draw: Draw, made: Comparison) -> None:
             AreaLight(pose(turn(0.8, 0.3, 0.0), -0.5, -2.5, 2.0), np.array([0.8, 0.5]), "RECTANGLE", 40.0),
         )
     )
-    _put(made, "lights", "second", lamp)
+    put(made, "lights", "second", lamp)
 
 
 # ---- Meshes ----
@@ -202,11 +183,11 @@ def _custom_normals(draw: Draw, made: Comparison) -> None:
 def _pane(draw: Draw, made: Comparison) -> None:
     """A veil of alpha, or rough glass, before the body."""
     vertices, faces = solids.sheet(2, 1.5)
-    _put(made, "meshes", "pane", Mesh(vertices @ turn(1.2, 0.4, 0.0).T + [0.4, -1.2, 0.9], faces, ("pane",)))
+    put(made, "meshes", "pane", Mesh(vertices @ turn(1.2, 0.4, 0.0).T + [0.4, -1.2, 0.9], faces, ("pane",)))
     material = draw.one(
         (Material(np.array([0.6, 0.7, 0.8]), alpha=0.4), Material(np.array([0.9, 0.8, 0.7]), kind="TRANSLUCENT"))
     )
-    _put(made, "materials", "pane", material)
+    put(made, "materials", "pane", material)
 
 
 # ---- The picture ----
@@ -220,7 +201,9 @@ def _limits(draw: Draw, made: Comparison) -> None:
     )
 
 
-FEATURES: dict[str, Callable[[Draw, Comparison], None]] = {
+FEATURES: dict[str, Feature] = {
+    **camera_features.FEATURES,
+    **surface_features.FEATURES,
     "normal map": _normal_map,
     "bump": _bump,
     "textured value": _textured_value,
@@ -244,9 +227,9 @@ FEATURES: dict[str, Callable[[Draw, Comparison], None]] = {
 }
 
 
-def _request(draw: Draw, made: Comparison) -> None:
+def _request(draw: Draw, made: Comparison, paths: list[str]) -> None:
     """Sometimes request a parameter of a feature."""
-    scene, own = made.scene, []
+    scene, own = made.scene, list(paths)
     own += [f"images.{name}.pixels" for name in ("bumps", "heights", "values", "glow") if name in scene.images]
     if "bumps" in scene.images:
         own += [
@@ -257,7 +240,7 @@ def _request(draw: Draw, made: Comparison) -> None:
     body = scene.meshes.get("body")
     if body is not None and body.normals is not None:
         own.append("meshes.body.normals")
-    if own and draw.chance(0.4):
+    if own and draw.chance(0.5):
         made.path = draw.one(tuple(own))
         made.parameter = made.path.rpartition(".")[2]
     made.curve, made.step = curve_of(draw, scene, made.path)

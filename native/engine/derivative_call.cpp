@@ -8,7 +8,7 @@
 #include "boundary/meshes/solids.h"
 #include "engine/decisions/followed_lobes_rule.h"
 #include "engine/decisions/interior_rules.h"
-#include "engine/decisions/missing_parts.h"
+#include "engine/decisions/missing/missing_parts.h"
 #include "engine/decisions/transparent_closures.h"
 #include "engine/terms/outline_cells.h"
 #include "scene/contact_meshes.h"

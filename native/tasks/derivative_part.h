@@ -52,7 +52,7 @@ enum class Part : int32_t {
     kCausticOutlines,        // outlines of lights in light that mirrors and glass throw on other surfaces
     kCausticEdges,           // edges in such light
     kMirroredLight,          // edges between a surface seen by mirrors and glass and others that light it
-    // Parts that are not computed (engine/decisions/missing_parts.h):
+    // Parts that are not computed (engine/decisions/missing/missing_parts.h):
     kSelfIntersections,  // of meshes of very many faces
     kCoincidentFaces,    // faces of two meshes, or a light and a face, in one plane
     kPartingMeshes,      // two meshes touch along edges or faces, and one of them moves

@@ -1,4 +1,4 @@
-#include "engine/decisions/clip_borders.h"
+#include "engine/decisions/missing/clip_borders.h"
 
 #include <algorithm>
 #include <cmath>

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from edgegrad import Material, Mesh
+from edgegrad import Material, Mesh, Mixture
 from edgegrad import expression as e
 from tests.support import shapes as solids
 from tests.support.rich_scene import pose, turn
@@ -28,8 +28,14 @@ def body_material(made: Comparison) -> str:
 
 def surface(draw: Draw, made: Comparison) -> str:
     """A material of meshes alone: those of fields may neither glow nor have normal maps."""
-    of_fields = {field.material for field in made.scene.fields.values()}
+    used = [field.material for field in made.scene.fields.values()]
+    of_fields = {*used, *(part for name in used for part in _parts(made, name))}
     return draw.one(tuple(name for name in (body_material(made), "floor") if name not in of_fields))
+
+
+def _parts(made: Comparison, name: str) -> tuple[str, ...]:
+    one = made.scene.materials[name]
+    return one.parts if isinstance(one, Mixture) else ()
 
 
 def put(made: Comparison, collection: str, name: str, one: Any) -> None:

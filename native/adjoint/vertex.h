@@ -184,6 +184,8 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
                             const Arrival& arrival, Vec3 incoming, Int next, bool geometry) {
     const Mask active = load(v.active), hit = active & (load(v.face) >= 0);
     const Mask screen_form = active & load(v.screen_form);
+    const Int rim = load(v.rim);
+    const Mask on_rim = rim != splat(kNoRim);
     Leaving out{zero3(), zero3(), zero3()};
     const Vec3 recorded = load3(v.direction);
     const Vec3 direction = select(screen_form, arrival.direction, recorded);
@@ -198,8 +200,7 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     }
     // Add lights of the table along the ray
     if (scene.lights.all_sized() > 0 && any(screen_form))
-        out.light = out.light + lights_met(scene, v, screen_form & (load(v.rim) == splat(kNoRim)),
-                                           arrival.from, direction);
+        out.light = out.light + lights_met(scene, v, screen_form & ~on_rim, arrival.from, direction);
     if (!any(hit)) return out;
 
     // Compute the surface point and the view direction
@@ -259,7 +260,7 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     Vec3 light = zero3();
     const Mask passes = hit & load(v.passes), stays = hit & ~passes;
     const Float emission_weight = load(v.emission_weight);
-    const Mask emits = stays & (emission_weight > 0.0f) & (load(v.rim) == splat(kNoRim));
+    const Mask emits = stays & (emission_weight > 0.0f) & ~on_rim;
     if (any(emits)) light = select(emits, closure_emission(x, shader, point) * emission_weight, light);
 
     // Collect the incoming light and attenuate it by transparent surfaces
@@ -290,13 +291,12 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
         out.direction = mirrored.wi;
     } else if (scatters || any(perfect)) {
         ShadedSurface surface = shaded_surface(scene, others, x, point, shader, normal);
-        const Int on_rim = load(v.rim);
-        const Mask rim = others & (on_rim != splat(kNoRim));
-        if (any(rim))
+        const Mask at_rim = others & on_rim;
+        if (any(at_rim))
             reflected =
-                reflected + scattered(scene, RimOfSurface{surface, on_rim == splat(kGlossRim)}, rim, s);
+                reflected + scattered(scene, RimOfSurface{surface, rim == splat(kGlossRim)}, at_rim, s);
         follow_lobes(surface.bsdf, follows);
-        reflected = reflected + scattered(scene, surface, others & ~rim, s);
+        reflected = reflected + scattered(scene, surface, others & ~on_rim, s);
         if (any(s.thrown | s.thrown_beyond)) reflected = reflected + thrown_light(scene, v, surface, x, s);
         if (any(perfect)) {
             const Specular mirrored =

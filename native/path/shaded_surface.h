@@ -116,8 +116,8 @@ struct ShadedSurface {
     EG_INLINE Mask has_gloss_rim() const {
         if (!smooth) return splat(0);
         const bool* has = bsdf.any_lobe;
-        const Mask without_gloss =
-            has[kMirrorLobe] | has[kCoatLobe] | has[kInterfaceLobe] ? splat(0) : layered;
+        const bool glossy = has[kMirrorLobe] || has[kCoatLobe] || has[kInterfaceLobe];
+        const Mask without_gloss = glossy ? splat(0) : layered;
         return bsdf.active & ~(diffuse | translucent | without_gloss) & ~is_same(*smooth, gloss);
     }
     // The light that its gloss would scatter if the smooth surface hid none.

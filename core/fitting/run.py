@@ -64,6 +64,8 @@ class Run:
         self.best_gains = self.gains.values
         self.checkpoint: Callable[[], None] | None = None  # stores the state
         self.checkpoint_every = 1
+        self.before: Callable[[int], None] | None = None  # called before each iteration
+        self.notes: list[str] = []  # on what happened on the way
         self.done = 0  # iterations
         self.measured = False  # the loss after the last step
         # What `driven` was asked to place last: values, and for which pictures
@@ -91,6 +93,8 @@ class Run:
         """
         full_turn = self.schedule.complete_after
         for k in range(self.done, self.iterations):
+            if self.before is not None:
+                self.before(k)
             turn = self.schedule.turn(k)
             gradient = self._gradient(k)
             self._record(k >= full_turn - 1)

@@ -224,6 +224,7 @@ def fit(
     notes = (
         *(() if checkpoints is None else checkpoints.notes),
         *begun,
+        *run.notes,
         *(f"not computed: {sentence}" for sentence in run.missing),
         *open_depths(variables, cameras),
         *(sentence for sentence in untouched if sentence is not None),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -72,6 +73,30 @@ def test_a_search_finds_what_a_gradient_does_not(make: Callable[[], Scene], path
     result, _, found = fitted(make, path, **options)
     assert found < part * before
     assert any("elsewhere than the scene" in note or "starts were fitted" in note for note in result.notes)
+
+
+@pytest.mark.parametrize("offset", [(1.0, -0.8, 0.3), (-1.0, 0.0, 0.9), (0.5, 0.5, 1.2)])
+def test_a_fit_that_its_gradient_leads_astray_goes_on_elsewhere(offset: tuple[float, ...]) -> None:
+    need("native")
+    _, before, alone = fitted(placed(*offset), PLACE, search=0)
+    assert alone > 0.5 * before
+    result, _, found = fitted(placed(*offset), PLACE)
+    assert found < 0.15 * before
+    assert any("went on elsewhere" in note for note in result.notes)
+    assert len(result.losses) == 51
+
+
+def test_a_fit_that_went_on_elsewhere_resumes_with_the_same_bits(tmp_path: Path) -> None:
+    need("native")
+    astray: dict[str, Any] = {"iterations": 16, "spp": 2}
+    whole, _, _ = fitted(placed(0.5, 0.5, 1.2), PLACE, **astray)
+    assert any("went on elsewhere" in note for note in whole.notes)
+    for stop in (9, 10, 11):
+        kept = {**astray, "checkpoint": tmp_path / f"{stop}.npz"}
+        fitted(placed(0.5, 0.5, 1.2), PLACE, callback=lambda step, at=stop: step.iteration < at, **kept)
+        resumed, _, _ = fitted(placed(0.5, 0.5, 1.2), PLACE, resume=True, **kept)
+        assert resumed.losses == whole.losses and resumed.notes == whole.notes
+        assert np.array_equal(resumed.values[PLACE], whole.values[PLACE])
 
 
 def test_a_start_with_a_gradient_is_kept() -> None:

@@ -158,6 +158,7 @@ def state_of(run: Run) -> State:
         "touched": run.touched,
         "first_gradient": run.first_gradient,
         "missing": run.missing if run.planned else None,
+        "notes": run.notes,
         "learned": run.renderer.learned(),
         "silhouettes": {str(k): one.learned() for k, one in enumerate(_silhouettes(run))},
         "gains": np.array(run.gains.values),
@@ -204,6 +205,7 @@ def restore(run: Run, state: State) -> None:
     run.newest = state["newest"]
     run.touched = {path: state["touched"][path] for path in run.touched}
     run.first_gradient = state["first_gradient"]
+    run.notes = list(state.get("notes", ()))
     if state["missing"] is not None:
         run.missing = tuple(state["missing"])
 

@@ -19,7 +19,7 @@ from ..stages import Stages
 from ..vertices.starts import choose_starts
 from .coarse import Coarse
 from .find_start import BETTER, find_starts, gradient_speaks, pictures_for
-from .moves import Moves
+from .second_look import SecondLook, searched
 
 F64 = NDArray[np.float64]
 
@@ -59,7 +59,7 @@ def begin(run: Run, run_of: RunOf, stages: Stages, *, search: int | None, restar
         Makes a run that begins with the present values of the scene.
     search
         Number of coarse pictures of the search; None: enough of them if no gradient leads away from the start, else
-        none.
+        none before a second look (`second_look`), unless variables outside of the scene move it.
     restarts
         Number of other starts that are fitted for a while.
     per_iteration
@@ -69,11 +69,7 @@ def begin(run: Run, run_of: RunOf, stages: Stages, *, search: int | None, restar
     -------
     The run to go on with, and sentences on what was found.
     """
-    scene = replace(run.work, camera=replace(run.work.camera),
-                    meshes={name: replace(one) for name, one in run.work.meshes.items()},
-                    fields={name: replace(one) for name, one in run.work.fields.items()},
-                    lights={name: replace(one) for name, one in run.work.lights.items()})  # fmt: skip
-    moves = Moves(scene, [*run.unknowns, *run.variables], run.start)
+    moves, coarse = searched(run)
     can = moves.count > 0 and (run.driven is None or isinstance(run.driven, Looking))
     if not can or (search == 0 and not restarts):
         if search or restarts:
@@ -82,7 +78,6 @@ def begin(run: Run, run_of: RunOf, stages: Stages, *, search: int | None, restar
         run.progress = stages.rest()
         return run, []
     tell = stages.part(SEARCHED) or (lambda fraction: None)
-    coarse = Coarse(run, moves)
     start = np.zeros(moves.count)
     states = [item.state() for item in run.variables]
     at_start = coarse.loss(start)
@@ -105,6 +100,8 @@ def begin(run: Run, run_of: RunOf, stages: Stages, *, search: int | None, restar
                         f"{at_start:.3g} to {others[0].loss:.3g}"]
     coarse.take(start)
     run.progress = stages.rest()
+    if search is None and not silent and run.driven is None:
+        run.before = SecondLook(run, lambda: run_of(run.schedule, None).unknowns)
     return run, (["at the start, no small move brings the pictures closer to their targets, and a search over coarse "
                   "pictures found no better start"] if silent else [])
 

@@ -27,6 +27,8 @@ PICTURES, PER_NUMBER, MOST_NUMBERS = 80, 20, 9
 IMPROVING, IMPROVED, GROW, SHRINK = 0.5, 4, 1.6, 0.8
 # What part of the start's loss another start may have to be taken instead.
 BETTER = 0.9
+# How much of its loss a start may lose for moves that are taken back.
+PLAIN = 1.25
 # Starts that are closer to each other are one, in first steps.
 DISTINCT = 5.0
 
@@ -115,6 +117,22 @@ def find_starts(
         best[n] = one if better else best[n]
         sizes[n] *= GROW if better else SHRINK
     return distinct(found)
+
+
+def plainest(loss: Callable[[F64], float], one: Found, moves: Moves) -> Found:
+    """Take back those moves of a start that its coarse pictures do not need: of whole variables, turns, single numbers.
+
+    They may be wrong: small pictures hardly tell how an object is turned.
+    """
+    most = PLAIN * one.loss
+    numbers = [slice(k, k + 1) for k in range(moves.count)]
+    turns = [slice(part.start, part.start + 3) for part in moves.parts.values() if part.stop - part.start == 6]
+    for part in (*moves.parts.values(), *turns, *numbers):
+        vector = one.vector.copy()
+        vector[part] = 0.0
+        if vector.any() and one.vector[part].any() and (found := loss(vector)) <= most:
+            one = Found(vector, found)
+    return one
 
 
 def distinct(found: Sequence[Found]) -> list[Found]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from ...problem import Report
@@ -22,21 +21,62 @@ class Instancers:
 
     report: Report
     frame: float
-    _read: dict[tuple[str, str], NDArray[np.float32] | None] = field(default_factory=dict)
+    _read: dict[tuple[str, str], NDArray[Any] | None] = field(default_factory=dict)
+    _rows: dict[str, _Rows] = field(default_factory=dict)
 
-    def attribute(self, instancer: Any, name: str) -> NDArray[np.float32] | None:
-        """Return the values (n, c) of an attribute of instances of geometry nodes; None: there is none."""
+    def attribute(self, instancer: Any, name: str) -> NDArray[Any] | None:
+        """Return the values (n, c) of an attribute of instances of geometry nodes; None: there is none.
+
+        They keep their type, since ids of scattered points are too large for single precision.
+        """
         key = (instancer.name_full, name)
         if key not in self._read:
             self._read[key] = _attribute(instancer, name)
         return self._read[key]
 
     def of(self, instance: Any) -> InstancerValues | None:
-        """Return what an instance of Blender's iterator has of its instancer; None: it is no instance."""
+        """Return what an instance of Blender's iterator has of its instancer; None: it is no instance.
+
+        To be called for all instances in their order.
+        """
         if not instance.is_instance or instance.parent is None:
             return None
         numbers = [number for number in instance.persistent_id if number != _NO_NUMBER]
-        return InstancerValues(self, instance.parent, numbers[-1] if numbers else 0, particle_of(instance, self.frame))
+        row = self._row(instance.parent, numbers[-1] if numbers else 0)
+        return InstancerValues(self, instance.parent, row, particle_of(instance, self.frame))
+
+    def _row(self, instancer: Any, number: int) -> int | None:
+        """Row of an instance's values, by its number: that of the outermost instance, if instances are nested."""
+        rows = self._rows.get(instancer.name_full)
+        if rows is None:
+            rows = self._rows[instancer.name_full] = _Rows.of(self.attribute(instancer, "id"))
+        return rows.of_number(number)
+
+
+@dataclass
+class _Rows:
+    """Rows of instances by their numbers. Where instances have an attribute "id", their numbers are these.
+
+    Instances that repeat an id have other numbers, which Blender makes up. They come in the order of their rows.
+    """
+
+    by_number: dict[int, int] | None  # None: the numbers are the rows
+    repeated: list[int]  # rows, the last one first
+
+    @classmethod
+    def of(cls, ids: NDArray[Any] | None) -> _Rows:
+        if ids is None:
+            return cls(None, [])
+        known: dict[int, int] = {}
+        repeated = [row for row, number in enumerate(ids[:, 0].tolist()) if known.setdefault(number, row) != row]
+        return cls(known, repeated[::-1])
+
+    def of_number(self, number: int) -> int | None:
+        if self.by_number is None:
+            return number
+        if number not in self.by_number and self.repeated:
+            self.by_number[number] = self.repeated.pop()
+        return self.by_number.get(number)
 
 
 @dataclass(frozen=True)
@@ -47,15 +87,15 @@ class InstancerValues:
     ----------
     instancer
         The evaluated object; valid only during its step of Blender's iterator.
-    number
-        Of the instance among those of the instancer: the outermost ones, if instances are nested.
+    row
+        Of the instance's values among those of the instancer; None: it cannot be told.
     particle
         Values of the particle that it is.
     """
 
     instancers: Instancers
     instancer: Any
-    number: int
+    row: int | None
     particle: dict[str, tuple[float, ...]]
 
     def value(self, name: str) -> tuple[float, ...] | None:
@@ -63,26 +103,16 @@ class InstancerValues:
         values = self.instancers.attribute(self.instancer, name)
         if values is None:
             return property_of((self.instancer, self.instancer.data), name)
-        row = self._row()
-        if row is None or row >= len(values):
+        if self.row is None or self.row >= len(values):
             self.instancers.report.warn(f"object '{self.instancer.original.name}'", f"attribute '{name}' of its "
                                         "instances is left out, since their ids do not tell them apart")  # fmt: skip
             return None
-        return tuple(map(float, values[row]))
-
-    def _row(self) -> int | None:
-        """The instance's row. Where instances have an attribute "id", their numbers are these."""
-        ids = self.instancers.attribute(self.instancer, "id")
-        if ids is None:
-            return self.number
-        found = np.flatnonzero(ids[:, 0] == self.number)
-        return int(found[0]) if len(found) == 1 else None
+        return tuple(map(float, values[self.row]))
 
 
-def _attribute(instancer: Any, name: str) -> NDArray[np.float32] | None:
+def _attribute(instancer: Any, name: str) -> NDArray[Any] | None:
     if not hasattr(instancer, "evaluated_geometry"):  # before Blender 5.0
         return None
     geometry = instancer.evaluated_geometry()  # which owns what it returns
     points = geometry.instances_pointcloud()
-    values = None if points is None else layer_values(points.attributes.get(name))
-    return None if values is None else values.astype(np.float32)
+    return None if points is None else layer_values(points.attributes.get(name))

@@ -93,8 +93,9 @@ def _attribute(reader: Reader, node: Any, groups: Groups, output: Any) -> Operan
         kind + node.attribute_name)  # fmt: skip
     if output.identifier == "Fac":
         return e.Average(value)
-    if output.identifier == "Alpha" and isinstance(value, e.Attribute) and kind is None:
-        return attributes.layer(attributes.ALPHA + value.name)
+    if output.identifier == "Alpha" and kind is None:
+        # What a mesh does not have is black, but opaque.
+        return attributes.layer(attributes.ALPHA + value.name) if isinstance(value, e.Attribute) else 1.0
     return e.Channel(value, 3) if output.identifier == "Alpha" else value
 
 

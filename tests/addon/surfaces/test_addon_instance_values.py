@@ -42,7 +42,9 @@ def test_instances_share_a_mesh_and_have_values_of_their_own() -> None:
     assert len(tree.made.scene.meshes) == 2
 
 
-def test_instances_of_geometry_nodes_have_attributes_of_their_instancer() -> None:
+# Ids of scattered points are large; where two scatters are joined, they may be repeated.
+@pytest.mark.parametrize("ids", [None, (2**30 + 2, 2**30, 2**30 + 1), (2**30 + 1, 2**30 + 1, 2**30)])
+def test_instances_of_geometry_nodes_have_attributes_of_their_instancer(ids: tuple[int, ...] | None) -> None:
     tree = Tree()
     for name, to in (("heat", "Roughness"), ("wear", "Metallic"), ("own", "Alpha")):
         node = tree.node("Attribute", attribute_type="INSTANCER", attribute_name=name)
@@ -50,6 +52,8 @@ def test_instances_of_geometry_nodes_have_attributes_of_their_instancer() -> Non
     points = bpy.data.meshes.new("Points")
     points.from_pydata([(3, 0, 0), (6, 0, 0), (9, 0, 0)], [], [])
     points.attributes.new("heat", "FLOAT", "POINT").data.foreach_set("value", [0.1, 0.5, 0.9])
+    if ids is not None:
+        points.attributes.new("id", "INT", "POINT").data.foreach_set("value", ids)
     holder = bs.add("Points", points)
     holder["wear"], tree.object["wear"], tree.object["own"] = 0.25, 0.75, 0.5
     group = bpy.data.node_groups.new("Group", "GeometryNodeTree")

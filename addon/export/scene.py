@@ -182,7 +182,7 @@ class _Walk:
         self.named: set[str] = set()
         self.stretched: set[str] = set()  # keys of materials on objects with a non-uniform scale
         self.emissions: dict[str, LampEmission] = {}  # by the names of the exported lights
-        self.instancers = Instancers(out.report, depsgraph.scene.frame_current_final)
+        self.instancers = Instancers(out.report, depsgraph)
 
     def _instances(self) -> Any:
         """Yield (instance, object, object or instancer) for all rendered objects; each is valid until the next one."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+import bpy
 from numpy.typing import NDArray
 
 from ...problem import Report
@@ -16,23 +17,113 @@ _NO_NUMBER = 2**31 - 1
 
 
 @dataclass
+class _Set:
+    """Instances that one set of geometry holds.
+
+    Attributes
+    ----------
+    by_number
+        Rows of the instances by their numbers, if they have an attribute "id", which is their numbers then; None: the
+        numbers are the rows.
+    repeated
+        Rows of instances that repeat an id, the last one first. Blender makes up other numbers for them. They come in
+        the order of their rows.
+    """
+
+    geometry: Any
+    depsgraph: Any
+    by_number: dict[int, int] | None = None
+    repeated: list[int] = field(default_factory=list)
+    inner: list[_Set | _Collection | None] | None = None
+    read: dict[str, NDArray[Any] | None] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        # Ids of scattered points are too large for single precision.
+        ids = self.attribute("id")
+        if ids is not None:
+            known: dict[int, int] = {}
+            rows = [row for row, number in enumerate(ids[:, 0].tolist()) if known.setdefault(number, row) != row]
+            self.by_number, self.repeated = known, rows[::-1]
+
+    def attribute(self, name: str) -> NDArray[Any] | None:
+        """Return the values (n, c) of an attribute of the instances; None: there is none."""
+        if name not in self.read:
+            points = self.geometry.instances_pointcloud()
+            self.read[name] = None if points is None else layer_values(points.attributes.get(name))
+        return self.read[name]
+
+    def row(self, number: int) -> int | None:
+        """Return the row of an instance; None: it cannot be told. To be called for the instances in their order."""
+        if self.by_number is None:
+            return number
+        if number not in self.by_number and self.repeated:
+            self.by_number[number] = self.repeated.pop()
+        return self.by_number.get(number)
+
+    def within(self, row: int | None) -> _Set | _Collection | None:
+        """Return the instances that the instance in a row consists of; None: there are none."""
+        if self.inner is None:
+            self.inner = [_set_of(one, self.depsgraph) for one in self.geometry.instance_references()]
+        references = self.attribute(".reference_index")
+        if row is None or references is None or row >= len(references):
+            return None
+        index = int(references[row, 0])
+        return self.inner[index] if 0 <= index < len(self.inner) else None
+
+
+@dataclass(frozen=True)
+class _Collection:
+    """Instances of a collection's objects, by the numbers of what these instance themselves."""
+
+    objects: list[Any]
+    depsgraph: Any
+    inner: dict[int, _Set | _Collection | None] = field(default_factory=dict)
+
+    def attribute(self, name: str) -> None:
+        return None
+
+    def row(self, number: int) -> int:
+        return number
+
+    def within(self, row: int | None) -> _Set | _Collection | None:
+        """Return the instances that the object in a row makes; None: there are none."""
+        if row is None or row >= len(self.objects) or self.objects[row] is None:
+            return None
+        if row not in self.inner:
+            self.inner[row] = _set_of(self.objects[row], self.depsgraph)
+        return self.inner[row]
+
+
+def _set_of(made_by: Any, depsgraph: Any) -> _Set | _Collection | None:
+    """Return the instances that an object, a collection or a geometry makes; None: there are none, or of particles."""
+    if isinstance(made_by, bpy.types.Collection):
+        # Blender counts the visible objects. What they instance has the number of the next one.
+        shown = _shown(made_by)
+        return _Collection([None, *(ob for ob in made_by.all_objects if ob.name_full in shown)], depsgraph)
+    if isinstance(made_by, bpy.types.Object):
+        if made_by.instance_type == "COLLECTION" and made_by.instance_collection is not None:
+            return _Collection(list(made_by.instance_collection.all_objects), depsgraph)
+        evaluated = made_by.evaluated_get(depsgraph)
+        # Geometry owns what it returns. Before Blender 5.0, Python has none.
+        made_by = evaluated.evaluated_geometry() if hasattr(evaluated, "evaluated_geometry") else None
+    if not hasattr(made_by, "instances_pointcloud") or made_by.instances_pointcloud() is None:
+        return None
+    return _Set(made_by, depsgraph)
+
+
+def _shown(collection: Any) -> set[str]:
+    """Names of the objects of a collection that are rendered."""
+    names = {ob.name_full for ob in collection.objects if not ob.hide_render}
+    return names.union(*(_shown(one) for one in collection.children if not one.hide_render))
+
+
+@dataclass
 class Instancers:
-    """Attributes of the instances that instancers make, by instancer and name, each read once; at a frame."""
+    """Attributes of the instances that instancers make, each read once; at a frame."""
 
     report: Report
-    frame: float
-    _read: dict[tuple[str, str], NDArray[Any] | None] = field(default_factory=dict)
-    _rows: dict[str, _Rows] = field(default_factory=dict)
-
-    def attribute(self, instancer: Any, name: str) -> NDArray[Any] | None:
-        """Return the values (n, c) of an attribute of instances of geometry nodes; None: there is none.
-
-        They keep their type, since ids of scattered points are too large for single precision.
-        """
-        key = (instancer.name_full, name)
-        if key not in self._read:
-            self._read[key] = _attribute(instancer, name)
-        return self._read[key]
+    depsgraph: Any
+    _sets: dict[str, _Set | _Collection | None] = field(default_factory=dict)
 
     def of(self, instance: Any) -> InstancerValues | None:
         """Return what an instance of Blender's iterator has of its instancer; None: it is no instance.
@@ -41,42 +132,22 @@ class Instancers:
         """
         if not instance.is_instance or instance.parent is None:
             return None
-        numbers = [number for number in instance.persistent_id if number != _NO_NUMBER]
-        row = self._row(instance.parent, numbers[-1] if numbers else 0)
-        return InstancerValues(self, instance.parent, row, particle_of(instance, self.frame))
+        rows: list[tuple[_Set | _Collection, int | None]] = []
+        inner = self._outermost(instance.parent)
+        for number in reversed([number for number in instance.persistent_id if number != _NO_NUMBER]):
+            if inner is None:
+                break
+            row = inner.row(number)
+            rows.append((inner, row))
+            inner = inner.within(row)
+        return InstancerValues(self.report, instance.parent, rows[::-1],
+                               particle_of(instance, self.depsgraph.scene.frame_current_final))
 
-    def _row(self, instancer: Any, number: int) -> int | None:
-        """Row of an instance's values, by its number: that of the outermost instance, if instances are nested."""
-        rows = self._rows.get(instancer.name_full)
-        if rows is None:
-            rows = self._rows[instancer.name_full] = _Rows.of(self.attribute(instancer, "id"))
-        return rows.of_number(number)
-
-
-@dataclass
-class _Rows:
-    """Rows of instances by their numbers. Where instances have an attribute "id", their numbers are these.
-
-    Instances that repeat an id have other numbers, which Blender makes up. They come in the order of their rows.
-    """
-
-    by_number: dict[int, int] | None  # None: the numbers are the rows
-    repeated: list[int]  # rows, the last one first
-
-    @classmethod
-    def of(cls, ids: NDArray[Any] | None) -> _Rows:
-        if ids is None:
-            return cls(None, [])
-        known: dict[int, int] = {}
-        repeated = [row for row, number in enumerate(ids[:, 0].tolist()) if known.setdefault(number, row) != row]
-        return cls(known, repeated[::-1])
-
-    def of_number(self, number: int) -> int | None:
-        if self.by_number is None:
-            return number
-        if number not in self.by_number and self.repeated:
-            self.by_number[number] = self.repeated.pop()
-        return self.by_number.get(number)
+    def _outermost(self, instancer: Any) -> _Set | _Collection | None:
+        key = instancer.name_full
+        if key not in self._sets:
+            self._sets[key] = _set_of(instancer, self.depsgraph)
+        return self._sets[key]
 
 
 @dataclass(frozen=True)
@@ -87,32 +158,25 @@ class InstancerValues:
     ----------
     instancer
         The evaluated object; valid only during its step of Blender's iterator.
-    row
-        Of the instance's values among those of the instancer; None: it cannot be told.
+    rows
+        Where the instance's attributes are, the innermost instances first; None: the row cannot be told.
     particle
         Values of the particle that it is.
     """
 
-    instancers: Instancers
+    report: Report
     instancer: Any
-    row: int | None
+    rows: list[tuple[_Set | _Collection, int | None]]
     particle: dict[str, tuple[float, ...]]
 
     def value(self, name: str) -> tuple[float, ...] | None:
         """Return the attribute of the instance, or else the property of its instancer; None if there is neither."""
-        values = self.instancers.attribute(self.instancer, name)
-        if values is None:
-            return property_of((self.instancer, self.instancer.data), name)
-        if self.row is None or self.row >= len(values):
-            self.instancers.report.warn(f"object '{self.instancer.original.name}'", f"attribute '{name}' of its "
-                                        "instances is left out, since their ids do not tell them apart")  # fmt: skip
-            return None
-        return tuple(map(float, values[self.row]))
-
-
-def _attribute(instancer: Any, name: str) -> NDArray[Any] | None:
-    if not hasattr(instancer, "evaluated_geometry"):  # before Blender 5.0
-        return None
-    geometry = instancer.evaluated_geometry()  # which owns what it returns
-    points = geometry.instances_pointcloud()
-    return None if points is None else layer_values(points.attributes.get(name))
+        for instances, row in self.rows:
+            values = instances.attribute(name)
+            if values is not None and row is not None and row < len(values):
+                return tuple(map(float, values[row]))
+            if values is not None:
+                self.report.warn(f"object '{self.instancer.original.name}'", f"attribute '{name}' of its instances is "
+                                 "left out, since their ids do not tell them apart")  # fmt: skip
+                return None
+        return property_of((self.instancer, self.instancer.data), name)

@@ -140,7 +140,8 @@ class Instancers:
             row = inner.row(number)
             rows.append((inner, row))
             inner = inner.within(row)
-        return InstancerValues(self.report, instance.parent, rows[::-1],
+        system = instance.particle_system
+        return InstancerValues(self.report, instance.parent, rows[::-1], None if system is None else system.settings,
                                particle_of(instance, self.depsgraph.scene.frame_current_final))
 
     def _outermost(self, instancer: Any) -> _Set | _Collection | None:
@@ -160,6 +161,8 @@ class InstancerValues:
         The evaluated object; valid only during its step of Blender's iterator.
     rows
         Where the instance's attributes are, the innermost instances first; None: the row cannot be told.
+    settings
+        Those of the particle system that made it, or None.
     particle
         Values of the particle that it is.
     """
@@ -167,10 +170,11 @@ class InstancerValues:
     report: Report
     instancer: Any
     rows: list[tuple[_Set | _Collection, int | None]]
+    settings: Any
     particle: dict[str, tuple[float, ...]]
 
     def value(self, name: str) -> tuple[float, ...] | None:
-        """Return the attribute of the instance, or else the property of its instancer; None if there is neither."""
+        """Return the attribute of the instance, or else a property of the particle system or instancer, or None."""
         for instances, row in self.rows:
             values = instances.attribute(name)
             if values is not None and row is not None and row < len(values):
@@ -179,4 +183,5 @@ class InstancerValues:
                 self.report.warn(f"object '{self.instancer.original.name}'", f"attribute '{name}' of its instances is "
                                  "left out, since their ids do not tell them apart")  # fmt: skip
                 return None
-        return property_of((self.instancer, self.instancer.data), name)
+        owners = (self.settings, self.instancer, self.instancer.data)
+        return property_of((owner for owner in owners if owner is not None), name)

@@ -133,6 +133,22 @@ def test_nested_instances_have_attributes_of_each_level(through: str) -> None:
     np.testing.assert_allclose(own["level"], [0, 1, 0, 1, 0, 1])
 
 
+def test_particles_have_properties_of_their_system_before_those_of_their_instancer() -> None:
+    tree = Tree()
+    for name, to in (("heat", "Roughness"), ("wear", "Metallic")):
+        tree.link(tree.node("Attribute", attribute_type="INSTANCER", attribute_name=name).outputs["Fac"], to)
+    holder = bs.add("Holder", bs.plane("Holder", 4.0))
+    settings = holder.modifiers.new("Hair", "PARTICLE_SYSTEM").particle_system.settings
+    settings.type, settings.count = "HAIR", 3
+    settings.use_advanced_hair, settings.render_type, settings.instance_object = True, "OBJECT", tree.object
+    settings["heat"], holder["heat"], holder["wear"] = 0.25, 0.5, 0.75
+    tree.export()
+    mesh = next(mesh for mesh in tree.made.scene.meshes.values() if mesh.instances is not None)
+    assert len(mesh.instances) == 3
+    for name, value in (("heat", 0.25), ("wear", 0.75)):
+        np.testing.assert_allclose(mesh.instance_attributes[attributes.INSTANCER + name], value)
+
+
 def test_object_values_of_bakes_and_displacements_keep_instances_apart() -> None:
     tree = Tree()
     info = tree.node("ObjectInfo")

@@ -182,7 +182,7 @@ class _Walk:
         self.named: set[str] = set()
         self.stretched: set[str] = set()  # keys of materials on objects with a non-uniform scale
         self.emissions: dict[str, LampEmission] = {}  # by the names of the exported lights
-        self.instancers = Instancers(out.report, depsgraph.scene.frame_current_final)
+        self.instancers = Instancers(out.report, depsgraph)
 
     def _instances(self) -> Any:
         """Yield (instance, object, object or instancer) for all rendered objects; each is valid until the next one."""
@@ -211,6 +211,7 @@ class _Walk:
         out = self.out
         lights: dict[str, Any] = {}
         for instance, ob, holder in self._instances():
+            of_instancer = self.instancers.of(instance)
             if ob.type not in RENDERED or not (instance.show_self or instance.show_particles):
                 continue
             matrix = np.array(instance.matrix_world, np.float64)
@@ -222,7 +223,7 @@ class _Walk:
             if ob.type == "LIGHT":
                 if not instance.show_self:
                     continue
-                of = ObjectValues(ob, matrix, instance.random_id, self.instancers.of(instance))
+                of = ObjectValues(ob, matrix, instance.random_id, of_instancer)
                 emission = read_emission(ob.data, of)
                 light = export_light(ob, matrix, visible, emission, out.report)
                 if light is not None:
@@ -234,8 +235,7 @@ class _Walk:
             slots = tuple(_key(material) for material in self._slots(ob))
             held = is_holdout(holder, self.depsgraph.view_layer)
             placed = Placed(ob, source, holder.original.name, slots, visible, held, instance.random_id,
-                            self.instancers.of(instance), self.linking,
-                            not single.isdisjoint(slots))  # fmt: skip
+                            of_instancer, self.linking, not single.isdisjoint(slots))  # fmt: skip
             if ob.type == "MESH" and instance.show_self and self.depsgraph.view_layer.use_solid:
                 self.meshes.add(placed, set().union(*(needed[slot] for slot in slots)))
             self.others.add(instance, placed, needed, out.materials)

@@ -100,7 +100,7 @@ EG_INLINE UvTangent uv_tangent(const SceneView& scene, Mask active, const UvMap&
         const Float weight[3] = {1.0f - point.b1 - point.b2, point.b1, point.b2};
         const Color4 t = sum_texels(textures.attributes, corner, weight, 4);
         r.tangent = select(made, Vec3{t.c[0], t.c[1], t.c[2]}, zero3());
-        r.sign = select(made & (t.c[3] < 0.0f), splat(-1.0f), 1.0f);
+        r.sign = select(made, t.c[3], 1.0f);  // between -1 and 1 where the corners' signs differ
         r.known = made;
     }
     // Compute the triangle's tangent from its UVs

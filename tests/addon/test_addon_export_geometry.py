@@ -210,9 +210,10 @@ def test_tangents_follow_u() -> None:
     assert found == pytest.approx(np.broadcast_to([c, s, 0.0, -1.0], (2, 3, 4)), abs=1e-6)
 
 
+@pytest.mark.parametrize("collapsed", [False, True])
 @pytest.mark.parametrize("smooth", [True, False])
-def test_tangents_are_those_of_blender(smooth: bool) -> None:
-    """On a wavy surface whose UV map is sheared, and mirrored at a line of vertices."""
+def test_tangents_are_those_of_blender(smooth: bool, collapsed: bool) -> None:
+    """On a wavy surface whose UV map is sheared, mirrored at a line of vertices, and squeezed to lines."""
     x, y = np.meshgrid(np.linspace(-1.0, 1.0, 9), np.linspace(-1.0, 1.0, 7), indexing="ij")
     points = np.stack([x, y, 0.2 * np.sin(3.0 * x + y) * np.cos(4.0 * y)], axis=-1).reshape(-1, 3)
     quads = (np.arange(8)[:, None] * 7 + np.arange(6)).reshape(-1, 1) + (0, 7, 8, 1)
@@ -221,7 +222,7 @@ def test_tangents_are_those_of_blender(smooth: bool) -> None:
     layer = data.uv_layers.new(name="UVMap")
     for loop in data.loops:
         x, y, _ = data.vertices[loop.vertex_index].co
-        layer.uv[loop.index].vector = (abs(x) + 0.3 * y, y)
+        layer.uv[loop.index].vector = (max(abs(x), 0.3) + 0.3 * y, y) if collapsed else (abs(x) + 0.3 * y, y)
     arrays = read_mesh(data)
     uv, own = np.empty((len(data.loops), 2), np.float32), np.empty((len(data.loops), 4), np.float32)
     layer.uv.foreach_get("vector", uv.ravel())

@@ -44,7 +44,8 @@ SCALE, SIDE = "(object scale)", "(object side)"
 AXES = ("(object axis X)", "(object axis Y)", "(object axis Z)")
 INVERSE_ROWS = ("(object inverse X)", "(object inverse Y)", "(object inverse Z)")
 BEFORE = "(position before displacement)"
-# Alpha that an Attribute node reads of a layer, before the layer's name: 1 if the layer has none, or does not exist.
+# Alpha that an Attribute node reads of a layer, before the layer's name: 1 if the layer has none, or does not exist; or
+# of a property or an attribute of the instancer: 1 if that has none, and 0 if it does not exist.
 ALPHA = "(alpha) "
 PROPERTY = "(object property) "
 INSTANCER = "(instancer) "
@@ -73,7 +74,7 @@ def layer(name: str) -> Attribute:
 
 def is_of_object(name: str) -> bool:
     """Whether an attribute differs between instances of a mesh."""
-    return name in OF_OBJECT or name.startswith((PROPERTY, INSTANCER, PARTICLE))
+    return name in OF_OBJECT or name.removeprefix(ALPHA).startswith((PROPERTY, INSTANCER, PARTICLE))
 
 
 @dataclass(frozen=True)
@@ -100,6 +101,9 @@ class ObjectValues:
     def value(self, name: str) -> tuple[float, ...] | None:
         """Return an attribute of the whole object; None if it has no such property."""
         ob = self.object
+        if name.startswith(ALPHA):
+            found = self.value(name.removeprefix(ALPHA))
+            return None if found is None else (found[3] if len(found) == 4 else 1.0,)
         if name == RANDOM:
             number = self.random_id & WORD if self.random_id else name_hash(ob.original.name)
             return (number / WORD,)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
+import bpy
 from numpy.typing import NDArray
 
 from ...problem import Report
@@ -17,26 +17,138 @@ _NO_NUMBER = 2**31 - 1
 
 
 @dataclass
+class _Set:
+    """Instances that one set of geometry holds.
+
+    Attributes
+    ----------
+    by_number
+        Rows of the instances by their numbers, if they have an attribute "id", which is their numbers then; None: the
+        numbers are the rows.
+    repeated
+        Rows of instances that repeat an id, the last one first. Blender makes up other numbers for them. They come in
+        the order of their rows.
+    """
+
+    geometry: Any
+    depsgraph: Any
+    by_number: dict[int, int] | None = None
+    repeated: list[int] = field(default_factory=list)
+    inner: list[_Set | _Collection | None] | None = None
+    read: dict[str, NDArray[Any] | None] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        # Ids of scattered points are too large for single precision.
+        ids = self.attribute("id")
+        if ids is not None:
+            known: dict[int, int] = {}
+            rows = [row for row, number in enumerate(ids[:, 0].tolist()) if known.setdefault(number, row) != row]
+            self.by_number, self.repeated = known, rows[::-1]
+
+    def attribute(self, name: str) -> NDArray[Any] | None:
+        """Return the values (n, c) of an attribute of the instances; None: there is none."""
+        if name not in self.read:
+            points = self.geometry.instances_pointcloud()
+            self.read[name] = None if points is None else layer_values(points.attributes.get(name))
+        return self.read[name]
+
+    def row(self, number: int) -> int | None:
+        """Return the row of an instance; None: it cannot be told. To be called for the instances in their order."""
+        if self.by_number is None:
+            return number
+        if number not in self.by_number and self.repeated:
+            self.by_number[number] = self.repeated.pop()
+        return self.by_number.get(number)
+
+    def within(self, row: int | None) -> _Set | _Collection | None:
+        """Return the instances that the instance in a row consists of; None: there are none."""
+        if self.inner is None:
+            self.inner = [_set_of(one, self.depsgraph) for one in self.geometry.instance_references()]
+        references = self.attribute(".reference_index")
+        if row is None or references is None or row >= len(references):
+            return None
+        index = int(references[row, 0])
+        return self.inner[index] if 0 <= index < len(self.inner) else None
+
+
+@dataclass(frozen=True)
+class _Collection:
+    """Instances of a collection's objects, by the numbers of what these instance themselves."""
+
+    objects: list[Any]
+    depsgraph: Any
+    inner: dict[int, _Set | _Collection | None] = field(default_factory=dict)
+
+    def attribute(self, name: str) -> None:
+        return None
+
+    def row(self, number: int) -> int:
+        return number
+
+    def within(self, row: int | None) -> _Set | _Collection | None:
+        """Return the instances that the object in a row makes; None: there are none."""
+        if row is None or row >= len(self.objects) or self.objects[row] is None:
+            return None
+        if row not in self.inner:
+            self.inner[row] = _set_of(self.objects[row], self.depsgraph)
+        return self.inner[row]
+
+
+def _set_of(made_by: Any, depsgraph: Any) -> _Set | _Collection | None:
+    """Return the instances that an object, a collection or a geometry makes; None: there are none, or of particles."""
+    if isinstance(made_by, bpy.types.Collection):
+        # Blender counts the visible objects. What they instance has the number of the next one.
+        shown = _shown(made_by)
+        return _Collection([None, *(ob for ob in made_by.all_objects if ob.name_full in shown)], depsgraph)
+    if isinstance(made_by, bpy.types.Object):
+        if made_by.instance_type == "COLLECTION" and made_by.instance_collection is not None:
+            return _Collection(list(made_by.instance_collection.all_objects), depsgraph)
+        evaluated = made_by.evaluated_get(depsgraph)
+        # Geometry owns what it returns. Before Blender 5.0, Python has none.
+        made_by = evaluated.evaluated_geometry() if hasattr(evaluated, "evaluated_geometry") else None
+    if not hasattr(made_by, "instances_pointcloud") or made_by.instances_pointcloud() is None:
+        return None
+    return _Set(made_by, depsgraph)
+
+
+def _shown(collection: Any) -> set[str]:
+    """Names of the objects of a collection that are rendered."""
+    names = {ob.name_full for ob in collection.objects if not ob.hide_render}
+    return names.union(*(_shown(one) for one in collection.children if not one.hide_render))
+
+
+@dataclass
 class Instancers:
-    """Attributes of the instances that instancers make, by instancer and name, each read once; at a frame."""
+    """Attributes of the instances that instancers make, each read once; at a frame."""
 
     report: Report
-    frame: float
-    _read: dict[tuple[str, str], NDArray[np.float32] | None] = field(default_factory=dict)
-
-    def attribute(self, instancer: Any, name: str) -> NDArray[np.float32] | None:
-        """Return the values (n, c) of an attribute of instances of geometry nodes; None: there is none."""
-        key = (instancer.name_full, name)
-        if key not in self._read:
-            self._read[key] = _attribute(instancer, name)
-        return self._read[key]
+    depsgraph: Any
+    _sets: dict[str, _Set | _Collection | None] = field(default_factory=dict)
 
     def of(self, instance: Any) -> InstancerValues | None:
-        """Return what an instance of Blender's iterator has of its instancer; None: it is no instance."""
+        """Return what an instance of Blender's iterator has of its instancer; None: it is no instance.
+
+        To be called for all instances in their order.
+        """
         if not instance.is_instance or instance.parent is None:
             return None
-        numbers = [number for number in instance.persistent_id if number != _NO_NUMBER]
-        return InstancerValues(self, instance.parent, numbers[-1] if numbers else 0, particle_of(instance, self.frame))
+        rows: list[tuple[_Set | _Collection, int | None]] = []
+        inner = self._outermost(instance.parent)
+        for number in reversed([number for number in instance.persistent_id if number != _NO_NUMBER]):
+            if inner is None:
+                break
+            row = inner.row(number)
+            rows.append((inner, row))
+            inner = inner.within(row)
+        system = instance.particle_system
+        return InstancerValues(self.report, instance.parent, rows[::-1], None if system is None else system.settings,
+                               particle_of(instance, self.depsgraph.scene.frame_current_final))
+
+    def _outermost(self, instancer: Any) -> _Set | _Collection | None:
+        key = instancer.name_full
+        if key not in self._sets:
+            self._sets[key] = _set_of(instancer, self.depsgraph)
+        return self._sets[key]
 
 
 @dataclass(frozen=True)
@@ -47,42 +159,29 @@ class InstancerValues:
     ----------
     instancer
         The evaluated object; valid only during its step of Blender's iterator.
-    number
-        Of the instance among those of the instancer: the outermost ones, if instances are nested.
+    rows
+        Where the instance's attributes are, the innermost instances first; None: the row cannot be told.
+    settings
+        Those of the particle system that made it, or None.
     particle
         Values of the particle that it is.
     """
 
-    instancers: Instancers
+    report: Report
     instancer: Any
-    number: int
+    rows: list[tuple[_Set | _Collection, int | None]]
+    settings: Any
     particle: dict[str, tuple[float, ...]]
 
     def value(self, name: str) -> tuple[float, ...] | None:
-        """Return the attribute of the instance, or else the property of its instancer; None if there is neither."""
-        values = self.instancers.attribute(self.instancer, name)
-        if values is None:
-            return property_of((self.instancer, self.instancer.data), name)
-        row = self._row()
-        if row is None or row >= len(values):
-            self.instancers.report.warn(f"object '{self.instancer.original.name}'", f"attribute '{name}' of its "
-                                        "instances is left out, since their ids do not tell them apart")  # fmt: skip
-            return None
-        return tuple(map(float, values[row]))
-
-    def _row(self) -> int | None:
-        """The instance's row. Where instances have an attribute "id", their numbers are these."""
-        ids = self.instancers.attribute(self.instancer, "id")
-        if ids is None:
-            return self.number
-        found = np.flatnonzero(ids[:, 0] == self.number)
-        return int(found[0]) if len(found) == 1 else None
-
-
-def _attribute(instancer: Any, name: str) -> NDArray[np.float32] | None:
-    if not hasattr(instancer, "evaluated_geometry"):  # before Blender 5.0
-        return None
-    geometry = instancer.evaluated_geometry()  # which owns what it returns
-    points = geometry.instances_pointcloud()
-    values = None if points is None else layer_values(points.attributes.get(name))
-    return None if values is None else values.astype(np.float32)
+        """Return the attribute of the instance, or else a property of the particle system or instancer, or None."""
+        for instances, row in self.rows:
+            values = instances.attribute(name)
+            if values is not None and row is not None and row < len(values):
+                return tuple(map(float, values[row]))
+            if values is not None:
+                self.report.warn(f"object '{self.instancer.original.name}'", f"attribute '{name}' of its instances is "
+                                 "left out, since their ids do not tell them apart")  # fmt: skip
+                return None
+        owners = (self.settings, self.instancer, self.instancer.data)
+        return property_of((owner for owner in owners if owner is not None), name)

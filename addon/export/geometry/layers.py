@@ -25,6 +25,7 @@ def property_of(owners: Iterable[Any], path: str) -> tuple[float, ...] | None:
                 value = owner.path_resolve(key)
             except (AttributeError, ValueError):
                 continue
+            value = int(value) if isinstance(value, bool) else value  # but several truth values are no numbers
             found = np.atleast_1d(np.asarray(value)) if not isinstance(value, str) else np.zeros(0)
             if found.ndim == 1 and 1 <= len(found) <= 4 and np.issubdtype(found.dtype, np.number):
                 return tuple(map(float, found))

@@ -93,9 +93,10 @@ def _attribute(reader: Reader, node: Any, groups: Groups, output: Any) -> Operan
         kind + node.attribute_name)  # fmt: skip
     if output.identifier == "Fac":
         return e.Average(value)
-    if output.identifier == "Alpha" and isinstance(value, e.Attribute) and kind is None:
-        return attributes.layer(attributes.ALPHA + value.name)
-    return e.Channel(value, 3) if output.identifier == "Alpha" else value
+    if output.identifier == "Alpha":
+        # What a mesh does not have is black, but opaque.
+        return attributes.layer(attributes.ALPHA + value.name) if isinstance(value, e.Attribute) else 1.0
+    return value
 
 
 # Names that Cycles keeps for attributes of its own, which hide those that meshes have by these names.

@@ -67,7 +67,8 @@ def read_world(scene: Any, depsgraph: Any, images: Images, report: Report) -> Wo
         return WorldReading(edgegrad.World())
     where = f"world '{world.name}'"
     if nodes.source(output.inputs["Volume"]) is not None:
-        report.warn(where, "its volume is left out")
+        report.warn(where, "its volume is left out; in Cycles, it has no end, so that it hides the background and "
+                    "suns, and dims all other light")  # fmt: skip
     linked = [socket.identifier for node in nodes.reached(tree) if node.type == "LIGHT_PATH"
               for socket in node.outputs if socket.is_linked]  # fmt: skip
     alike: dict[tuple[float, ...], list[str]] = {}

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -42,6 +43,7 @@ struct CornerNormals {
 // many tangents, such as a pole whose triangles have a UV coordinate each.
 class FirstCorners {
  public:
+    // Without tangents, corners of either sign share one.
     FirstCorners(const CornerNormals& normals, const float* tangents)
         : normals_(normals),
           mesh_(normals.mesh),
@@ -73,15 +75,16 @@ class FirstCorners {
     static constexpr int32_t kEnd = -2;
 
     bool equal(size_t a, size_t b) const {
-        return tangents_[4 * a + 3] == tangents_[4 * b + 3] &&
+        return sign(a) == sign(b) &&
                std::equal(mesh_.uv + 2 * a, mesh_.uv + 2 * a + 2, mesh_.uv + 2 * b) &&
                std::equal(normals_.at(a), normals_.at(a) + 3, normals_.at(b));
     }
+    float sign(size_t corner) const { return tangents_ ? tangents_[4 * corner + 3] : 0.0f; }
     size_t list_of(size_t corner) const {
         const size_t vertex = static_cast<size_t>(mesh_.faces[corner]);
         const uint32_t first = first_list_[vertex], count = first_list_[vertex + 1] - first;
         if (count == 1) return first;
-        uint64_t key = tangents_[4 * corner + 3] < 0.0f;
+        uint64_t key = sign(corner) < 0.0f;
         const auto mix = [&](float value) {  // the two zeros are equal
             key = (key ^ std::bit_cast<uint32_t>(value + 0.0f)) * 0x9E3779B97F4A7C15u;
             key ^= key >> 32;
@@ -101,7 +104,14 @@ class FirstCorners {
     std::unique_ptr<int32_t[]> link_;
 };
 
-// Writes the normal of a triangle, and what its corners add to their tangents.
+// Whether the triangle's UV coordinates have no area. Single precision decides, as in MikkTSpace.
+bool is_collapsed(const float* uv) {
+    const float u1 = uv[2] - uv[0], v1 = uv[3] - uv[1], u2 = uv[4] - uv[0], v2 = uv[5] - uv[1];
+    return std::abs(u1 * v2 - v1 * u2) <= std::numeric_limits<float>::min();
+}
+
+// Writes the normal of a triangle, and what its corners add to their tangents. Collapsed triangles add nothing
+// and have no sign.
 void add_parts(const MappedFaces& mesh, size_t face, CornerNormals& normals, float* out) {
     Vector p[3];
     for (size_t k = 0; k < 3; ++k)
@@ -110,9 +120,11 @@ void add_parts(const MappedFaces& mesh, size_t face, CornerNormals& normals, flo
     double u1 = double{uv[2]} - uv[0], u2 = double{uv[4]} - uv[0];
     const double v1 = double{uv[3]} - uv[1], v2 = double{uv[5]} - uv[1];
     if (mesh.around) u1 -= std::nearbyint(u1), u2 -= std::nearbyint(u2);
-    const double area = u1 * v2 - v1 * u2, sign = area >= 0.0 ? 1.0 : -1.0;
+    const double area = u1 * v2 - v1 * u2;
+    const bool collapsed = mesh.around ? area == 0.0 : is_collapsed(uv);
+    const double sign = collapsed ? 0.0 : area > 0.0 ? 1.0 : -1.0;
     const Vector e1 = p[1] - p[0], e2 = p[2] - p[0];
-    const Vector along = area == 0.0 ? Vector{} : (e1 * v2 - e2 * v1) * sign;
+    const Vector along = (e1 * v2 - e2 * v1) * sign;
     const int32_t* groups = mesh.smoothing + 3 * face;
     if (std::min({groups[0], groups[1], groups[2]}) < 0)
         store(&normals.of_faces[3 * face], unit(cross(e1, e2)));
@@ -128,6 +140,33 @@ void add_parts(const MappedFaces& mesh, size_t face, CornerNormals& normals, flo
     }
 }
 
+// Gives collapsed triangles the sign of the first triangle in order that shares a corner with them, so that
+// they share tangents with it. Those without one keep the sign 0.
+void sign_collapsed(const CornerNormals& normals, float* tangents) {
+    const size_t count = normals.mesh.face_count;
+    const auto collapsed = [&](size_t face) { return tangents[12 * face + 3] == 0.0f; };
+    std::vector<size_t> faces;
+    for (size_t f = 0; f < count; ++f)
+        if (collapsed(f)) faces.push_back(f);
+    if (faces.empty() || faces.size() == count) return;
+
+    FirstCorners first(normals, nullptr);
+    std::vector<int32_t> known(3 * count, -1);  // of first corners: the first triangle with a sign
+    for (size_t corner = 0; corner < 3 * count; ++corner) {
+        int32_t& face = known[first.add(corner)];
+        if (face < 0 && !collapsed(corner / 3)) face = static_cast<int32_t>(corner / 3);
+    }
+    for (const size_t f : faces) {
+        int32_t chosen = -1;
+        for (size_t k = 0; k < 3; ++k) {
+            const int32_t face = known[first[3 * f + k]];
+            if (face >= 0 && (chosen < 0 || face < chosen)) chosen = face;
+        }
+        if (chosen < 0) continue;
+        for (size_t k = 0; k < 3; ++k) tangents[12 * f + 4 * k + 3] = tangents[12 * static_cast<size_t>(chosen) + 3];
+    }
+}
+
 }  // namespace
 
 void corner_tangents(const MappedFaces& mesh, int threads, float* tangents) {
@@ -139,6 +178,7 @@ void corner_tangents(const MappedFaces& mesh, int threads, float* tangents) {
             add_parts(mesh, static_cast<size_t>(f), normals, tangents + 12 * f);
     });
 
+    sign_collapsed(normals, tangents);
     FirstCorners first(normals, tangents);
     for (size_t corner = 0; corner < 3 * mesh.face_count; ++corner) {
         const size_t sum = first.add(corner);

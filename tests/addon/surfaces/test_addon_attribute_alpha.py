@@ -38,6 +38,49 @@ def test_alpha_of_attributes(kind: str | None, alpha: float, tmp_path: Path) -> 
     assert not export.report.lines
 
 
+@pytest.mark.parametrize(("node", "field", "alpha"), [("ShaderNodeAttribute", "attribute_name", 1.0),
+                                                       ("ShaderNodeVertexColor", "layer_name", 0.0)])  # fmt: skip
+def test_alpha_where_cycles_keeps_the_name(node: str, field: str, alpha: float, tmp_path: Path) -> None:
+    """A layer named "color" is hidden: an Attribute node has the alpha 1 there, a Color Attribute node 0."""
+    scene = bs.empty(16)
+    scene.cycles.samples = 4
+    bs.camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0))
+    made = bs.material("M", node="ShaderNodeEmission")
+    mesh = bs.plane("Plane", 4.0, made)
+    layer = mesh.color_attributes.new("color", "FLOAT_COLOR", "POINT")
+    layer.data.foreach_set("color", np.full(4 * len(layer.data), 0.25, np.float32))
+    bs.add("Plane", mesh)
+    read = made.node_tree.nodes.new(node)
+    setattr(read, field, "color")
+    stage.lamp("POINT", "Lamp", 1.0, (0.0, 0.0, 9.0))
+    made.node_tree.links.new(read.outputs["Alpha"], bs.shader(made).inputs["Color"])
+    export = bs.export()
+    ours = edgegrad.Renderer(export.scene).render(spp=4, max_depth=1)
+    assert np.allclose(ours, alpha, atol=1e-4)
+    assert np.allclose(bs.cycles(tmp_path)[..., :3], alpha, atol=1e-3)
+    assert any("rename the attribute" in line for line in export.report.lines)
+
+
+@pytest.mark.parametrize(("value", "output", "read"), [(True, "Color", 1.0), (True, "Alpha", 1.0), (0.3, "Alpha", 1.0),
+                                                       ((0.2, 0.6, 0.1, 0.4), "Alpha", 0.4), ((True, True), "Fac", 0.0),
+                                                       (None, "Alpha", 0.0)])  # fmt: skip
+def test_properties_of_objects(value: object, output: str, read: float, tmp_path: Path) -> None:
+    scene = bs.empty(16)
+    scene.cycles.samples = 4
+    bs.camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0))
+    stage.lamp("POINT", "Lamp", 1.0, (0.0, 0.0, 9.0))
+    made = bs.material("M", node="ShaderNodeEmission")
+    plane = bs.add("Plane", bs.plane("Plane", 4.0, made))
+    if value is not None:
+        plane["tone"] = value
+    node = made.node_tree.nodes.new("ShaderNodeAttribute")
+    node.attribute_type, node.attribute_name = "OBJECT", "tone"
+    made.node_tree.links.new(node.outputs[output], bs.shader(made).inputs["Color"])
+    ours = edgegrad.Renderer(bs.export().scene).render(spp=4, max_depth=1)
+    assert np.allclose(ours, read, atol=1e-4)
+    assert np.allclose(bs.cycles(tmp_path)[..., :3], read, atol=1e-3)
+
+
 @pytest.mark.parametrize("interpolation", ["Closest", "Linear"])
 def test_colors_of_images_are_multiplied_by_alpha_as_code_values(interpolation: str, tmp_path: Path) -> None:
     scene = bs.empty(16)

@@ -42,7 +42,9 @@ def test_instances_share_a_mesh_and_have_values_of_their_own() -> None:
     assert len(tree.made.scene.meshes) == 2
 
 
-def test_instances_of_geometry_nodes_have_attributes_of_their_instancer() -> None:
+# Ids of scattered points are large; where two scatters are joined, they may be repeated.
+@pytest.mark.parametrize("ids", [None, (2**30 + 2, 2**30, 2**30 + 1), (2**30 + 1, 2**30 + 1, 2**30)])
+def test_instances_of_geometry_nodes_have_attributes_of_their_instancer(ids: tuple[int, ...] | None) -> None:
     tree = Tree()
     for name, to in (("heat", "Roughness"), ("wear", "Metallic"), ("own", "Alpha")):
         node = tree.node("Attribute", attribute_type="INSTANCER", attribute_name=name)
@@ -50,6 +52,8 @@ def test_instances_of_geometry_nodes_have_attributes_of_their_instancer() -> Non
     points = bpy.data.meshes.new("Points")
     points.from_pydata([(3, 0, 0), (6, 0, 0), (9, 0, 0)], [], [])
     points.attributes.new("heat", "FLOAT", "POINT").data.foreach_set("value", [0.1, 0.5, 0.9])
+    if ids is not None:
+        points.attributes.new("id", "INT", "POINT").data.foreach_set("value", ids)
     holder = bs.add("Points", points)
     holder["wear"], tree.object["wear"], tree.object["own"] = 0.25, 0.75, 0.5
     group = bpy.data.node_groups.new("Group", "GeometryNodeTree")
@@ -74,6 +78,75 @@ def test_instances_of_geometry_nodes_have_attributes_of_their_instancer() -> Non
     alone = next(mesh for mesh in tree.made.scene.meshes.values() if mesh.instances is None)
     assert np.unique(alone.attributes[attributes.INSTANCER + "wear"]).tolist() == [0.75]
     assert np.unique(alone.attributes[attributes.INSTANCER + "own"]).tolist() == [0.5]
+
+
+@pytest.mark.parametrize("through", ["", "collection", "collection of nodes"])
+def test_nested_instances_have_attributes_of_each_level(through: str) -> None:
+    """Two copies stand above each of three points."""
+    tree = Tree()
+    for name, to in (("heat", "Roughness"), ("level", "Metallic")):
+        node = tree.node("Attribute", attribute_type="INSTANCER", attribute_name=name)
+        tree.link(node.outputs["Fac"], to)
+    points = bpy.data.meshes.new("Points")
+    points.from_pydata([(3, 0, 0), (6, 0, 0), (9, 0, 0)], [], [])
+    points.attributes.new("heat", "FLOAT", "POINT").data.foreach_set("value", [0.1, 0.5, 0.9])
+    holder = bs.add("Points", points)
+    group = bpy.data.node_groups.new("Group", "GeometryNodeTree")
+    for kind in ("INPUT", "OUTPUT"):
+        group.interface.new_socket("Geometry", in_out=kind, socket_type="NodeSocketGeometry")
+    given, found, line, below, level, store, above, index = (group.nodes.new(kind) for kind in (
+        "NodeGroupInput", "GeometryNodeObjectInfo", "GeometryNodeMeshLine", "GeometryNodeInstanceOnPoints",
+        "GeometryNodeInputIndex", "GeometryNodeStoreNamedAttribute", "GeometryNodeInstanceOnPoints",
+        "NodeGroupOutput"))  # fmt: skip
+    found.inputs["Object"].default_value = tree.object
+    line.inputs["Count"].default_value, line.inputs["Offset"].default_value = 2, (0.0, 0.0, 5.0)
+    store.domain, store.inputs["Name"].default_value = "INSTANCE", "level"
+    for source, target in ((line.outputs[0], below.inputs["Points"]),
+                           (found.outputs["Geometry"], below.inputs["Instance"]),
+                           (below.outputs[0], store.inputs["Geometry"]), (level.outputs[0], store.inputs["Value"]),
+                           (given.outputs[0], above.inputs["Points"]), (store.outputs[0], above.inputs["Instance"]),
+                           (above.outputs[0], index.inputs[0])):  # fmt: skip
+        group.links.new(source, target)
+    holder.modifiers.new("Copies", "NODES").node_group = group
+    if through:
+        unused, collection = bs.add("Unused", bpy.data.meshes.new("Unused")), bpy.data.collections.new("Set")
+        unused.hide_render = True
+        for ob in (unused, holder):
+            collection.objects.link(ob)
+            bpy.context.scene.collection.objects.unlink(ob)
+    if through == "collection":
+        carrier = bs.add("Set", None)
+        carrier.instance_type, carrier.instance_collection = "COLLECTION", collection
+    elif through:
+        outer = group.copy()
+        carrier = bs.add("Set", bpy.data.meshes.new("Set"))
+        carrier.modifiers.new("Set", "NODES").node_group = outer
+        whole = outer.nodes.new("GeometryNodeCollectionInfo")
+        whole.inputs["Collection"].default_value = collection
+        end = next(node for node in outer.nodes if node.bl_idname == "NodeGroupOutput")
+        outer.links.new(whole.outputs[0], end.inputs[0])
+    tree.export()
+    mesh = next(mesh for mesh in tree.made.scene.meshes.values() if mesh.instances is not None)
+    order = np.lexsort((mesh.instances[:, 2, 3], mesh.instances[:, 0, 3]))
+    own = {name: mesh.instance_attributes[attributes.INSTANCER + name][order, 0] for name in ("heat", "level")}
+    np.testing.assert_allclose(own["heat"], [0.1, 0.1, 0.5, 0.5, 0.9, 0.9])
+    np.testing.assert_allclose(own["level"], [0, 1, 0, 1, 0, 1])
+
+
+def test_particles_have_properties_of_their_system_before_those_of_their_instancer() -> None:
+    tree = Tree()
+    for name, to in (("heat", "Roughness"), ("wear", "Metallic")):
+        tree.link(tree.node("Attribute", attribute_type="INSTANCER", attribute_name=name).outputs["Fac"], to)
+    holder = bs.add("Holder", bs.plane("Holder", 4.0))
+    settings = holder.modifiers.new("Hair", "PARTICLE_SYSTEM").particle_system.settings
+    settings.type, settings.count = "HAIR", 3
+    settings.use_advanced_hair, settings.render_type, settings.instance_object = True, "OBJECT", tree.object
+    settings["heat"], holder["heat"], holder["wear"] = 0.25, 0.5, 0.75
+    tree.export()
+    mesh = next(mesh for mesh in tree.made.scene.meshes.values() if mesh.instances is not None)
+    assert len(mesh.instances) == 3
+    for name, value in (("heat", 0.25), ("wear", 0.75)):
+        np.testing.assert_allclose(mesh.instance_attributes[attributes.INSTANCER + name], value)
 
 
 def test_object_values_of_bakes_and_displacements_keep_instances_apart() -> None:

@@ -94,5 +94,5 @@ def fitting(steps: int = 3) -> Script:
 
 def ended() -> Script:
     """Wait until nothing runs."""
-    yield from wait_for(lambda: status().job is None, 200.0)
+    yield from wait_for(lambda: status().job is None, 1000.0)
     yield 0.3

@@ -340,6 +340,10 @@ def test_notes_name_rows_as_the_list_does(scene: Any, picture: str) -> None:
     path, moved = session.wrt[0], session.driver.variables[0].path
     assert rows.in_words(scene, session, [f"'{path}': 1 ± 2", f"'{moved}' stays", "plain", "plain"]) == [
         "'Clay: Base Color': 1 ± 2", "'Cube: Location Z' stays", "plain"]  # fmt: skip
+    sentences = [f"'{path}': [0] 1 ± 2, [2] open", f"'{path}' [1] and '{moved}' can be exchanged", f"'{moved}': [0] 1"]
+    assert rows.in_words(scene, session, sentences) == [
+        "'Clay: Base Color': R 1 ± 2, B open", "'Clay: Base Color' G and 'Cube: Location Z' can be exchanged",
+        "'Cube: Location Z': [0] 1"]  # fmt: skip
 
 
 def test_numbers_are_named_as_blenders_buttons_name_them(scene: Any) -> None:

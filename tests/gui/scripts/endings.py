@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -66,7 +67,7 @@ def stopping() -> Script:
         changed = values() != before
         said = status().said
         press("ctrl+z")()
-        undone = yield from holds(lambda before=before: values() == before)
+        undone = yield from holds(partial(stage.is_as, before))
         FOUND[name] = {"said": said, "changed": changed, "undone": undone}
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from functools import partial
 from typing import Any
 
 import bpy
@@ -16,6 +17,11 @@ FOUND: dict[str, Any] = {}
 ESCAPES, ITERATIONS, LONGEST = 24, 3, 0.5
 
 
+def _has_made(steps: int) -> bool:
+    """Whether the fit has made so many iterations."""
+    return len(status().job.losses) >= steps
+
+
 def escapes() -> Script:
     """Esc a random time after the start, also before the first iteration has ended."""
     chance = random.Random(7)
@@ -24,7 +30,7 @@ def escapes() -> Script:
     for _ in range(ESCAPES):
         assert call(bpy.ops.edgegrad.fit) == {"RUNNING_MODAL"}
         count = chance.randrange(ITERATIONS + 1)
-        yield from wait_for(lambda count=count: len(status().job.losses) >= count, every=0.02)
+        yield from wait_for(partial(_has_made, count), every=0.02)
         yield chance.uniform(0.0, LONGEST)
         over_viewport()
         key("Escape")

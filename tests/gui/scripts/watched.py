@@ -19,7 +19,9 @@ from tests.gui.scripts.stage import ended, fitting, opened, status
 from tests.gui.window import Script, area, call, redraw, wait_for
 
 FOUND: dict[str, Any] = {}
-TURNS, STEPS = 5, 30
+TURNS = 5
+# Iterations of a block, by kind of fit.
+KINDS = {"engine's own": 30, "properties": 8}
 _spent = {"update": 0.0, "draw": 0.0, "samples": 0.0}
 
 
@@ -37,14 +39,14 @@ def timed(owner: Any, name: str, label: str) -> None:
     setattr(owner, name, call_it)
 
 
-def block(shading: str) -> Generator[float, None, dict[str, float]]:
+def block(shading: str, steps: int) -> Generator[float, None, dict[str, float]]:
     """Return the mean seconds of an iteration, and those of the view's parts, while the view is shaded so."""
     area().spaces.active.shading.type = shading
     yield from redraw(0.5)
     for label in _spent:
         _spent[label] = 0.0
     count, began, work = len(status().job.losses), time.monotonic(), time.process_time()
-    yield from wait_for(lambda: status().job is None or len(status().job.losses) >= count + STEPS)
+    yield from wait_for(lambda: status().job is None or len(status().job.losses) >= count + steps)
     done = len(status().job.losses) - count
     return {"seconds": (time.monotonic() - began) / done, "processor": (time.process_time() - work) / done,
             **{label: spent / done for label, spent in _spent.items()}}  # fmt: skip
@@ -56,7 +58,7 @@ def compared(name: str) -> Script:
     blocks: dict[str, list[dict[str, float]]] = {"SOLID": [], "RENDERED": []}
     for _ in range(TURNS):
         for shading, found in blocks.items():
-            found.append((yield from block(shading)))
+            found.append((yield from block(shading, KINDS[name])))
     area().spaces.active.shading.type = "SOLID"
     call(bpy.ops.edgegrad.cancel)
     yield from ended()
@@ -76,7 +78,7 @@ def main() -> Script:
     timed(thread.edgegrad.Progressive, "add", "samples")
     yield from redraw(1.0)
     stage.save()
-    for name in ("engine's own", "properties"):
+    for name in KINDS:
         yield from opened()
         bpy.context.scene.render.engine = "EDGEGRAD"
         if name == "properties":

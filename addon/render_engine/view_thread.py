@@ -185,7 +185,7 @@ class ViewThread:
                 self._changed.notify_all()
             if seconds < PASS_SECONDS:
                 spp *= 2
-            if color.samples < request.samples:
+            if divisor == 1 and color.samples < request.samples:  # a coarse picture is replaced at once
                 self._rest(request, seconds)
 
     def _rest(self, request: Request, seconds: float) -> None:

@@ -24,6 +24,7 @@ from tests.gui.window import (
     shot,
     wait_for,
     window,
+    within,
 )
 
 FOUND: dict[str, Any] = {}
@@ -94,10 +95,13 @@ def renamed() -> Script:
                         ("light data", lambda: setattr(bpy.data.lights["Light"], "name", "Licht"))):
         yield from fitting(1)
         edit()
-        yield from redraw(1.0)
-        FOUND[f"renamed {label}"] = {"runs": status().job is not None, "said": status().said}
-        call(bpy.ops.edgegrad.cancel) if status().job is not None else None
+        yield from within(lambda: status().job is None or status().job.ending is not None, 3.0)
+        job = status().job
+        FOUND[f"renamed {label}"] = {"goes on": job is not None and job.ending is None}
+        if job is not None:
+            call(bpy.ops.edgegrad.cancel)
         yield from ended()
+        FOUND[f"renamed {label}"]["said"] = status().said
 
 
 def deleted() -> Script:

@@ -113,7 +113,14 @@ def test_each_obstacle_has_its_cure(scene: Any, picture: str) -> None:
 
     cure()
     scene.camera = next(ob for ob in scene.objects if ob.type == "CAMERA")
-    cure()  # removes the target without a camera
+    cure()  # the target of the camera that was removed keeps its picture
+    target = scene.edgegrad.targets[0]
+    assert (target.camera, target.image) == (scene.camera, picture)
+    cure()
+    scene.edgegrad.targets.add().image = picture
+    cure()  # no camera is left for the second target
+    assert len(scene.edgegrad.targets) == 1
+    scene.edgegrad.targets.clear()
     cure(filepath=picture)
     scene.edgegrad.targets[0].image = "//nowhere.png"
     cure(filepath=picture)
@@ -133,9 +140,9 @@ def test_each_obstacle_has_its_cure(scene: Any, picture: str) -> None:
         cure()
         assert not scene.edgegrad.parameters
     del seen[-2:]
-    assert seen == ["object.camera_add", "edgegrad.row_remove", "edgegrad.target_open", "edgegrad.target_open",
-                    "edgegrad.match_render", "edgegrad.row_remove", "edgegrad.parameters_add",
-                    "object.mode_set"]  # fmt: skip
+    assert seen == ["object.camera_add", "edgegrad.target_use_camera", "edgegrad.match_render", "edgegrad.row_remove",
+                    "edgegrad.target_open", "edgegrad.target_open", "edgegrad.match_render", "edgegrad.row_remove",
+                    "edgegrad.parameters_add", "object.mode_set"]  # fmt: skip
 
 
 def test_rows_of_all_kinds_are_one_list(scene: Any) -> None:

@@ -69,8 +69,10 @@ def _remove_parameter(number: int) -> tuple[str, str, dict[str, Any]]:
 def _target(row: Any, number: int, scene: Any) -> Obstacle | None:
     name = "" if row.camera is None else row.camera.name
     if row.camera is None or scene.objects.get(name) != row.camera:
-        return Obstacle(f"Target {number + 1} has no camera of this scene", "edgegrad.row_remove", "Remove It",
-                        {"parameters": False, "number": number})  # fmt: skip
+        told, free = f"Target {number + 1} has no camera of this scene", rows.next_camera(scene)
+        if free is not None:
+            return Obstacle(told, "edgegrad.target_use_camera", f"Use '{free.name}'", {"number": number})
+        return Obstacle(told, "edgegrad.row_remove", "Remove It", {"parameters": False, "number": number})
     open_it = {"number": number}
     problem = rows.problem_of(row)
     if problem:

@@ -44,7 +44,7 @@ KINDS = {
 }
 ICONS = {"MESH": "MESH_DATA", "LIGHT": "LIGHT", "CAMERA": "CAMERA_DATA", "ARMATURE": "ARMATURE_DATA",
          "CURVE": "CURVE_DATA", "LATTICE": "LATTICE_DATA"}  # fmt: skip
-PARTS = "XYZW"
+PARTS, COLOR_PARTS = "XYZW", "RGB"
 COLORS = ("COLOR", "COLOR_GAMMA")  # subtypes of properties whose numbers are red, green, blue and alpha
 # What Blender's buttons name otherwise than its data, and the parts that begin with W.
 ROTATIONS = ("rotation_euler", "rotation_quaternion", "rotation_axis_angle")
@@ -225,10 +225,16 @@ def remember_effects(scene: Any, session: Session, effects: Mapping[str, float])
 
 def in_words(scene: Any, session: Session, sentences: Iterable[str]) -> list[str]:
     """Return sentences with the names of rows in place of the paths of their variables, each sentence once."""
-    names = {f"'{path}'": f"'{row.name}'" for row in switched_on(scene) for path in paths_of(row, session)}
+    paths = [(f"'{path}'", row) for row in switched_on(scene) for path in paths_of(row, session)]
     found = []
     for sentence in sentences:
-        for path, name in names.items():
-            sentence = sentence.replace(path, name)
+        for path, row in paths:
+            listed = sentence.startswith(f"{path}: ")
+            if row.kind in ("BASE_COLOR", "EMISSION"):
+                for k, letter in enumerate(COLOR_PARTS):
+                    sentence = sentence.replace(f"{path} [{k}]", f"{path} {letter}")
+                    if listed:
+                        sentence = sentence.replace(f"[{k}] ", f"{letter} ")
+            sentence = sentence.replace(path, f"'{row.name}'")
         found.append(sentence)
     return list(dict.fromkeys(found))

@@ -222,6 +222,20 @@ class MatchRender(bpy.types.Operator):
         return {"FINISHED"}
 
 
+class UseCamera(bpy.types.Operator):
+    """Compare the target's picture with what the active camera sees, or the next camera without a target"""
+
+    bl_idname = "edgegrad.target_use_camera"
+    bl_label = "Use Camera"
+    bl_options = {"INTERNAL", "UNDO"}  # noqa: RUF012
+
+    number: bpy.props.IntProperty(options={"SKIP_SAVE"})  # type: ignore[valid-type]
+
+    def execute(self, context: Any) -> set[str]:
+        context.scene.edgegrad.targets[self.number].camera = rows.next_camera(context.scene)
+        return {"FINISHED"}
+
+
 class RemoveRow(bpy.types.Operator):
     """Remove the row that is in the way of a fit"""
 
@@ -241,5 +255,5 @@ class RemoveRow(bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES: tuple[Any, ...] = (AddTarget, RemoveTarget, OpenTarget, DropTargets, MatchRender, RemoveRow, ImportCameras,
-                            ImportClip)  # fmt: skip
+CLASSES: tuple[Any, ...] = (AddTarget, RemoveTarget, OpenTarget, DropTargets, MatchRender, UseCamera, RemoveRow,
+                            ImportCameras, ImportClip)  # fmt: skip

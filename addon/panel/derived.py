@@ -26,7 +26,7 @@ from .tab import Tab
 SECONDS = 0.5  # between two looks at the pictures
 # Of the list of parameters, in pixels at scale 1: what is beside the words and their icon; the icon with its margins;
 # the mean width of a character; the width of a line below which values and the numbers of bars are left out.
-BESIDE, ICON, CHARACTER, NARROW = 125, 30, 5.9, 184
+BESIDE, ICON, CHARACTER, NARROW = 125, 26, 5.9, 184
 
 # Lines of parameters by the pointers of their rows; pictures of targets by the pointers of their rows and their number;
 # scenes by the pointers of their settings.

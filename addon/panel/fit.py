@@ -123,8 +123,9 @@ def _progress(context: Any, layout: Any, job: FitJob) -> None:
     if len(job.losses) > 1:
         layout.template_icon(icon_value=icons.loss_curve(job.losses), scale=CURVE_SCALE)
     row = layout.row(align=True)
-    row.prop(context.scene.edgegrad, "show_shapes")
-    row.operator("edgegrad.show_difference", text="", icon="IMAGE_DATA")
+    if job.moves_shapes:
+        row.prop(context.scene.edgegrad, "show_shapes")
+    row.operator("edgegrad.show_difference", text="" if job.moves_shapes else "Show Difference", icon="IMAGE_DATA")
 
 
 CLASSES: tuple[Any, ...] = (QualityMenu, FitPanel, FitDetailsPanel)

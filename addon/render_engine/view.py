@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 import weakref
 from typing import Any
 
@@ -22,6 +23,7 @@ from .drawing import Picture
 from .view_camera import camera_of_view, with_lens
 from .view_memory import ViewMemory
 from .view_thread import Request, Shown, ViewThread
+from .yielding import rest
 
 # How long a redraw waits for a picture of what has changed, seconds. To draw the old picture instead costs a whole
 # redraw of the window, and the new one waits for it.
@@ -49,6 +51,9 @@ class View:
         self._transparent = False
         self._error: str | None = None
         self._exported_for: edgegrad.Camera | None = None
+        self._stale: set[str] | None = None  # objects that have changed since the last export; None: all may have
+        self._postponed = False  # an export
+        self._exported = 0.0, 0.0  # when the last export ended, and its seconds
         self._request: Request | None = None
         self._view: edgegrad.Camera | None = None  # when it was drawn last
         self._drawn: tuple[Shown | None, str | None] = None, None
@@ -63,14 +68,24 @@ class View:
         self._thread.stop()
 
     def update(self, context: Any, depsgraph: Any) -> None:
-        """Export what Blender has changed."""
-        stale = None if self._export is None else _changed_objects(depsgraph)
-        self._memory.expect(lambda name: stale is None or name in stale)
-        self._export_for(_camera(context, depsgraph), depsgraph)
+        """Export what Blender has changed, at once or in a later draw."""
+        if self._stale is not None:
+            self._stale |= _changed_objects(depsgraph)
+        self._postponed = not self._may_export
+        if not self._postponed:
+            self._export_for(_camera(context, depsgraph), depsgraph)
+
+    @property
+    def _may_export(self) -> bool:
+        """Whether the view has rested long enough since the last export."""
+        ended, seconds = self._exported
+        return self._export is None or time.monotonic() >= ended + rest(seconds)
 
     def _export_for(self, camera: edgegrad.Camera, depsgraph: Any) -> None:
-        scene, before = depsgraph.scene, self._export
-        self._exported_for = camera
+        scene, before, stale = depsgraph.scene, self._export, None if self._export is None else self._stale
+        began = time.monotonic()
+        self._exported_for, self._postponed, self._stale = camera, False, set()
+        self._memory.expect(lambda name: stale is None or name in stale)
         try:
             # Bakes take long, and run operators, which drawing must not.
             out = export_evaluated(Evaluation(scene, None, depsgraph), (), bake=0, memory=self._memory, view=camera)
@@ -85,14 +100,16 @@ class View:
         self._transparent = transparent
         if not same:
             self._export = out
+        ended = time.monotonic()
+        self._exported = ended, ended - began
 
     def draw(self, context: Any, depsgraph: Any) -> None:
         """Ask for a picture of the view, and draw the last one."""
         camera = _camera(context, depsgraph)
-        rests = _is_equal(camera, self._view)
-        if rests and self._exported_for is not None and not _is_equal(camera, self._exported_for):
-            # Materials may depend on the view
-            self._memory.expect(lambda name: False)
+        # Materials may depend on the view
+        moved = (self._exported_for is not None and _is_equal(camera, self._view)
+                 and not _is_equal(camera, self._exported_for))  # fmt: skip
+        if moved or (self._postponed and self._may_export):
             self._export_for(camera, depsgraph)
         self._view = camera
         request, engine = self._request, self._engine()
@@ -121,9 +138,10 @@ class View:
         return f"Sample {done} of {request.samples}"
 
     def redraw_if_new(self) -> None:
-        """Have Blender draw the view if there is another picture, or another error, than was drawn."""
+        """Have Blender draw the view if it has news, or if a postponed export is due."""
         shown, error = self._drawn
-        if self._thread.shown is not shown or self._thread.error != error:
+        if (self._thread.shown is not shown or self._thread.error != error
+                or (self._postponed and self._may_export)):  # fmt: skip
             engine = self._engine()
             if engine is not None:
                 engine.tag_redraw()

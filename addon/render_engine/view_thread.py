@@ -15,6 +15,7 @@ from ..export import RenderSettings
 from ..operators._common import EXPECTED
 from .passes import alpha_scene, has_alpha
 from .view_camera import smaller
+from .yielding import rest
 
 F32 = NDArray[np.float32]
 
@@ -24,6 +25,8 @@ GUESSED = 1e-6
 DIVISORS = (1, 2, 4, 8, 16)
 # Passes double their samples until one takes so long, seconds.
 PASS_SECONDS = 0.2
+# How often a view that rests looks whether it still has to, seconds.
+LOOK_SECONDS = 0.1
 
 
 @dataclass(frozen=True)
@@ -182,6 +185,17 @@ class ViewThread:
                 self._changed.notify_all()
             if seconds < PASS_SECONDS:
                 spp *= 2
+            if divisor == 1 and color.samples < request.samples:  # a coarse picture is replaced at once
+                self._rest(request, seconds)
+
+    def _rest(self, request: Request, seconds: float) -> None:
+        """Rest after a pass that took some seconds, but not while a newer request waits."""
+        began = time.monotonic()
+        with self._changed:
+            while (left := began + rest(seconds) - time.monotonic()) > 0.0:
+                if self._changed.wait_for(lambda: self._stopped or self._request is not request,
+                                          min(left, LOOK_SECONDS)):  # fmt: skip
+                    return
 
     def _learn(self, seconds: float, paths: int, coarse: bool, budget: float) -> None:
         """Learn the seconds of a path. Those of coarse pictures that were in time are mostly the start of a call."""

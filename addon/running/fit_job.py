@@ -152,6 +152,13 @@ class FitJob(Job):
         ended = time.monotonic()
         self._due = ended + max(NEWS_SECONDS, SHARE * (ended - began))
 
+    @property
+    def moves_shapes(self) -> bool:
+        """Whether the fit may move meshes, which `shapes` returns; those that properties move are not known before."""
+        session = self.session
+        return (session.relay is not None or session.field is not None
+                or any(path.startswith("meshes.") for path in session.wrt))  # fmt: skip
+
     def shapes(self) -> dict[str, NDArray[np.float64]]:
         """World-space vertices of the exported meshes that the fit has moved, by name."""
         scene, moved = self.session.export.scene, {}

@@ -16,7 +16,7 @@ import pytest
 HERE = Path(__file__).parent
 EXTENSION = os.environ.get("EXTENSION", "")
 FOLDER, SHOTS = os.environ.get("WINDOW_DIR", ""), os.environ.get("SHOTS", "")
-LIMIT = 1200  # seconds for one script
+LIMIT = 5000  # seconds of the processor for one script
 
 
 @pytest.fixture(scope="module")

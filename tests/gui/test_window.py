@@ -134,4 +134,4 @@ def test_the_menu_of_a_nodes_button_adds_its_value(run: Any) -> None:
 def test_linked_objects_are_refused(run: Any) -> None:
     found = run("several")[0]["linked"]
     for said in found.values():
-        assert "'Away': is linked from another file" in said and "make it local first" in said, found
+        assert "object 'Away'" in said and "is linked from" in said and "make it local first" in said, found

@@ -6,12 +6,13 @@ A script is a generator that yields the seconds to wait, so that Blender draws a
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import subprocess
 import time
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +28,7 @@ def log(*words: Any) -> None:
 
 
 def _run(*command: str) -> str:
-    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=True).stdout
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
 
 
 def window() -> Any:
@@ -60,13 +61,30 @@ def refused(operator: Any, **properties: Any) -> str:
     raise AssertionError(f"{operator} does not refuse")
 
 
-def wait_for(condition: Callable[[], Any], timeout: float = 60.0, every: float = 0.1) -> Script:
-    """Wait until the condition holds; it is asked at intervals of so many seconds."""
-    end = time.monotonic() + timeout
+def work() -> float:
+    """Return the seconds of the processor that Blender has used, in all of its threads."""
+    return time.process_time()
+
+
+def within(condition: Callable[[], Any], limit: float, every: float = 0.1) -> Generator[float, None, bool]:
+    """Wait until a condition holds, but not for more work than a limit; return whether it holds.
+
+    The condition is asked at intervals of some seconds. The limit is in seconds of the processor, so that a busy
+    machine does not reach it sooner; a tenth of each interval counts too, since a process that hangs does not work.
+    """
+    end, asked = work() + limit, 0
     while not condition():
-        if time.monotonic() > end:
-            raise TimeoutError(f"not within {timeout} s: {condition}")
+        asked += 1
+        if work() + 0.1 * every * asked > end:
+            return False
         yield every
+    return True
+
+
+def wait_for(condition: Callable[[], Any], limit: float = 300.0, every: float = 0.1) -> Script:
+    """Wait until a condition holds, as `within`; it is an error if it does not."""
+    if not (yield from within(condition, limit, every)):
+        raise TimeoutError(f"not within {limit} s of the processor: {condition}")
 
 
 def redraw(seconds: float = 0.5) -> Script:
@@ -74,6 +92,13 @@ def redraw(seconds: float = 0.5) -> Script:
     for one in window().screen.areas:
         one.tag_redraw()
     yield seconds
+
+
+def holds(condition: Callable[[], Any], limit: float = 20.0) -> Generator[float, None, bool]:
+    """Return whether a condition comes to hold after a key press, whose event may still be under way."""
+    found = yield from within(condition, limit)
+    yield from redraw()
+    return found and bool(condition())
 
 
 def shot(name: str) -> None:
@@ -103,15 +128,15 @@ def key(*names: str) -> None:
 def open_tab(name: str) -> Script:
     """Show a tab of the sidebar."""
     area().spaces.active.show_region_ui = True
-    yield from redraw()
-    end = time.monotonic() + 10.0
-    while region().active_panel_category != name:
-        try:
+
+    def shown() -> bool:
+        area().tag_redraw()
+        with contextlib.suppress(TypeError):  # not drawn yet
             region().active_panel_category = name
-        except TypeError:  # not drawn yet
-            if time.monotonic() > end:
-                raise
-        yield from redraw()
+        return bool(region().active_panel_category == name)
+
+    yield from redraw()
+    yield from wait_for(shown)
     yield from redraw()
 
 

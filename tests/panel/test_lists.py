@@ -113,7 +113,14 @@ def test_each_obstacle_has_its_cure(scene: Any, picture: str) -> None:
 
     cure()
     scene.camera = next(ob for ob in scene.objects if ob.type == "CAMERA")
-    cure()  # removes the target without a camera
+    cure()  # the target of the camera that was removed keeps its picture
+    target = scene.edgegrad.targets[0]
+    assert (target.camera, target.image) == (scene.camera, picture)
+    cure()
+    scene.edgegrad.targets.add().image = picture
+    cure()  # no camera is left for the second target
+    assert len(scene.edgegrad.targets) == 1
+    scene.edgegrad.targets.clear()
     cure(filepath=picture)
     scene.edgegrad.targets[0].image = "//nowhere.png"
     cure(filepath=picture)
@@ -133,9 +140,9 @@ def test_each_obstacle_has_its_cure(scene: Any, picture: str) -> None:
         cure()
         assert not scene.edgegrad.parameters
     del seen[-2:]
-    assert seen == ["object.camera_add", "edgegrad.row_remove", "edgegrad.target_open", "edgegrad.target_open",
-                    "edgegrad.match_render", "edgegrad.row_remove", "edgegrad.parameters_add",
-                    "object.mode_set"]  # fmt: skip
+    assert seen == ["object.camera_add", "edgegrad.target_use_camera", "edgegrad.match_render", "edgegrad.row_remove",
+                    "edgegrad.target_open", "edgegrad.target_open", "edgegrad.match_render", "edgegrad.row_remove",
+                    "edgegrad.parameters_add", "object.mode_set"]  # fmt: skip
 
 
 def test_rows_of_all_kinds_are_one_list(scene: Any) -> None:
@@ -340,6 +347,10 @@ def test_notes_name_rows_as_the_list_does(scene: Any, picture: str) -> None:
     path, moved = session.wrt[0], session.driver.variables[0].path
     assert rows.in_words(scene, session, [f"'{path}': 1 ± 2", f"'{moved}' stays", "plain", "plain"]) == [
         "'Clay: Base Color': 1 ± 2", "'Cube: Location Z' stays", "plain"]  # fmt: skip
+    sentences = [f"'{path}': [0] 1 ± 2, [2] open", f"'{path}' [1] and '{moved}' can be exchanged", f"'{moved}': [0] 1"]
+    assert rows.in_words(scene, session, sentences) == [
+        "'Clay: Base Color': R 1 ± 2, B open", "'Clay: Base Color' G and 'Cube: Location Z' can be exchanged",
+        "'Cube: Location Z': [0] 1"]  # fmt: skip
 
 
 def test_numbers_are_named_as_blenders_buttons_name_them(scene: Any) -> None:

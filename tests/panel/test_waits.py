@@ -101,3 +101,11 @@ def test_a_scene_is_not_read_during_a_render(scene: Any, renders: list[str]) -> 
     renders.append("RENDER")
     with pytest.raises(Problem, match="can't be read during Blender's render; wait for its end, or cancel it"):
         evaluation.evaluate(scene, lambda _: None)
+
+
+@pytest.mark.parametrize(("names", "moves"), [(Names(vertices=("Cube",)), True), (Names(base_color=("Clay",)), False)])
+def test_lines_of_shapes_are_offered_if_the_fit_may_move_some(scene: Any, picture: str, tmp_path: Path, names: Names,
+                                                              moves: bool) -> None:  # fmt: skip
+    scene.render.resolution_x, scene.render.resolution_y = 20, 10
+    session = Session.prepare(bpy.context, Request([Picture("Front", picture)], names, iterations=1, samples=1))
+    assert FitJob(session, tmp_path / "difference.png").moves_shapes is moves

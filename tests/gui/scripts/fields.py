@@ -8,7 +8,7 @@ import bpy
 
 from tests.gui.scripts import stage
 from tests.gui.scripts.stage import ended, opened, status
-from tests.gui.window import Script, call, key, open_tab, over_viewport, redraw, shot, wait_for
+from tests.gui.window import Script, call, holds, key, open_tab, over_viewport, redraw, shot, wait_for
 
 FOUND: dict[str, Any] = {}
 
@@ -22,7 +22,7 @@ def fitting() -> Script:
     """Press the button, and wait for a shape in the viewport."""
     assert call(bpy.ops.edgegrad.fit_as_field) == {"RUNNING_MODAL"}
     yield from wait_for(lambda: status().job is None or (status().job.session.field.newest is not None
-                        and len(status().job.losses) > 2), 200.0)  # fmt: skip
+                        and len(status().job.losses) > 2))  # fmt: skip
 
 
 def main() -> Script:
@@ -47,8 +47,7 @@ def main() -> Script:
                     "faces": [len(ob.data.polygons) for ob in made], "hidden": hidden()}  # fmt: skip
     over_viewport()
     key("ctrl+z")
-    yield from redraw(1.0)
-    FOUND["undone"] = hidden() == before
+    FOUND["undone"] = yield from holds(lambda: hidden() == before)
     stage.cube()
     yield from fitting()
     over_viewport()

@@ -47,7 +47,7 @@ def main() -> Script:
         _parts.clear()
         begin = time.monotonic()
         shading.type = "RENDERED"
-        yield from wait_for(lambda: "upload and drawing" in _parts, 20, 0.002)
+        yield from wait_for(lambda: "upload and drawing" in _parts, every=0.002)
         ends = {label: part.pop("ended") - begin for label, part in _parts.items()}
         FOUND["switches"].append({"seconds": ends["upload and drawing"], "parts": dict(_parts)})
         yield from redraw(1.0)

@@ -50,7 +50,7 @@ def drop() -> Script:
     yield from redraw(0.3)
     shot("menu")
     key("u")
-    yield from wait_for(lambda: len(bpy.context.scene.edgegrad.targets) == 1, 10.0)
+    yield from wait_for(lambda: len(bpy.context.scene.edgegrad.targets) == 1)
     yield from redraw(0.1)
 
 

@@ -93,9 +93,9 @@ def main() -> Script:
     area().spaces.active.region_3d.view_camera_zoom = 20.0
     area("PROPERTIES").type = "IMAGE_EDITOR"
     assert call(bpy.ops.edgegrad.fit) == {"RUNNING_MODAL"}
-    yield from wait_for(lambda: status().job.losses, 200.0)
+    yield from wait_for(lambda: status().job.losses)
     # The first picture of the difference comes with the first iteration.
-    yield from wait_for(lambda: "Edgegrad Difference" in bpy.data.images, 20.0)
+    yield from wait_for(lambda: "Edgegrad Difference" in bpy.data.images)
     call(bpy.ops.edgegrad.show_difference)
     with bpy.context.temp_override(window=bpy.context.window_manager.windows[0], area=area("IMAGE_EDITOR"),
                                    region=next(r for r in area("IMAGE_EDITOR").regions if r.type == "WINDOW")):

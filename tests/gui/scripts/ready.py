@@ -60,7 +60,7 @@ def pressed(name: str, file: Path) -> Script:
     bpy.ops.ed.undo_push(message="Start")
     before = state()
     assert call(bpy.ops.edgegrad.fit) == {"RUNNING_MODAL"}, name
-    yield from wait_for(lambda: status().job is None or len(status().job.losses) > 2, 600.0)
+    yield from wait_for(lambda: status().job is None or len(status().job.losses) > 2)
     yield from redraw(0.3)
     shot(f"{name}-running")
     yield from ended()

@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import random
+from functools import partial
 from typing import Any
 
 import bpy
 
 from tests.gui.scripts import stage
 from tests.gui.scripts.stage import ended, fitting, opened, status, values
-from tests.gui.window import OUT, Script, call, key, over_viewport, redraw, refused, shot
+from tests.gui.window import OUT, Script, call, key, over_viewport, redraw, refused, shot, wait_for
 
 FOUND: dict[str, Any] = {}
-ESCAPES, LONGEST = 50, 2.0  # seconds
+# Of the escapes: their number, and their longest wait in iterations and in seconds after those.
+ESCAPES, ITERATIONS, LONGEST = 24, 3, 0.5
+
+
+def _has_made(steps: int) -> bool:
+    """Whether the fit has made so many iterations."""
+    return len(status().job.losses) >= steps
 
 
 def escapes() -> Script:
@@ -22,6 +29,8 @@ def escapes() -> Script:
     before, said = values(), set()
     for _ in range(ESCAPES):
         assert call(bpy.ops.edgegrad.fit) == {"RUNNING_MODAL"}
+        count = chance.randrange(ITERATIONS + 1)
+        yield from wait_for(partial(_has_made, count), every=0.02)
         yield chance.uniform(0.0, LONGEST)
         over_viewport()
         key("Escape")

@@ -85,6 +85,11 @@ def values() -> dict[str, Any]:
     return out
 
 
+def is_as(before: dict[str, Any]) -> bool:
+    """Whether all that a fit may change is as it was."""
+    return values() == before
+
+
 def fitting(steps: int = 3) -> Script:
     """Start the fit, and wait for some iterations."""
     assert call(bpy.ops.edgegrad.fit) == {"RUNNING_MODAL"}
@@ -94,5 +99,5 @@ def fitting(steps: int = 3) -> Script:
 
 def ended() -> Script:
     """Wait until nothing runs."""
-    yield from wait_for(lambda: status().job is None, 200.0)
+    yield from wait_for(lambda: status().job is None, 1000.0)
     yield 0.3

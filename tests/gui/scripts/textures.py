@@ -9,7 +9,7 @@ import numpy as np
 
 from tests.gui.scripts import stage
 from tests.gui.scripts.stage import ended, fitting, status
-from tests.gui.window import OUT, Script, call, key, open_tab, over_viewport, redraw, shot, wait_for
+from tests.gui.window import OUT, Script, call, holds, key, open_tab, over_viewport, redraw, shot, wait_for
 
 FOUND: dict[str, Any] = {}
 SIZE = 16
@@ -58,12 +58,11 @@ def undo_and_redo(name: str, before: list[float]) -> Script:
     after = pixels()
     over_viewport()
     key("ctrl+z")
-    yield from redraw(1.0)
-    undone = pixels()
+    undone = yield from holds(lambda: pixels() == before)
     key("ctrl+shift+z")
-    yield from redraw(1.0)
+    redone = yield from holds(lambda: pixels() == after)
     FOUND[name] = {"said": status().said, "failed": status().failed, "changed": after != before,
-                   "undone": undone == before, "redone": pixels() == after,
+                   "undone": undone, "redone": redone,
                    "packed": skin().packed_file is not None}  # fmt: skip
 
 
@@ -84,7 +83,7 @@ def main() -> Script:
     yield from open_tab("Edgegrad")
     before = pixels()
     yield from fitting()
-    yield from wait_for(lambda: shown(2) > before[2] + 0.02, 60.0)  # it becomes blue
+    yield from wait_for(lambda: shown(2) > before[2] + 0.02)  # it becomes blue
     over_viewport()
     key("Escape")
     yield from ended()
@@ -98,7 +97,7 @@ def main() -> Script:
     bpy.ops.ed.undo_push(message="Start")
     settings.iterations = 30
     yield from fitting()
-    yield from wait_for(lambda: status().job is None, 200.0)
+    yield from ended()
     yield from redraw()
     shot("finished")
     yield from undo_and_redo("of a file", before)
@@ -107,6 +106,6 @@ def main() -> Script:
     bpy.ops.ed.undo_push(message="Paint")
     before = pixels()
     yield from fitting()
-    yield from wait_for(lambda: status().job is None, 200.0)
+    yield from ended()
     yield from redraw()
     yield from undo_and_redo("of memory", before)

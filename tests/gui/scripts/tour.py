@@ -74,7 +74,7 @@ def main() -> Script:
     yield from pictured("ready")
     settings.iterations, settings.samples = 80, 8
     assert call(bpy.ops.edgegrad.fit) == {"RUNNING_MODAL"}
-    yield from wait_for(lambda: len(status().job.losses) > 40)
+    yield from wait_for(lambda: status().job is None or len(status().job.losses) > 40)
     yield from pictured("running")
     yield from ended()
     FOUND["fit"], FOUND["color"] = status().said, [*stage.color().default_value]

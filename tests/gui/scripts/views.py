@@ -94,7 +94,7 @@ def first_of_another(request: Any, at: int) -> Generator[float, None, float]:
     def found() -> list[float]:
         return [one.at for one in drawn[at:] if one.request is not request]
 
-    yield from wait_for(found, 20, 0.002)
+    yield from wait_for(found, every=0.002)
     return found()[0]
 
 
@@ -105,7 +105,7 @@ def switch_to_rendered() -> Generator[float, None, float]:
     scene.edgegrad_render.preview_samples = SAMPLES
     begin, at = time.monotonic(), len(drawn)
     space().shading.type = "RENDERED"
-    yield from wait_for(lambda: len(drawn) > at, 20, 0.002)
+    yield from wait_for(lambda: len(drawn) > at, every=0.002)
     return drawn[at].at - begin
 
 
@@ -119,7 +119,7 @@ def again() -> Generator[float, None, float]:
 def complete() -> Script:
     """Wait until the picture has all samples."""
     yield from redraw(0.5)  # so that the view asks for what it shows now
-    yield from wait_for(lambda: drawn[-1].samples >= SAMPLES, 300)
+    yield from wait_for(lambda: drawn[-1].samples >= SAMPLES)
     yield from redraw(0.5)
 
 
@@ -179,9 +179,9 @@ def render(samples: int, cancel_after: float | None = None) -> Generator[float, 
         shot("6-rendering")
         begin = time.monotonic()
         key("Escape")
-        yield from wait_for(lambda: not bpy.app.is_job_running("RENDER"), 20, 0.01)
+        yield from wait_for(lambda: not bpy.app.is_job_running("RENDER"), every=0.01)
         FOUND["cancel"] = time.monotonic() - begin
-    yield from wait_for(lambda: not bpy.app.is_job_running("RENDER"), 120)
+    yield from wait_for(lambda: not bpy.app.is_job_running("RENDER"))
     settings = scene.render.image_settings
     if hasattr(settings, "media_type"):
         settings.media_type = "IMAGE"

@@ -66,8 +66,7 @@ class Run:
         self.checkpoint_every = 1
         self.before: Callable[[int], None] | None = None  # called before each iteration
         self.notes: list[str] = []  # on what happened on the way
-        self.done = 0  # iterations
-        self.measured = False  # the loss after the last step
+        self.done, self.measured = 0, False  # iterations, and whether the loss after the last step is known
         # What `driven` was asked to place last: values, and for which pictures
         self.asked: tuple[dict[str, F64], Sequence[int] | None] = {}, None
         self.variables = () if driven is None else driven.variables  # the driven ones

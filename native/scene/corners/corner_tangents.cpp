@@ -75,8 +75,7 @@ class FirstCorners {
     static constexpr int32_t kEnd = -2;
 
     bool equal(size_t a, size_t b) const {
-        return sign(a) == sign(b) &&
-               std::equal(mesh_.uv + 2 * a, mesh_.uv + 2 * a + 2, mesh_.uv + 2 * b) &&
+        return sign(a) == sign(b) && std::equal(mesh_.uv + 2 * a, mesh_.uv + 2 * a + 2, mesh_.uv + 2 * b) &&
                std::equal(normals_.at(a), normals_.at(a) + 3, normals_.at(b));
     }
     float sign(size_t corner) const { return tangents_ ? tangents_[4 * corner + 3] : 0.0f; }
@@ -110,8 +109,8 @@ bool is_collapsed(const float* uv) {
     return std::abs(u1 * v2 - v1 * u2) <= std::numeric_limits<float>::min();
 }
 
-// Writes the normal of a triangle, and what its corners add to their tangents. Collapsed triangles add nothing
-// and have no sign.
+// Writes the normal of a triangle, and what its corners add to their tangents. Collapsed triangles add
+// nothing and have no sign.
 void add_parts(const MappedFaces& mesh, size_t face, CornerNormals& normals, float* out) {
     Vector p[3];
     for (size_t k = 0; k < 3; ++k)
@@ -163,7 +162,8 @@ void sign_collapsed(const CornerNormals& normals, float* tangents) {
             if (face >= 0 && (chosen < 0 || face < chosen)) chosen = face;
         }
         if (chosen < 0) continue;
-        for (size_t k = 0; k < 3; ++k) tangents[12 * f + 4 * k + 3] = tangents[12 * static_cast<size_t>(chosen) + 3];
+        for (size_t k = 0; k < 3; ++k)
+            tangents[12 * f + 4 * k + 3] = tangents[12 * static_cast<size_t>(chosen) + 3];
     }
 }
 

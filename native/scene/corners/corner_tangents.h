@@ -21,8 +21,8 @@ struct MappedFaces {
 // them for triangles. Corners with equal vertex, normal, UV coordinate and sign share one tangent: the sum of
 // the tangents of their triangles, each projected perpendicular to the normal and weighted by the angle at
 // the corner. Triangles whose UV coordinates have no area add nothing; they take the sign of a neighbour and
-// share its tangents where the UV coordinates are the same. Elsewhere their tangent is the X axis and their sign
-// is negative.
+// share its tangents where the UV coordinates are the same. Elsewhere their tangent is the X axis and their
+// sign is negative.
 void corner_tangents(const MappedFaces& mesh, int threads, float* tangents);
 
 }  // namespace edgegrad

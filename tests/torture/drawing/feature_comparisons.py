@@ -47,7 +47,8 @@ def _image(made: Comparison, name: str, pixels: np.ndarray) -> e.Expression:
 def _with_uv(made: Comparison) -> None:
     """Give the floor a UV map, too."""
     floor = made.scene.meshes["floor"]
-    floor.attributes = {"UVMap": (0.3 * floor.vertices[floor.faces][..., :2] + 0.5).astype(np.float32)}
+    uv = (0.3 * floor.vertices[floor.faces][..., :2] + 0.5).astype(np.float32)
+    floor.attributes = {**floor.attributes, "UVMap": uv}
 
 
 # ---- Materials ----

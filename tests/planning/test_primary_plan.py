@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from edgegrad import AreaLight, Camera, Material, Mesh, Renderer, Scene, SunLight, World, plan
-from edgegrad.expression import Attribute, ImageTexture
+from edgegrad.expression import Attribute, Channel, ColorModel, Combine, ImageTexture
 from edgegrad.planning.term import Term
 from edgegrad.scene import parameters
 from edgegrad.scene.image import Image
@@ -171,6 +171,13 @@ def test_jumps_that_are_no_edges_are_named() -> None:
     slides = "borders at which textures may jump, where they move over"
     assert slides in " ".join(plan(scene, ["meshes.object.attributes.UVMap"]).missing)
     assert slides not in " ".join(plan(scene, ["images.two.pixels"]).missing)
+    # A hue's color jumps where the hue leaves [0, 1]
+    hue, layer = Channel(Attribute("UVMap"), 0), "meshes.object.attributes.UVMap"
+    for drawn, jumps in ((hue, True), (0.3, False)):
+        color = ColorModel(Combine(drawn, 0.8, Channel(Attribute("UVMap"), 1)), "HSV", "RGB")
+        scene.materials["glow"].textures = {"emission": color}
+        assert (slides in missing(scene, [layer])) == jumps
+        assert slides not in missing(scene, [VERTICES])
     copies = box_scene()
     copies.materials["glow"] = Material(np.zeros(3))
     copies.meshes["object"].instances = np.eye(4)[None]

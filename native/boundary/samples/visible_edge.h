@@ -150,6 +150,7 @@ EG_INLINE Mask narrow_pair(const EdgeFace (&pair)[2], Vec3 t) {
 EG_INLINE Sides visible_faces(const SceneView& scene, const EdgeSample& s) {
     const SideFace none = {splat(-1), splat(-1), splat(0), splat(__builtin_inff())};
     Sides sides{none, none, splat(-1)};
+    if (!any(s.active)) return sides;  // there may be no edges
     const Int edge = select(s.active, s.edge, splat(0)), first = gather(scene.edge_face_first, edge);
     const Int count = s.active & (gather(scene.edge_face_first + 1, edge) - first);
     EdgeFace pair[2];

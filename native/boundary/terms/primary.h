@@ -231,12 +231,9 @@ struct MeshCurves {
         s = sample_edge(scene, task, at, cursor);
         set_factor(task, kept, factor);
         // Find the faces on both sides and the surface behind
-        Sides sides;
-        if (any(s.active)) {
-            sides = visible_faces(scene, s);
-            // An edge that is seen end-on has no face on either side, and no jump.
-            s.active &= (sides.plus.face >= 0) | (sides.minus.face >= 0);
-        }
+        Sides sides = visible_faces(scene, s);
+        // An edge that is seen end-on has no face on either side, and no jump.
+        s.active &= (sides.plus.face >= 0) | (sides.minus.face >= 0);
         Behind behind;
         if (any(s.active)) behind = look_behind(scene, s, sides, task.limits.transparent, EdgeFaces{});
         if (!any(s.active)) return;

@@ -122,6 +122,7 @@ bool may_jump(const TextureTables& t, const TextureInstruction& step) {
         case TextureOp::ARCTAN2:
         case TextureOp::RGB_TO_HSV:
         case TextureOp::RGB_TO_HSL:
+        case TextureOp::HSV_TO_RGB:
         case TextureOp::BRICK:
         case TextureOp::WHITE_NOISE:
         case TextureOp::VORONOI:
@@ -209,6 +210,9 @@ void add_jumps(const TextureTables& t, std::span<const TextureInstruction> progr
             case TextureOp::RGB_TO_HSV:
             case TextureOp::RGB_TO_HSL:
                 found[0].hue = true;
+                break;
+            case TextureOp::HSV_TO_RGB:
+                jumps.past_hues |= !in(0).hue && !(in(0).linear && in(0).linear->constant());
                 break;
             case TextureOp::BRICK:
                 // Bricks of different tints meet in the mortar, which hides them and may end softly

@@ -44,7 +44,8 @@ void slid_textures(const MissingSearch& s) {
     };
     s.materials(Part::kSlidTextures, used_materials(s.tables, [&](size_t k) {
                     const TextureJumps jumps = texture_jumps(s.tables, k);
-                    return moves ? jumps.any() : jumps.by_images && any_step(s.tables, k, reads);
+                    if (moves && jumps.any()) return true;
+                    return (moves ? jumps.past_hues : jumps.by_images) && any_step(s.tables, k, reads);
                 }));
 }
 

@@ -22,13 +22,13 @@ constexpr float kSmoothAlpha2 = 2e-10f;
 // A rough surface seen from `view`.
 struct Microfacets {
     Float ax, ay;
-    Float stretched;  // |(ax x, ay y, z)| of the view; z + stretched is twice the projected area it sees
-    Float masking;    // Smith's lambda of the view
-    Float bound;      // of the sampled range of reflections
-    Mask by_score;    // sampled for the derivative by roughness (shading/bsdf/score_density.h)
-    Mask followed;    // scatters at a fixed microfacet normal (shading/bsdf/followed_lobes.h)
-    Float tail;       // of followed lanes: of reflections, what emitter samples find (tail.h); 0: nothing
-    bool others;      // whether any lane is not GGX
+    Float stretched;      // |(ax x, ay y, z)| of the view; z + stretched is twice the projected area it sees
+    Float masking;        // Smith's lambda of the view
+    Float bound;          // of the sampled range of reflections
+    Mask by_score;        // sampled for the derivative by roughness (shading/bsdf/score_density.h)
+    Mask followed;        // scatters at a fixed microfacet normal (shading/bsdf/followed_lobes.h)
+    Float tail;           // of followed lanes: of reflections, what emitter samples find (tail.h); 0: nothing
+    bool others = false;  // whether any lane is not GGX
     Mask beckmann, phong;
 };
 

@@ -14,7 +14,7 @@ struct Sheen {
     Vec3 weight;  // albedo included
     Vec3 x, y;    // x: the viewer's direction along the surface
     Float a, b;   // w' = (a x + b z, a y, z) is cosine-distributed
-    bool any_velvet;
+    bool any_velvet = false;
     Mask velvet;
     Float sigma;  // of velvet
 };

@@ -144,6 +144,16 @@ def test_a_start_out_of_view_is_searched_for_and_the_result_has_errors(tmp_path:
     assert after < 0.05 * before
 
 
+def test_a_fit_that_its_gradient_leads_astray_goes_on_elsewhere(tmp_path: Path) -> None:
+    zoo.stage(SIZE)
+    path, offset = f"{zoo.CUBE}.location", [1.5, -0.5, 0.4]
+    before, after = recover(tmp_path, [path], offset, 60, search=0)
+    assert after > 0.5 * before
+    zoo.stage(SIZE)
+    before, after = recover(tmp_path, [path], offset, 60)
+    assert after < 0.05 * before
+
+
 def test_errors_of_properties_are_reported(tmp_path: Path) -> None:
     zoo.stage(32)
     target = rendered(tmp_path, "Camera")

@@ -59,7 +59,7 @@ def begin(run: Run, run_of: RunOf, stages: Stages, *, search: int | None, restar
         Makes a run that begins with the present values of the scene.
     search
         Number of coarse pictures of the search; None: enough of them if no gradient leads away from the start, else
-        none before a second look (`second_look`), unless variables outside of the scene move it.
+        none before a second look (`second_look`).
     restarts
         Number of other starts that are fitted for a while.
     per_iteration
@@ -100,7 +100,7 @@ def begin(run: Run, run_of: RunOf, stages: Stages, *, search: int | None, restar
                         f"{at_start:.3g} to {others[0].loss:.3g}"]
     coarse.take(start)
     run.progress = stages.rest()
-    if search is None and not silent and run.driven is None:
+    if search is None and not silent:
         run.before = SecondLook(run, lambda: run_of(run.schedule, None).unknowns)
     return run, (["at the start, no small move brings the pictures closer to their targets, and a search over coarse "
                   "pictures found no better start"] if silent else [])

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..driven import Steps
 from ..run import Run
 from ..variables import Unknown
 from .coarse import Coarse
@@ -50,6 +51,7 @@ class SecondLook:
 
     def __init__(self, run: Run, unknowns: Callable[[], list[Unknown]]) -> None:
         self._run, self._unknowns = run, unknowns
+        self._driven = [item.state() for item in run.variables]
         self._at = max(SOONEST, round(AFTER * run.iterations), run.schedule.complete_after)
 
     def __call__(self, k: int) -> None:
@@ -67,8 +69,11 @@ class SecondLook:
             coarse.take(here)
             return
         best = plainest(coarse.loss, best, moves)
-        coarse.take(best.vector)
         # Their optimisers begin anew, too
+        for variable, state in zip(run.variables, self._driven, strict=True):
+            variable.restore(state)
+        run.steps = Steps(run.variables)
+        coarse.take(best.vector)
         for item, fresh in zip(run.unknowns, self._unknowns(), strict=True):
             if item.path in moves.parts:
                 item.restore(fresh.state())

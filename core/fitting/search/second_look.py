@@ -64,12 +64,12 @@ class SecondLook:
         generator = np.random.default_rng([run.seed, 2])
         cameras = [replace(view.camera) for view in run.seen]
         pictures = MORE * pictures_for(moves.count)
-        best = find_starts(coarse.loss, moves, cameras, now, pictures, generator, self._tell(k))[0]
-        if best.loss >= BETTER * now:
+        found = find_starts(coarse.loss, moves, cameras, now, pictures, generator, self._tell(k))
+        if not found or found[0].loss >= BETTER * now:  # none: no picture is finite
             coarse.take(here)
             return
-        best = plainest(coarse.loss, best, moves)
-        # Their optimisers begin anew, too
+        best = plainest(coarse.loss, found[0], moves)
+        # Go there, where optimisers begin anew
         for variable, state in zip(run.variables, self._driven, strict=True):
             variable.restore(state)
         run.steps = Steps(run.variables)

@@ -17,9 +17,9 @@ from ..run import Run
 from ..schedule import Cycle, Schedule
 from ..stages import Stages
 from ..vertices.starts import choose_starts
-from .coarse import Coarse
+from .coarse import Coarse, moves_of
 from .find_start import BETTER, find_starts, gradient_speaks, pictures_for
-from .second_look import SecondLook, searched
+from .second_look import SecondLook
 
 F64 = NDArray[np.float64]
 
@@ -69,7 +69,7 @@ def begin(run: Run, run_of: RunOf, stages: Stages, *, search: int | None, restar
     -------
     The run to go on with, and sentences on what was found.
     """
-    moves, coarse = searched(run)
+    moves = moves_of(run)
     can = moves.count > 0 and (run.driven is None or isinstance(run.driven, Looking))
     if not can or (search == 0 and not restarts):
         if search or restarts:
@@ -78,6 +78,7 @@ def begin(run: Run, run_of: RunOf, stages: Stages, *, search: int | None, restar
         run.progress = stages.rest()
         return run, []
     tell = stages.part(SEARCHED) or (lambda fraction: None)
+    coarse = Coarse(run, moves)
     start = np.zeros(moves.count)
     states = [item.state() for item in run.variables]
     at_start = coarse.loss(start)

@@ -26,6 +26,15 @@ F64 = NDArray[np.float64]
 SIDE, SAMPLES, LEVELS, FOCUS = 24, 16, 4, 0.25
 
 
+def moves_of(run: Run) -> Moves:
+    """Return what a search moves, from where the fit is now."""
+    scene = replace(run.work, camera=replace(run.work.camera),
+                    meshes={name: replace(one) for name, one in run.work.meshes.items()},
+                    fields={name: replace(one) for name, one in run.work.fields.items()},
+                    lights={name: replace(one) for name, one in run.work.lights.items()})  # fmt: skip
+    return Moves(scene, [*run.unknowns, *run.variables], run.values())
+
+
 class Coarse:
     """The loss of coarse pictures, by a vector of `Moves`."""
 

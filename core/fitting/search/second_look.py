@@ -14,9 +14,8 @@ import numpy as np
 from ..driven import Steps
 from ..run import Run
 from ..variables import Unknown
-from .coarse import Coarse
+from .coarse import Coarse, moves_of
 from .find_start import find_starts, pictures_for, plainest
-from .moves import Moves
 
 # Iterations before the look, as a part of all, and the least.
 AFTER, SOONEST = 0.25, 10
@@ -26,16 +25,6 @@ HARDLY = 0.25
 BETTER = 0.5
 # Coarse pictures, relative to those of a search before the first iteration.
 MORE = 2
-
-
-def searched(run: Run) -> tuple[Moves, Coarse]:
-    """Return what a search moves from where the fit is now, and the loss of its coarse pictures."""
-    scene = replace(run.work, camera=replace(run.work.camera),
-                    meshes={name: replace(one) for name, one in run.work.meshes.items()},
-                    fields={name: replace(one) for name, one in run.work.fields.items()},
-                    lights={name: replace(one) for name, one in run.work.lights.items()})  # fmt: skip
-    moves = Moves(scene, [*run.unknowns, *run.variables], run.values())
-    return moves, Coarse(run, moves)
 
 
 class SecondLook:
@@ -58,7 +47,8 @@ class SecondLook:
         run = self._run
         if k != self._at or k >= run.iterations or run.smoothed() < HARDLY * run.losses[0]:
             return
-        moves, coarse = searched(run)
+        moves = moves_of(run)
+        coarse = Coarse(run, moves)
         here = np.zeros(moves.count)
         now = coarse.loss(here)
         generator = np.random.default_rng([run.seed, 2])

@@ -20,7 +20,6 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 from mathutils import Matrix
 
 import edgegrad
-import edgegrad_addon
 from edgegrad_addon.evaluation import Evaluation
 from edgegrad_addon.export import export_scene
 from edgegrad_addon.export.exported import Export
@@ -36,17 +35,7 @@ MEMORY = Path("/proc/self/statm")
 SECONDS = 60.0  # after which a thread is taken for hanging
 
 
-@pytest.fixture(autouse=True)
-def scene() -> Iterator[Any]:
-    made = bs.empty(24)
-    edgegrad_addon.register()
-    bs.camera((0.3, -0.4, 5.0), (0.1, 0.05, 0.02))
-    bs.light("POINT")
-    bs.world((0.1, 0.2, 0.3))
-    bs.add("Cube", bs.cube("Cube", bs.material("Red", (0.8, 0.3, 0.2))))
-    bs.add("Plane", bs.plane("Plane", 4.0, bs.material("Green", (0.2, 0.4, 0.3))), (0, 0, -2))
-    yield made
-    edgegrad_addon.unregister()
+pytestmark = pytest.mark.usefixtures("scene")
 
 
 # ---------------------------------------------------------------- cameras

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import Any
 
@@ -15,27 +14,16 @@ import pytest
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
 import edgegrad
-import edgegrad_addon
 from edgegrad_addon.export import export_scene
 from edgegrad_addon.render_engine import view, view_thread, yielding
 from edgegrad_addon.render_engine.view_thread import Request, ViewThread
 from edgegrad_addon.status import STATUS
-from tests.support.scenes import blender_scenes as bs
 
 FOR_EVER = 1e9
 SECONDS = 60.0  # after which a thread is taken for hanging
 
 
-@pytest.fixture(autouse=True)
-def scene() -> Iterator[Any]:
-    made = bs.empty(24)
-    edgegrad_addon.register()
-    bs.camera((0.3, -0.4, 5.0), (0.1, 0.05, 0.02))
-    bs.light("POINT")
-    bs.add("Cube", bs.cube("Cube", bs.material("Red", (0.8, 0.3, 0.2))))
-    bs.add("Plane", bs.plane("Plane", 4.0, bs.material("Green", (0.2, 0.4, 0.3))), (0, 0, -2))
-    yield made
-    edgegrad_addon.unregister()
+pytestmark = pytest.mark.usefixtures("scene")
 
 
 def test_views_rest_while_a_job_runs(monkeypatch: Any) -> None:

@@ -10,8 +10,8 @@ _ABOUT_MESHES = {
                           "faces are not searched",
     "clip borders": "the borders that the camera's clip distances cut into {}: they are no edges",
     "texel borders": "borders within the faces of {} where their textures may jump: sampled are only straight ones "
-                     "(checkerboards, images without interpolation, constant ramps and comparisons of UVs) on "
-                     "meshes, in moderate numbers",
+                     "(checkerboards, images without interpolation, constant ramps, comparisons and hues of "
+                     "UVs) on meshes, in moderate numbers",
     "partly seen shadows": "shadows of {}, which only some kinds of rays can hit: computed as for shadow rays, or as "
                            "for diffuse rays in an environment of one colour; they also depend on the densities of "
                            "samples, whose change is left out",

@@ -59,7 +59,7 @@ Engine::Engine(const embree::Api& api, const KernelTable& kernels, SceneTables t
     }
     tables_.filter = inverted_filter(static_cast<PixelFilter>(tables_.filter_kind), tables_.filter_width);
     tables_.material_used = materials_of_faces(tables_);
-    bound_roughness(tables_);
+    bound_values(tables_);
     update_shading_normals(tables_, threads_);
 }
 
@@ -150,7 +150,7 @@ void Engine::update_values(ValueTables values) {
 void Engine::take_values(ValueTables values) {
     values.filter = inverted_filter(static_cast<PixelFilter>(values.filter_kind), values.filter_width);
     static_cast<ValueTables&>(tables_) = std::move(values);
-    bound_roughness(tables_);
+    bound_values(tables_);
     lights_ = dark_lights_ = nullptr;
     kept_.clear_values();
 }

@@ -30,6 +30,7 @@ STRIPE = e.Math("GREATER_THAN", e.Channel(UV, 0), e.Math("MULTIPLY", e.Channel(U
 RAMP = e.Ramp(e.Channel(UV, 1), np.repeat([[0.2], [1.5], [0.7]], (60, 100, 96), axis=0) * np.ones(4), False)
 CLOSEST = e.ImageTexture("texels", UV, interpolation="CLOSEST")
 CUT = e.Math("GREATER_THAN", e.Channel(CLOSEST, 0), 1.5)
+RAINBOW = e.ColorModel(e.Combine(e.Math("MULTIPLY_ADD", e.Channel(UV, 0), 2.1, -0.55), 0.8, 1.5), "HSV", "RGB")
 SETTINGS = {"eps": 0.02, "max_depth": 1}
 
 
@@ -111,6 +112,7 @@ CASES: dict[str, tuple[Make, list[str]]] = {
     "steps move": (case(moved, lambda: sheet_scene(STEPS)), [PLACE]),
     "a comparison moves": (case(moved, lambda: sheet_scene(STRIPE)), [PLACE]),
     "a constant ramp moves": (case(moved, lambda: sheet_scene(RAMP, grid=3)), [PLACE]),
+    "hues beyond [0, 1] move": (case(moved, lambda: sheet_scene(RAINBOW)), [PLACE]),
     "squares end at edges": (
         case(moved, lambda: sheet_scene(e.Checker(UV, (3.0, 1.0, 0.5), (0.2, 0.4, 1.0), 4.0), grid=4)), [PLACE]
     ),

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from edgegrad import AreaLight, Camera, Material, Mesh, Renderer, Scene, SunLight, World, plan
-from edgegrad.expression import Attribute, Channel, ColorModel, Combine, ImageTexture
+from edgegrad.expression import Attribute, Channel, ColorModel, Combine, ImageTexture, Math, Noise
 from edgegrad.planning.term import Term
 from edgegrad.scene import parameters
 from edgegrad.scene.image import Image
@@ -178,6 +178,16 @@ def test_jumps_that_are_no_edges_are_named() -> None:
         scene.materials["glow"].textures = {"emission": color}
         assert (slides in missing(scene, [layer])) == jumps
         assert slides not in missing(scene, [VERTICES])
+    # The borders of hues that leave it are sampled where they are straight, and named where they are curved
+    curved, borders = "where their textures may jump", "at which textures jump"
+    noise = Channel(Noise(Attribute("UVMap")), 0)
+    spread = scene.meshes["object"]
+    spread.attributes["UVMap"] = (0.5 + 0.05 * spread.vertices[:, :2]).astype(np.float32)[spread.faces]
+    for drawn, sampled, named in ((hue, False, False), (noise, False, False), (Math("MULTIPLY", hue, 2.0), True, False),
+                                  (Math("SINE", Math("MULTIPLY", hue, 9.0)), False, True)):  # fmt: skip
+        scene.materials["glow"].textures = {"emission": ColorModel(Combine(drawn, 0.8, 1.0), "HSV", "RGB")}
+        assert (borders in str(plan(scene, [VERTICES]))) == sampled
+        assert (curved in missing(scene, [VERTICES])) == named
     copies = box_scene()
     copies.materials["glow"] = Material(np.zeros(3))
     copies.meshes["object"].instances = np.eye(4)[None]

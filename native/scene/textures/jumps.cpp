@@ -212,7 +212,12 @@ void add_jumps(const TextureTables& t, std::span<const TextureInstruction> progr
                 found[0].hue = true;
                 break;
             case TextureOp::HSV_TO_RGB:
-                jumps.past_hues |= !in(0).hue && !(in(0).linear && in(0).linear->constant());
+                if (in(0).hue) break;
+                jumps.past_hues |= !(in(0).linear && in(0).linear->constant());
+                // The color's formula changes with each sixth of the hue, which is continuous within [0, 1]
+                if (std::binary_search(t.leaving_hues.begin(), t.leaving_hues.end(),
+                                       static_cast<int32_t>(&step - t.code.data())))
+                    add_grid<1>(jumps, {in(0)}, {6.0});
                 break;
             case TextureOp::BRICK:
                 // Bricks of different tints meet in the mortar, which hides them and may end softly

@@ -21,8 +21,8 @@ struct CellGrid {
 
 // What a closure's textures jump at: borders of cells, and `elsewhere`, if they may jump in other places.
 // `by_images`: where they jump depends on values of images, such as an alpha that is cut off at 0.5.
-// `past_hues`: a hue becomes a colour that jumps where the hue leaves [0, 1], as in Cycles. Most never do,
-// but values that are requested may.
+// `past_hues`: a hue becomes a color that jumps at each sixth outside of [0, 1], as in Cycles. Hues that lie
+// within now may leave it where values are requested.
 struct TextureJumps {
     bool elsewhere = false, by_images = false, past_hues = false;
     std::vector<CellGrid> grids;

@@ -6,8 +6,9 @@
 namespace edgegrad {
 
 // Sets lower bounds of the roughness of each closure and of its coat, in turn, over all shading points: the
-// row's own value where no texture computes it, and minus infinity where nothing is known. Images are read
-// once, if some roughness reads them, until other textures take their place (TextureTables::image_range).
-void bound_roughness(SceneTables& tables);
+// row's own value where no texture computes it, and minus infinity where nothing is known. Also finds the
+// hues that may leave [0, 1] (TextureTables::leaving_hues). Images are read once, if some of these values
+// reads them, until other textures take their place (TextureTables::image_range).
+void bound_values(SceneTables& tables);
 
 }  // namespace edgegrad

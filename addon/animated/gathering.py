@@ -15,7 +15,8 @@ from .data_path import Place
 MOST_POINTS = 64
 _LIGHT = ("energy", "color", "size", "size_y", "shadow_soft_size", "angle", "spread", "spot_size", "spot_blend",
           "exposure", "temperature")  # fmt: skip
-_CAMERA = ("lens", "ortho_scale", "shift_x", "shift_y", "dof.focus_distance", "dof.aperture_fstop")
+_CAMERA = ("lens", "ortho_scale", "shift_x", "shift_y", "fisheye_fov", "fisheye_lens", "dof.focus_distance",
+           "dof.aperture_fstop")  # fmt: skip
 _CURVE = ("bevel_depth", "extrude", "offset")
 # Values of modifiers that choose or limit, and do not move what is exported smoothly.
 _NOT_SMOOTH = ("merge_threshold", "angle_limit", "threshold", "strength_preview", "tolerance", "debug_options")

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 import edgegrad
 from edgegrad import expression as e
 from edgegrad.expression import Expression, Operand
+from edgegrad.scene.camera import PANORAMAS
 
 from ..export.geometry.attributes import INDEX
 from ..export.materials.holdouts import HELD
@@ -87,7 +88,7 @@ def _depth(camera: edgegrad.Camera) -> Expression:
     """Distance along the view axis; for panoramas the distance to the camera."""
     rows = tuple(tuple(map(float, row)) for row in CameraView.of(camera).world_to_camera[:3])
     place = e.Transform(e.Coordinates("POSITION"), rows)  # type: ignore[arg-type]
-    if camera.kind == "EQUIRECTANGULAR":
+    if camera.kind in PANORAMAS:
         return e.VectorMath("LENGTH", place)
     return e.Channel(place, 2)
 

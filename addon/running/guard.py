@@ -148,8 +148,13 @@ def _lens(camera: Any) -> tuple[float, ...]:
     """Return the numbers that tell where in a picture the camera sees a point."""
     data = camera.data
     kinds = data.bl_rna.properties["type"].enum_items
-    return (kinds.find(data.type), data.lens, data.ortho_scale, data.shift_x, data.shift_y, data.sensor_width,
-            data.sensor_height)  # fmt: skip
+    numbers = (kinds.find(data.type), data.lens, data.ortho_scale, data.shift_x, data.shift_y, data.sensor_width,
+               data.sensor_height)  # fmt: skip
+    if data.type != "PANO":
+        return numbers
+    panorama = data if hasattr(data, "panorama_type") else data.cycles
+    types = panorama.bl_rna.properties["panorama_type"].enum_items
+    return (*numbers, types.find(panorama.panorama_type), panorama.fisheye_fov, panorama.fisheye_lens)
 
 
 def _missing(scene: Any, collection: str, name: str, uid: int) -> str | None:

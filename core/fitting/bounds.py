@@ -62,7 +62,7 @@ _FIELDS: dict[str, Kind] = {
                     Kind(_POSITIVE, WEIGHT_STEP)),
     **dict.fromkeys(("emission", "power", "strength", "smooth"), _POWER),
     **dict.fromkeys(("radius", "size", "ortho_width", "pixel_aspect", "focus_distance", "aperture_radius",
-                     "aperture_ratio", "stretch"), _SIZE),
+                     "aperture_ratio", "stretch", "fisheye_lens"), _SIZE),
     **dict.fromkeys(("angle", "spread"), _OPENING),
     "fov_x": Kind((0.0, np.pi - 0.01), RELATIVE_STEP, relative=True, size=True),
     **dict.fromkeys(("ior", "thin_film_ior"), Kind((0.01, np.inf), WEIGHT_STEP)),
@@ -70,7 +70,8 @@ _FIELDS: dict[str, Kind] = {
     "coat_ior": Kind((1.0, np.inf), WEIGHT_STEP),
     "anisotropy": Kind((-1.0, 1.0), WEIGHT_STEP),
     "anisotropy_rotation": Kind(_ANY, ANGLE_STEP / (2.0 * np.pi)),  # turns
-    **dict.fromkeys(("aperture_rotation", "longitude", "latitude"), Kind(_ANY, ANGLE_STEP)),
+    "fisheye_fov": Kind((0.01, 2.0 * np.pi), RELATIVE_STEP, relative=True, size=True),
+    **dict.fromkeys(("aperture_rotation", "longitude", "latitude", "fisheye_polynomial"), Kind(_ANY, ANGLE_STEP)),
     "shift": Kind(_ANY, SHIFT_STEP),
 }  # fmt: skip
 

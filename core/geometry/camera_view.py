@@ -1,4 +1,4 @@
-"""Tests whether points lie within the picture of a camera; occlusion is ignored."""
+"""Where cameras see points, and which rays they send; occlusion is ignored."""
 
 from __future__ import annotations
 
@@ -37,3 +37,38 @@ def pixels(camera: Camera, points: F64) -> F64:
     scale = camera.focal / np.where(depth > 0.0, depth, 1.0) if camera.kind == "PERSPECTIVE" else camera.focal
     across = np.asarray(scale)[..., None] * ((points - camera.to_world[:3, 3]) @ camera.to_world[:3, :2])
     return np.asarray(camera.principal_point + across * [1.0, -1.0 / camera.pixel_aspect])
+
+
+def panorama_rays(camera: Camera, at: F64) -> F64:
+    """(n, 3) unit directions, in the camera's axes, of a panorama's rays through points (n, 2) of its full picture.
+
+    Directions are NaN outside of what a fisheye sees.
+    """
+    x, y = at.T
+    if camera.kind == "EQUIRECTANGULAR":
+        longitude = camera.longitude[0] + x / camera.width * np.diff(camera.longitude)
+        latitude = camera.latitude[1] - y / camera.height * np.diff(camera.latitude)
+        return np.column_stack([np.sin(longitude) * np.cos(latitude), np.sin(latitude),
+                                -np.cos(longitude) * np.cos(latitude)])  # fmt: skip
+    across = (at - camera.principal_point) * [1.0, -camera.pixel_aspect] / camera.focal
+    radius = np.hypot(*across.T)
+    seen = radius * camera.focal <= camera.disc
+    angle = _fisheye_angle(camera, np.where(seen, radius, np.nan))
+    aside = np.sin(angle) / np.maximum(radius, 1e-12)
+    return np.column_stack([across * aside[:, None], -np.cos(angle)])
+
+
+def pixel_angles(camera: Camera) -> F64:
+    """(2,) mean angles between the rays through neighbouring pixels of a panorama, across and along it, radians."""
+    if camera.kind == "EQUIRECTANGULAR":
+        turns = np.array([np.diff(camera.longitude)[0] / camera.width, np.diff(camera.latitude)[0] / camera.height])
+        return np.asarray(np.abs(turns))
+    return _fisheye_angle(camera, camera.disc / camera.focal) / camera.disc * np.array([1.0, camera.pixel_aspect])
+
+
+def _fisheye_angle(camera: Camera, radius: F64 | float) -> F64:
+    if camera.kind == "FISHEYE_EQUISOLID":
+        return np.asarray(2.0 * np.arcsin(np.minimum(0.5 * np.asarray(radius), 1.0)))
+    if camera.kind == "FISHEYE_EQUIDISTANT":
+        return np.asarray(radius)
+    return np.asarray(np.polynomial.Polynomial(camera.fisheye_polynomial)(radius))

@@ -81,6 +81,10 @@ def missing(words: SceneWords, share: float | None) -> list[str]:
         elif part == "wide lens":
             out.append("most of what edges seen through the lens contribute: its aperture is so much larger than its "
                        "distance of focus that nearly all of their samples miss the picture")
+        elif part == "disc border":
+            out.append("the border of the disc that the fisheye sees, beyond which the picture is black: it is no edge")
+        elif part == "beyond poles":
+            out.append("edges in the parts of the panorama beyond a pole (latitudes beyond 90 degrees)")
         elif part == "further shadows":
             of = [f"{words.light_names(decision)} (lights without size)"] if decision.lights else []
             if decision.meshes:

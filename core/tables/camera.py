@@ -17,12 +17,15 @@ PLACES = {
     "pixel_aspect": slice(13, 14),
     "principal_point": slice(14, 16),  # pixels of the rendered window
     "panorama": slice(16, 20),  # longitude and latitude of the full picture's left, right, lower and upper edge
-    "aperture_radius": slice(20, 21),
-    "focus_distance": slice(21, 22),
-    "aperture_rotation": slice(22, 23),
-    "aperture_ratio": slice(23, 24),
+    "fisheye": slice(20, 25),  # angle by powers of the radius
+    "disc": slice(25, 26),  # pixels
+    "aperture_radius": slice(26, 27),
+    "focus_distance": slice(27, 28),
+    "aperture_rotation": slice(28, 29),
+    "aperture_ratio": slice(29, 30),
 }
-WIDTH = 24
+WIDTH = 30
+EQUIDISTANT = (0.0, 1.0, 0.0, 0.0, 0.0)
 
 
 def camera_row(camera: Camera, origin: NDArray[np.float64]) -> NDArray[Any]:
@@ -38,5 +41,7 @@ def camera_row(camera: Camera, origin: NDArray[np.float64]) -> NDArray[Any]:
         camera.principal_point - [x0, y0],
         camera.longitude,
         camera.latitude,
+        camera.fisheye_polynomial if camera.kind == "FISHEYE_POLYNOMIAL" else EQUIDISTANT,
+        [camera.disc],
         [camera.aperture_radius, camera.focus_distance, camera.aperture_rotation, camera.aperture_ratio],
     ])

@@ -76,7 +76,7 @@ class Tables:
     environment_mask: int  # bits of the kinds of rays that it is visible to
     emission: F32  # (M, 3) mean over textures and closures, for the choice of lights
     environment: F32  # (3,) radiance
-    camera: F32  # (24,) row of the camera (`camera.PLACES`)
+    camera: F32  # (30,) row of the camera (`camera.PLACES`)
     camera_kind: int  # index in camera.KINDS
     aperture_blades: int
     full_size: NDArray[np.int32]  # (2,) width and height of the full picture

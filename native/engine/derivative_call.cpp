@@ -195,7 +195,7 @@ void Engine::DerivativeCall::sample_edge_on_faces() {
 
 void Engine::DerivativeCall::add_samples_on_outlines(uint32_t seed) {
     const CameraView& camera = scene.camera;
-    const bool blurs = camera.aperture_radius > 0.0f || camera.kind == kEquirectangular;
+    const bool blurs = camera.aperture_radius > 0.0f || is_panorama(camera.kind);
     if (!interior || decided.alone() || motion.warped || blurs || reuses_picture()) return;
     const SceneTables& t = engine.tables_;
     std::vector<int32_t> moving;

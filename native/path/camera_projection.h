@@ -9,6 +9,7 @@
 //   perspective      D = x - o,                 kappa = f^2 / (a z^3)
 //   orthographic     D of unit depth,           kappa = f^2 / a
 //   equirectangular  D = x - o,                 kappa = |W/dlon| |H/dlat| / (cos(lat) r^3)
+//   fisheye          D = x - o,                 kappa = f^2 rho / (a sin(theta) theta'(rho) r^3)
 // A lens of finite size does not change kappa. It moves o to the lens point o + l, l = lx X + ly Y, and all
 // rays of a picture point meet in the plane of focus at the depth F. The projection of x to the plane at unit
 // depth is
@@ -36,7 +37,7 @@ struct Projection {
     Float near, far;  // clipping distances along the ray
     Vec3 across_of;   // D
     Float area;       // kappa
-    Float x, y;       // of the ray: on the plane at unit depth, or longitude and latitude
+    Float x, y;       // of the ray: on the plane at unit depth, longitude and latitude, or path/fisheye.h
     Float parameter;  // depth z, or distance r
     LensPoint lens;
 };
@@ -70,6 +71,25 @@ EG_INLINE Projection project(const CameraView& c, Vec3 point, LensPoint lens) {
         const Float level = sqrt(px * px + z * z);  // r cos(lat)
         const float pixels = static_cast<float>(c.full_width) * static_cast<float>(c.full_height);
         s.area = splat(__builtin_fabsf(pixels / (wide * high))) / max(level * r * r, 1e-30f);
+        return s;
+    }
+    // Project to a fisheye's picture
+    if (is_fisheye(c.kind)) {
+        const Float level = sqrt(px * px + py * py), r = sqrt(level * level + z * z);
+        const Float inverse = 1.0f / max(r, 1e-30f);
+        const FisheyeRadius at = fisheye_radius(c, level * inverse, z * inverse);
+        s.origin = splat3(c.position);
+        s.direction = p * inverse;
+        s.distance = s.parameter = r;
+        s.across_of = p;
+        // rho / sin(theta), whose limit at the principal point is 1 / theta'
+        const Float per_sine = select(level > 1e-6f * r, at.rho * r / max(level, 1e-30f), 1.0f / at.slope);
+        s.x = px * inverse * per_sine;
+        s.y = py * inverse * per_sine;
+        s.sx = c.principal[0] + c.focal * s.x;
+        s.sy = c.principal[1] - (c.focal / c.pixel_aspect) * s.y;
+        s.active = (r > 0.0f) & in_disc(c, s.sx, s.sy);
+        s.area = (c.focal * c.focal / c.pixel_aspect) * per_sine * inverse * inverse * inverse / at.slope;
         return s;
     }
     // Project to the plane at unit depth of a perspective or orthographic camera
@@ -129,6 +149,31 @@ EG_INLINE void ray_velocity_row(const CameraView& c, const Projection& s, Vec3 g
         row[kCameraPanorama + 1] = by_x * fx;
         row[kCameraPanorama + 2] = by_y * (1.0f - fy);
         row[kCameraPanorama + 3] = by_y * fy;
+        return;
+    }
+    if (is_fisheye(c.kind)) {
+        // The direction is (X x + Y y) sin(theta)/rho - Z cos(theta).
+        const Float rho = sqrt(s.x * s.x + s.y * s.y + 1e-20f);
+        const FisheyeDirection d = fisheye_direction(c, rho);
+        const Float cosine = s.x / rho, sine = s.y / rho;  // of the turn about the viewing direction
+        put(kCameraRight, g * (z * d.across * s.x));
+        put(kCameraUp, g * (z * d.across * s.y));
+        put(kCameraBack, -(g * (z * d.along)));
+        const Float away = dot(g, splat3(c.back));
+        const Float by_angle = z * (d.along * (across * cosine + along * sine) + away * d.across * rho);
+        const Float slope = fisheye_radius(c, d.across * rho, d.along).slope;
+        const Float by_rho = by_angle * slope, by_turn = z * d.across * (along * cosine - across * sine);
+        const Float by_x = by_rho * cosine - by_turn * sine, by_y = by_rho * sine + by_turn * cosine;
+        row[kCameraFocal] = by_rho * rho * (-1.0f / c.focal);
+        row[kCameraPixelAspect] = by_y * s.y * (1.0f / c.pixel_aspect);
+        row[kCameraPrincipal] = by_x * (-1.0f / c.focal);
+        row[kCameraPrincipal + 1] = by_y * (c.pixel_aspect / c.focal);
+        if (c.kind == kEquisolidFisheye) return;
+        Float power = by_angle;
+        for (int k = 0; k < 5; ++k) {
+            row[kCameraFisheye + k] = power;
+            power = power * rho;
+        }
         return;
     }
     // x is at o + X (m x + lx k) + Y (m y + ly k) - Z z, with k = 1 - z/F; m = z or, orthographic, 1.

@@ -1,6 +1,7 @@
 // Camera rays: from a point of the picture and a point of the lens to a ray in the scene.
 #pragma once
 
+#include "path/fisheye.h"
 #include "scene/aperture.h"
 #include "scene/geometry.h"
 #include "simd/elementary.h"
@@ -8,7 +9,7 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 // A ray. `direction` has unit depth for perspective and orthographic cameras, so that ray parameters are
-// depths along the view axis. It has unit length for equirectangular cameras.
+// depths along the view axis. It has unit length for panoramas.
 struct CameraRay {
     Vec3 origin, direction;
 };
@@ -59,6 +60,14 @@ EG_INLINE CameraRay camera_ray(const CameraView& c, Float sx, Float sy, Float le
         sincos_turn(turns(between(0, fx)), s, t);
         sincos_turn(turns(between(2, fy)), sine, cosine);
         ray.direction = splat3(c.right) * (s * cosine) + splat3(c.up) * sine - splat3(c.back) * (t * cosine);
+        return ray;
+    }
+    if (is_fisheye(c.kind)) {
+        const Float inverse = 1.0f / broadcast(&c.focal);
+        const Float x = (sx - broadcast(&c.principal[0])) * inverse;
+        const Float y = (broadcast(&c.principal[1]) - sy) * (broadcast(&c.pixel_aspect) * inverse);
+        const FisheyeDirection d = fisheye_direction(c, sqrt(x * x + y * y + 1e-20f));
+        ray.direction = (splat3(c.right) * x + splat3(c.up) * y) * d.across - splat3(c.back) * d.along;
         return ray;
     }
     if (c.kind == kOrthographic) {

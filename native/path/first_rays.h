@@ -27,6 +27,7 @@ EG_INLINE Closest trace_first(const SceneView& scene, PathPacket& p, Float sx, F
                               Float lens_v, embree::QueryFlag coherence) {
     const CameraView& camera = scene.camera;
     const CameraRay ray = camera_ray(camera, sx, sy, lens_u, lens_v);
+    p.kind = select(in_disc(camera, sx, sy), splat(kCameraRay), splat(kUnseenRay));
     const Float length = sqrt(dot(ray.direction, ray.direction));
     p.origin = p.from = ray.origin;
     p.direction = p.from_normal = p.from_receiving = ray.direction * (1.0f / length);

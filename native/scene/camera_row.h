@@ -13,10 +13,12 @@ enum CameraFloat {
     kCameraPixelAspect = 13,
     kCameraPrincipal = 14,
     kCameraPanorama = 16,
-    kCameraApertureRadius = 20,
-    kCameraFocusDistance = 21,
-    kCameraApertureRotation = 22,
-    kCameraApertureRatio = 23
+    kCameraFisheye = 20,
+    kCameraDisc = 25,
+    kCameraApertureRadius = 26,
+    kCameraFocusDistance = 27,
+    kCameraApertureRotation = 28,
+    kCameraApertureRatio = 29
 };
 
 }  // namespace edgegrad

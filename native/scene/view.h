@@ -27,6 +27,9 @@ enum RayKind : int32_t { kCameraRay, kDiffuseRay, kGlossyRay, kTransmissionRay, 
 // of no kind sees, as in Cycles. Only rays that meet an emissive surface see it by their kind.
 constexpr int32_t kNoRay = -1;
 
+// Camera rays outside of what a fisheye sees: they meet nothing, since their mask is 0 (scene/rays/rays.h).
+constexpr int32_t kUnseenRay = 7;
+
 // Kinds of scattered rays.
 constexpr int32_t kScatteredRays = 1 << kDiffuseRay | 1 << kGlossyRay | 1 << kTransmissionRay;
 // Those that mirrors and glass scatter.
@@ -34,7 +37,18 @@ constexpr int32_t kBentRays = 1 << kGlossyRay | 1 << kTransmissionRay;
 // A bit beside those of the kinds of rays that see a light: it is one of the light table.
 constexpr int32_t kOfTable = 1 << 30;
 
-enum CameraKind : int32_t { kPerspective, kOrthographic, kEquirectangular };
+// In the order of core/scene/camera.py.
+enum CameraKind : int32_t {
+    kPerspective,
+    kOrthographic,
+    kEquirectangular,
+    kEquisolidFisheye,
+    kEquidistantFisheye,
+    kPolynomialFisheye
+};
+// Rays of panoramas leave one point in directions that bend lines. Depths are distances along rays.
+constexpr bool is_panorama(CameraKind kind) { return kind >= kEquirectangular; }
+constexpr bool is_fisheye(CameraKind kind) { return kind >= kEquisolidFisheye; }
 
 constexpr int kFilterSize = 1024;
 
@@ -46,6 +60,8 @@ struct CameraView {
     float pixel_aspect;              // height of a pixel divided by its width
     float principal[2];              // pixels of the rendered window
     float panorama[4];  // longitude and latitude of the full picture's left, right, lower and upper edge
+    float fisheye[5];   // angle from the viewing direction by powers of the radius (path/fisheye.h)
+    float disc;         // radius of the disc that a fisheye sees, in units of pixels along x
     float aperture_radius, focus_distance, aperture_rotation, aperture_ratio;
 
     CameraKind kind;
@@ -57,7 +73,7 @@ struct CameraView {
     // The pixel filter's inverse distribution at kFilterSize + 1 points; null: box of one pixel.
     const float* filter;
 };
-constexpr int kCameraFloats = 24;
+constexpr int kCameraFloats = 30;
 static_assert(offsetof(CameraView, kind) == kCameraFloats * sizeof(float));
 
 // One of the two surfaces of an intersection curve (boundary/curves/intersections.h): a face, or a light of

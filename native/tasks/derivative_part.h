@@ -58,6 +58,8 @@ enum class Part : int32_t {
     kPartingMeshes,      // two meshes touch along edges or faces, and one of them moves
     kWideLens,           // edges seen through a lens far wider than its distance of focus
     kClipBorders,        // borders that the camera's clip distances cut
+    kDiscBorder,         // border of the disc that a fisheye sees
+    kBeyondPoles,        // edges in the part of an equirectangular picture beyond a pole
     kTexelBorders,       // those of the borders of kTextureBorders that are not sampled
     kRayHistories,       // textures that read bounces and lengths of rays
     kSlidTextures,       // borders at which textures jump, where they move over static surfaces
@@ -137,6 +139,8 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kPartingMeshes, "parting meshes", kPrimaryTerm},
     {Part::kWideLens, "wide lens", kPrimaryTerm},
     {Part::kClipBorders, "clip borders", kPrimaryTerm},
+    {Part::kDiscBorder, "disc border", kPrimaryTerm},
+    {Part::kBeyondPoles, "beyond poles", kPrimaryTerm},
     {Part::kTexelBorders, "texel borders", kPrimaryTerm},
     {Part::kRayHistories, "ray histories", kPrimaryTerm},
     {Part::kSlidTextures, "slid textures", kPrimaryTerm},

@@ -25,9 +25,12 @@ def _scene() -> None:
     bs.camera()
 
 
-def fisheye(lens: Any) -> None:
+def panorama(lens: Any, kind: str, **values: float) -> None:
     lens.type = "PANO"
-    (lens if hasattr(lens, "panorama_type") else lens.cycles).panorama_type = "FISHEYE_EQUISOLID"
+    owner = lens if hasattr(lens, "panorama_type") else lens.cycles
+    owner.panorama_type = kind
+    for name, value in values.items():
+        setattr(owner, name, value)
 
 
 @pytest.mark.parametrize(
@@ -146,7 +149,11 @@ def test_emission_and_diffuse_are_added() -> None:
     ("break_it", "words"),
     [
         (lambda: setattr(bpy.context.scene, "camera", None), ["camera"]),
-        (lambda: fisheye(bpy.context.scene.camera.data), ["camera 'Camera'", "FISHEYE"]),
+        (lambda: panorama(bpy.context.scene.camera.data, "MIRRORBALL"), ["camera 'Camera'", "MIRRORBALL"]),
+        (lambda: panorama(bpy.context.scene.camera.data, "FISHEYE_EQUIDISTANT", fisheye_fov=7.0),
+         ["camera 'Camera'", "401 degrees"]),
+        (lambda: panorama(bpy.context.scene.camera.data, "FISHEYE_LENS_POLYNOMIAL", fisheye_polynomial_k1=0.02),
+         ["camera 'Camera'", "K0 to K4"]),
     ],
 )
 def test_cameras_that_cannot_be_rendered_are_refused(break_it: Any, words: Any) -> None:

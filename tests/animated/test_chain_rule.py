@@ -91,6 +91,13 @@ def _curve(ob: Any) -> None:
     bs.offset_shadow_rays(tube, 0.0)
 
 
+def _panorama(kind: str) -> None:
+    lens = bpy.data.cameras["Camera"]
+    lens.type = "PANO"
+    owner = lens if hasattr(lens, "panorama_type") else lens.cycles
+    owner.panorama_type, owner.longitude_min, owner.longitude_max, owner.fisheye_lens = kind, -0.6, 0.6, 25.0
+
+
 def _nothing(_: Any) -> None:
     pass
 
@@ -103,6 +110,8 @@ KINDS: dict[str, tuple[Callable[[Any], None], str]] = {
     "camera's place under a constraint": (_tracked, 'objects["Camera"].location[2]'),
     "camera's rotation": (_nothing, 'objects["Camera"].rotation_euler[2]'),
     "lens": (_nothing, 'cameras["Camera"].lens'),
+    "lens of a fisheye": (lambda _: _panorama("FISHEYE_EQUISOLID"), 'cameras["Camera"].fisheye_lens'),
+    "shift of a panorama": (lambda _: _panorama("EQUIRECTANGULAR"), 'cameras["Camera"].shift_x'),
     "lens shift": (_nothing, 'cameras["Camera"].shift_y'),
     "light's energy": (_nothing, 'lights["Lamp"].energy'),
     "light's size": (_nothing, 'lights["Lamp"].size'),

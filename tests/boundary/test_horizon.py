@@ -6,14 +6,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import edgegrad
+from edgegrad.scene import parameters
 from tests.support.block_statistics import check_noticed
 from tests.support.picture_differences import agreement, check_agreement, check_transpose, need_every_table
+from tests.support.rich_scene import pose
 from tests.support.scenes.horizons import BODY, CASES, DEEP, SIDE, body, body_under
+from tests.support.shapes import cube
 from tests.support.slow_cases import slow_but
-from tests.support.small_scenes import along, rectangle
+from tests.support.small_scenes import along, camera, rectangle
 
 QUICK = ("sphere: body moves", "rectangle: body moves", "ellipse: body moves", "mesh: body moves", "sky: body moves",
          "disk: light moves", "sun: light turns", "sky image: light turns", "disk: camera moves", "translucent",
@@ -33,6 +37,21 @@ def test_a_body_that_hides_no_light_from_itself_has_no_other_shadow(name: str) -
     make, paths = CASES[name]
     outcome = agreement(along(make, paths), terms=("interior", "primary", "indirect"))
     check_noticed(outcome)
+
+
+def test_a_light_at_right_angles_to_a_face_leaves_derivatives_finite() -> None:
+    """The face's plane does not meet it, at any distance; other samples of the same packet find light."""
+    need_every_table()
+    vertices, faces = cube()
+    scene = body_under("sky")
+    scene.meshes["body"] = edgegrad.Mesh(vertices, faces, ("clay",), smoothing=faces)
+    scene.camera = camera((3.0, -2.5, 4.0), (0.0, 0.0, 0.0), size=24)
+    above = edgegrad.AreaLight(pose(np.eye(3), -0.8, -0.3, 1.3), np.array([0.4, 40.0]), power=60.0, smooth=1e-3)
+    scene.lights = {"above": above}
+    for path in BODY:
+        tangent = {path: np.ones(np.shape(parameters.get(scene, path)))}
+        picture = edgegrad.Renderer(scene).render_forward(tangent, spp=16, max_depth=2, terms=("shadow",))
+        assert np.isfinite(picture).all()
 
 
 def test_the_plan_names_horizons() -> None:

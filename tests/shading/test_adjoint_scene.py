@@ -10,9 +10,11 @@ from tests.support.scene_probe import (
     CAMERA,
     ENVIRONMENT,
     EQUIRECTANGULAR,
+    EQUISOLID,
     LIGHT,
     ORTHOGRAPHIC,
     PERSPECTIVE,
+    POLYNOMIAL,
     SURFACE,
     Probe,
 )
@@ -36,9 +38,9 @@ def test_normal_maps(tangents: bool, instances: bool) -> None:
 
 @pytest.mark.parametrize("blades", [0, 5])
 @pytest.mark.parametrize("lens", [0.0, 0.2])
-@pytest.mark.parametrize("camera", [PERSPECTIVE, ORTHOGRAPHIC, EQUIRECTANGULAR])
+@pytest.mark.parametrize("camera", [PERSPECTIVE, ORTHOGRAPHIC, EQUIRECTANGULAR, EQUISOLID, POLYNOMIAL])
 def test_cameras(camera: int, lens: float, blades: int) -> None:
-    names = ("camera", "a", "b") if lens and camera != EQUIRECTANGULAR else ("camera", "a")
+    names = ("camera", "a", "b") if lens and camera in (PERSPECTIVE, ORTHOGRAPHIC) else ("camera", "a")
     Probe(CAMERA, camera=camera, lens=lens, blades=blades).check(names, step=2e-3)
 
 

@@ -34,10 +34,10 @@ TABLES = (
     "vertices", "normals", "instance_to_world", "light_params", "environment_pixels", "attributes", "environment",
     "environment_rotation", "camera", "a", "b",
 )  # fmt: skip
-PERSPECTIVE, ORTHOGRAPHIC, EQUIRECTANGULAR = range(3)
+PERSPECTIVE, ORTHOGRAPHIC, EQUIRECTANGULAR, EQUISOLID, EQUIDISTANT, POLYNOMIAL = range(6)
 POINTS = 200
 FACES = 24
-APERTURE = 20  # place of its radius in the camera's row
+APERTURE = 26  # place of its radius in the camera's row
 # Rotation of other axes.
 ROTATION = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
 
@@ -70,7 +70,8 @@ class Probe:
         faces = np.arange(3 * FACES, dtype=np.int32).reshape(-1, 3)
         matrix = 1.3 * ROTATION @ np.diag([1.0, -1.0, 1.0]) + 0.1 * rng.normal(size=(2, 3, 3))
         row = np.concatenate([
-            rng.normal(size=3), *ROTATION, [120.0, 1.1, 31.0, 17.0], [-2.5, 2.7, -1.2, 1.3], [lens, 3.0, 0.4, 1.2]
+            rng.normal(size=3), *ROTATION, [120.0, 1.1, 31.0, 17.0], [-2.5, 2.7, -1.2, 1.3],
+            [0.01, 1.1, 0.2, -0.1, 0.05, 90.0], [lens, 3.0, 0.4, 1.2],
         ])  # fmt: skip
         lights = rng.uniform(0.3, 1.0, (6, LIGHT_WIDTH))
         lights[:, AXIS_X], lights[:, AXIS_Y], lights[:, SHINES_TO] = ROTATION[0], ROTATION[1], -ROTATION[2]

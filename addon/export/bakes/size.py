@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
+from edgegrad.geometry.camera_view import pixel_angles
+from edgegrad.scene.camera import PANORAMAS
 
 from ..geometry.group import Group
 
@@ -46,6 +48,5 @@ def _smallest_pixel(points: NDArray[np.float64], camera: edgegrad.Camera) -> flo
         return 1.0 / float(camera.focal)
     eye = camera.to_world[:3, 3]
     distance = float(np.linalg.norm(eye - np.clip(eye, low, high)))
-    panorama = camera.kind == "EQUIRECTANGULAR"
-    angle = float(np.diff(camera.longitude)[0]) / camera.width if panorama else 1.0 / float(camera.focal)
-    return max(distance, camera.clip_start) * abs(angle)
+    angle = pixel_angles(camera)[0] if camera.kind in PANORAMAS else 1.0 / camera.focal
+    return max(distance, camera.clip_start) * float(angle)

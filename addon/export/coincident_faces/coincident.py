@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad import _native
+from edgegrad.geometry.camera_view import panorama_rays
 from edgegrad.geometry.labels import rows_and_places
 from edgegrad.rendering.native_engine import embree_library
+from edgegrad.scene.camera import PANORAMAS
 from edgegrad.scene.placement import places
 
 from ..exported import Export
@@ -228,12 +230,10 @@ def primary_rays(camera: edgegrad.Camera, across: int) -> tuple[F64, F64]:
     columns, rows = np.arange(x0 + 0.5 * step, x1, step), np.arange(y0 + 0.5 * step, y1, step)
     x, y = (v.reshape(-1) for v in np.meshgrid(columns, rows))
     turn, origin = camera.to_world[:3, :3], np.tile(camera.to_world[:3, 3], (len(x), 1))
-    if camera.kind == "EQUIRECTANGULAR":
-        longitude = camera.longitude[0] + x / camera.width * np.diff(camera.longitude)
-        latitude = camera.latitude[1] - y / camera.height * np.diff(camera.latitude)
-        local = np.column_stack([np.sin(longitude) * np.cos(latitude), np.sin(latitude),
-                                 -np.cos(longitude) * np.cos(latitude)])  # fmt: skip
-        return origin, local @ turn.T
+    if camera.kind in PANORAMAS:
+        local = panorama_rays(camera, np.column_stack([x, y]))
+        seen = ~np.isnan(local[:, 2])
+        return origin[seen], local[seen] @ turn.T
     aside = (x - camera.principal_point[0]) / camera.focal
     above = (camera.principal_point[1] - y) * camera.pixel_aspect / camera.focal
     local = np.column_stack([aside, above, -np.ones(len(x))])

@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edgegrad import Camera
+from edgegrad.geometry.camera_view import pixel_angles
 from edgegrad.images import srgb_to_linear
+from edgegrad.scene.camera import PANORAMAS
 from edgegrad.scene.placement import stretches
 
 from ...problem import Report
@@ -335,10 +337,10 @@ def pixel_size(camera: Camera, points: F64) -> float:
     seen = (points - camera.to_world[:3, 3]) @ camera.to_world[:3, :3]
     if camera.kind == "ORTHOGRAPHIC":
         return camera.ortho_width / camera.width
-    around = camera.kind == "EQUIRECTANGULAR"
+    around = camera.kind in PANORAMAS
     depth = np.linalg.norm(seen, axis=1) if around else -seen[:, 2]
     depth = depth[depth > camera.clip_start]
     nearest = float(depth.min()) if len(depth) else 1.0
     if around:
-        return nearest * float(np.ptp(camera.longitude)) / camera.width
+        return nearest * float(pixel_angles(camera)[0])
     return 2.0 * nearest * float(np.tan(0.5 * camera.fov_x)) / camera.width

@@ -10,6 +10,8 @@ DISPLACEMENT = "it is a method of displacement, which is read or named as a whol
 PANORAMAS = "it belongs to a type of panorama that is refused"
 STEREO = "only stereo pictures use it, which are named at the scene"
 FAST_GI = "only fast global illumination uses it, which is named at the scene"
+_PANORAMA = ("panorama_type latitude_min latitude_max longitude_min longitude_max fisheye_fov fisheye_lens "
+             + " ".join(f"fisheye_polynomial_k{k}" for k in range(5)))
 
 
 def _limits(struct: object, scene: object) -> bool:
@@ -72,18 +74,18 @@ STRUCTS: dict[str, Table] = {
     ),
     "Camera": Table(
         read="type sensor_fit clip_start clip_end lens sensor_width sensor_height ortho_scale shift_x shift_y angle "
-             "angle_x angle_y panorama_type latitude_min latitude_max longitude_min longitude_max",
+             f"angle_x angle_y {_PANORAMA}",
         nested="dof cycles",
         without={
-            PANORAMAS: "fisheye_* central_cylindrical_* custom_* cycles_custom",
+            PANORAMAS: "central_cylindrical_* custom_* cycles_custom",
             STEREO: "stereo",
             DISPLAY: "passepartout_alpha display_size show_* lens_unit composition_guide_color background_images",
             DATA: "animation_data",
         },
     ),
     "CyclesCameraSettings": Table(  # until Blender 4.5
-        read="panorama_type latitude_min latitude_max longitude_min longitude_max",
-        without={PANORAMAS: "fisheye_* central_cylindrical_*", DATA: "name"},
+        read=_PANORAMA,
+        without={PANORAMAS: "central_cylindrical_*", DATA: "name"},
     ),
     "CameraDOFSettings": Table(read="use_dof focus_object focus_subtarget focus_distance aperture_fstop "
                                     "aperture_blades aperture_rotation aperture_ratio"),

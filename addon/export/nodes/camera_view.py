@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 import edgegrad
 from edgegrad import expression as e
 from edgegrad.expression import Operand
+from edgegrad.geometry.camera_view import pixel_angles
+from edgegrad.scene.camera import PANORAMAS
 
 # Cosine between the view axis and a direction below which the pixels of a perspective camera count as no smaller.
 _OBLIQUE = 0.5
@@ -63,7 +65,7 @@ def _ray_start(camera: edgegrad.Camera, matrix: NDArray[np.float64]) -> Operand:
 
 
 def _window(camera: edgegrad.Camera, matrix: NDArray[np.float64]) -> Operand | None:
-    if camera.kind == "EQUIRECTANGULAR":
+    if camera.kind in PANORAMAS:
         return None
     place: Operand = _transform(matrix)
     if camera.kind == "PERSPECTIVE":
@@ -84,9 +86,8 @@ def pixel_size(camera: edgegrad.Camera) -> Operand:
         return 0.5 * (1.0 + camera.pixel_aspect) / camera.focal
     seen = _transform(np.linalg.inv(camera.to_world))
     distance = e.VectorMath("LENGTH", seen)
-    if camera.kind == "EQUIRECTANGULAR":
-        angles = np.abs([np.diff(camera.longitude)[0] / camera.width, np.diff(camera.latitude)[0] / camera.height])
-        return e.Math("MULTIPLY", distance, float(0.5 * angles.sum()))
+    if camera.kind in PANORAMAS:
+        return e.Math("MULTIPLY", distance, float(pixel_angles(camera).mean()))
     # A pixel turns the unit vector d of the direction by its size across x times |d.z| sqrt(1 - d.x^2), and likewise
     # for y.
     unit = e.VectorMath("NORMALIZE", seen)

@@ -8,10 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
+from edgegrad.scene.camera import FISHEYES
 
 from ...problem import Problem, Report
 
-KINDS = {"PERSP": "PERSPECTIVE", "ORTHO": "ORTHOGRAPHIC", "PANO": "EQUIRECTANGULAR"}
+KINDS = {"PERSP": "PERSPECTIVE", "ORTHO": "ORTHOGRAPHIC"}
+PANORAMAS = {"EQUIRECTANGULAR": "EQUIRECTANGULAR", "FISHEYE_EQUISOLID": "FISHEYE_EQUISOLID",
+             "FISHEYE_EQUIDISTANT": "FISHEYE_EQUIDISTANT", "FISHEYE_LENS_POLYNOMIAL": "FISHEYE_POLYNOMIAL"}  # fmt: skip
 MILLIMETRE = 1e-3
 
 
@@ -43,12 +46,6 @@ def export_camera(camera: Any, scene: Any, report: Report) -> edgegrad.Camera:
     if camera.type != "CAMERA":
         raise Problem(f"object '{camera.name}': is not a camera")
     lens = camera.data
-    if lens.type not in KINDS:
-        raise Problem(f"{where}: its type is {lens.type}, which can't be rendered; set its type to Perspective, "
-                      "Orthographic or Panoramic in its settings")  # fmt: skip
-    if lens.type == "PANO" and _panorama(lens, "panorama_type") != "EQUIRECTANGULAR":
-        raise Problem(f"{where}: its panorama is {_panorama(lens, 'panorama_type')}, which can't be rendered; set its "
-                      "panorama type to Equirectangular, or its type to Perspective")  # fmt: skip
     width, height = render_size(scene)
     render = scene.render
     matrix = _pose(np.array(camera.matrix_world, np.float64), where, report)
@@ -58,17 +55,30 @@ def export_camera(camera: Any, scene: Any, report: Report) -> edgegrad.Camera:
         height=height,
         clip_start=lens.clip_start,
         clip_end=lens.clip_end,
-        kind=KINDS[lens.type],
+        kind=_kind(lens, where),
         pixel_aspect=render.pixel_aspect_y / render.pixel_aspect_x,
         crop=_region(render, width, height, f"scene '{scene.name}'", report),
     )
-    _projection(out, lens)
+    _projection(out, lens, where)
     if lens.type != "PANO":
         _depth_of_field(out, lens, matrix)
     elif lens.dof.use_dof:
         report.warn(where, "depth of field is left out of panoramas; everything is in focus")
     out.filter, out.filter_width = _pixel_filter(scene)
     return out
+
+
+def _kind(lens: Any, where: str) -> str:
+    if lens.type == "PANO":
+        panorama = _panorama(lens, "panorama_type")
+        if panorama not in PANORAMAS:
+            raise Problem(f"{where}: its panorama is {panorama}, which can't be rendered; set its panorama type to "
+                          "Equirectangular or a fisheye, or its type to Perspective")  # fmt: skip
+        return PANORAMAS[panorama]
+    if lens.type not in KINDS:
+        raise Problem(f"{where}: its type is {lens.type}, which can't be rendered; set its type to Perspective, "
+                      "Orthographic or Panoramic in its settings")  # fmt: skip
+    return KINDS[lens.type]
 
 
 # Radians by which the axes of a camera may deviate from right angles, and by which without a warning.
@@ -98,20 +108,59 @@ def _pose(matrix: NDArray[np.float64], where: str, report: Report) -> NDArray[np
     return out
 
 
-def _projection(out: edgegrad.Camera, lens: Any) -> None:
+def _projection(out: edgegrad.Camera, lens: Any, where: str) -> None:
     if out.kind == "EQUIRECTANGULAR":
-        out.longitude = np.array([_panorama(lens, "longitude_min"), _panorama(lens, "longitude_max")])
-        out.latitude = np.array([_panorama(lens, "latitude_min"), _panorama(lens, "latitude_max")])
+        # Cycles shifts panoramas by fractions of their own width and height.
+        longitude = np.array([_panorama(lens, "longitude_min"), _panorama(lens, "longitude_max")])
+        latitude = np.array([_panorama(lens, "latitude_min"), _panorama(lens, "latitude_max")])
+        out.longitude = longitude + lens.shift_x * np.diff(longitude)
+        out.latitude = latitude + lens.shift_y * np.diff(latitude)
         return
-    # The sensor size, or the scale of an orthographic camera, refers to the fitted side of the picture, measured in
-    # pixel widths. The shift is a fraction of that side.
-    high = out.height * out.pixel_aspect
-    horizontal = lens.sensor_fit == "HORIZONTAL" or (lens.sensor_fit == "AUTO" and out.width >= high)
-    fitted = out.width if horizontal else high
-    sensor = lens.sensor_height if lens.sensor_fit == "VERTICAL" else lens.sensor_width
-    out.fov_x = 2.0 * float(np.arctan(0.5 * sensor * out.width / fitted / lens.lens))
+    if out.kind in FISHEYES:
+        _fisheye(out, lens, where)
+        out.shift = np.array([lens.shift_x, lens.shift_y * out.height * out.pixel_aspect / out.width])
+        return
+    fitted = _fitted(out, lens)
+    out.fov_x = 2.0 * float(np.arctan(0.5 * _sensor_width(out, lens) / lens.lens))
     out.ortho_width = lens.ortho_scale * out.width / fitted
     out.shift = np.array([lens.shift_x, lens.shift_y]) * fitted / out.width
+
+
+def _fitted(out: edgegrad.Camera, lens: Any) -> float:
+    """Side of the picture that the sensor size or an orthographic camera's scale refers to, in widths of a pixel."""
+    high = out.height * out.pixel_aspect
+    horizontal = lens.sensor_fit == "HORIZONTAL" or (lens.sensor_fit == "AUTO" and out.width >= high)
+    return out.width if horizontal else high
+
+
+def _sensor_width(out: edgegrad.Camera, lens: Any) -> float:
+    """Width of the part of the sensor that the picture shows, millimetres."""
+    sensor = lens.sensor_height if lens.sensor_fit == "VERTICAL" else lens.sensor_width
+    return float(sensor * out.width / _fitted(out, lens))
+
+
+def _fisheye(out: edgegrad.Camera, lens: Any, where: str) -> None:
+    """Set what fisheyes have, as Cycles reads it."""
+    out.fisheye_fov = float(_panorama(lens, "fisheye_fov"))
+    if out.fisheye_fov > 2.0 * np.pi:
+        raise Problem(f"{where}: its fisheye sees {np.degrees(out.fisheye_fov):.0f} degrees, so that directions appear "
+                      "several times in its picture; set its field of view to 360 degrees or less")  # fmt: skip
+    if out.kind == "FISHEYE_EQUIDISTANT":
+        # Cycles measures both sides of the picture as one, and takes no notice of the shape of pixels.
+        out.pixel_aspect = out.width / out.height
+        return
+    width = _sensor_width(out, lens)
+    if out.kind == "FISHEYE_EQUISOLID":
+        out.fisheye_lens = float(_panorama(lens, "fisheye_lens")) / width
+        return
+    powers = np.array([float(_panorama(lens, f"fisheye_polynomial_k{k}")) for k in range(5)])
+    out.fisheye_polynomial = -powers * width ** np.arange(5)
+    try:
+        out.validate()
+    except ValueError as error:
+        raise Problem(f"{where}: the coefficients K0 to K4 of its fisheye can't be rendered, since the angle from the "
+                      "viewing direction does not grow from the picture's middle to its border; change them, or set "
+                      "its panorama type to Fisheye Equisolid") from error  # fmt: skip
 
 
 def _depth_of_field(out: edgegrad.Camera, lens: Any, matrix: NDArray[np.float64]) -> None:

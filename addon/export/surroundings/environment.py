@@ -116,7 +116,7 @@ def _key(world: WorldReading, seen: edgegrad.Camera | None, *settings: object) -
     except UnknownContent:
         return None
     camera = None if seen is None else (seen.to_world.tolist(), seen.kind, seen.focal, seen.shift.tolist(), seen.width,
-                                        seen.height, seen.pixel_aspect)  # fmt: skip
+                                        seen.height, seen.pixel_aspect, seen.fisheye_polynomial.tolist())  # fmt: skip
     rest = (content, world.seen_by, bpy.context.scene.frame_current_final, camera, *settings)
     return hashlib.sha256(repr(rest).encode()).digest()
 

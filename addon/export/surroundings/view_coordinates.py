@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
+from edgegrad.geometry.camera_view import pixel_angles
+from edgegrad.scene.camera import PANORAMAS
 
 from ..nodes.links import reached
 
@@ -82,5 +84,7 @@ def _window(node: Any, place: Any, view: edgegrad.Camera) -> None:
 
 def pixels_per_texel(view: edgegrad.Camera, width: int) -> float:
     """Number of the view's pixels that a texel of a panorama of this width covers, in the middle of the picture."""
+    if view.kind in PANORAMAS:
+        return float(2.0 * np.pi / pixel_angles(view)[0] / width)
     per_radian = view.focal if view.kind == "PERSPECTIVE" else view.width / (2.0 * np.pi)
     return float(2.0 * np.pi * per_radian / width)

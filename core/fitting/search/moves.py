@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...geometry.camera_view import depths
+from ...geometry.camera_view import depths, panorama_rays
 from ...scene import parameters
-from ...scene.camera import Camera
+from ...scene.camera import PANORAMAS, Camera
 from ...scene.field import Field
 from ...scene.mesh import Mesh
 from ...scene.scene import Scene
@@ -129,6 +129,11 @@ def _place_in_view(scene: Scene, camera: Camera, now: F64, generator: np.random.
     depth, usual = float(depths(camera, now[None])[0]), depth_seen(scene, camera)
     if not NEAREST * usual < depth < FARTHEST * usual:
         depth = usual * generator.uniform(NEAREST, FARTHEST)
+    if camera.kind in PANORAMAS:
+        x0, y0, x1, y1 = camera.window
+        ray = panorama_rays(camera, generator.uniform((x0, y0), (x1, y1))[None])[0]
+        away = ray if np.isfinite(ray).all() else np.array([0.0, 0.0, -1.0])  # outside of what a fisheye sees
+        return np.asarray(camera.to_world[:3, 3] + camera.to_world[:3, :3] @ away * depth)
     height, width = camera.size
     across = depth * np.tan(0.5 * camera.fov_x) if camera.kind == "PERSPECTIVE" else 0.5 * camera.ortho_width
     x, y = generator.uniform(-0.9, 0.9, 2) * across * np.array([1.0, height / width])

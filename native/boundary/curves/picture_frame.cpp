@@ -69,7 +69,7 @@ Vector PictureFrame::ray_through(Vector point) const {
 }
 
 double PictureFrame::lens_reach() const {
-    if (camera_.kind == kEquirectangular) return 0.0;
+    if (is_panorama(camera_.kind)) return 0.0;
     const double radius =
         camera_.aperture_radius / std::min(1.0, std::max(1e-6, static_cast<double>(camera_.aperture_ratio)));
     return camera_.kind == kOrthographic ? radius / camera_.focus_distance : radius;
@@ -89,7 +89,7 @@ PictureFrame::Place PictureFrame::place(Vector point) const {
 }
 
 std::optional<PictureFrame::Bounds> PictureFrame::around(Vector point) const {
-    if (camera_.kind == kEquirectangular) return std::nullopt;
+    if (is_panorama(camera_.kind)) return std::nullopt;
     const Place p = place(point);
     if (!(p.z > std::max(1e-12, static_cast<double>(camera_.clip_start)))) return std::nullopt;
     const double x = p.x / p.h, y = p.y / p.h, wide = std::abs(p.blur_x) / p.h,
@@ -127,6 +127,38 @@ PictureFrame::EdgeSegment PictureFrame::flat_segment(Vector a, Vector b) const {
     return seen_segment(range.low, range.high, x, y, h, blur_x, blur_y);
 }
 
+double PictureFrame::radius_at(double angle) const {
+    const CameraView& c = camera_;
+    if (c.kind == kEquisolidFisheye) return 2.0 * std::sin(0.5 * angle);
+    // The angle grows with the radius: halve the interval
+    const auto angle_at = [&c](double radius) {
+        double sum = 0.0;
+        for (int i = 4; i >= 0; --i) sum = sum * radius + c.fisheye[i];
+        return sum;
+    };
+    double low = 0.0, high = static_cast<double>(c.disc) / c.focal;
+    if (angle > angle_at(high)) return 2.0 * high;
+    for (int k = 0; k < 40; ++k) {
+        const double middle = 0.5 * (low + high);
+        (angle_at(middle) < angle ? low : high) = middle;
+    }
+    return 0.5 * (low + high);
+}
+
+PictureFrame::PicturePlace PictureFrame::panorama_place(Vector d) const {
+    const CameraView& c = camera_;
+    const double x = dot(right_, d), y = dot(up_, d), z = -dot(back_, d);
+    if (c.kind == kEquirectangular) {
+        const double latitude = std::asin(std::clamp(y / length(d), -1.0, 1.0));
+        const double fy = (latitude - c.panorama[2]) / (c.panorama[3] - c.panorama[2]);
+        const double per_longitude = c.full_width / static_cast<double>(c.panorama[1] - c.panorama[0]);
+        return {std::atan2(x, z) * per_longitude, (1.0 - fy) * c.full_height - c.window_y};
+    }
+    const double level = std::hypot(x, y);
+    const double scale = c.focal * radius_at(std::atan2(level, z)) / std::max(level, 1e-30);
+    return {c.principal[0] + scale * x, c.principal[1] - scale * y / c.pixel_aspect};
+}
+
 void PictureFrame::panorama_segments(Vector a, Vector b,
                                      const std::function<void(const EdgeSegment&)>& visit) const {
     constexpr double kLongest = 0.05;  // radians
@@ -135,31 +167,41 @@ void PictureFrame::panorama_segments(Vector a, Vector b,
     const double near = length(p), far = length(q);
     const double angle = std::atan2(length(cross(p, q)), dot(p, q));
     if (!(angle > 0.0)) return;
-    const double wide = c.panorama[1] - c.panorama[0], high = c.panorama[3] - c.panorama[2];
-    const double per_longitude = c.full_width / wide, per_latitude = c.full_height / high;
+    const bool flat = is_fisheye(c.kind);
+    const double turn =
+        2.0 * std::numbers::pi * c.full_width / static_cast<double>(c.panorama[1] - c.panorama[0]);
+    const double high = static_cast<double>(c.panorama[3] - c.panorama[2]);
     struct Place {
-        double u, longitude, sy;
+        double u;
+        PicturePlace at;
     };
     // The position at the angle `at` from a.
     const auto place = [&](double at) {
         const double from_a = std::sin(angle - at) * far, from_b = std::sin(at) * near;
         const double u = at <= 0.0 ? 0.0 : at >= angle ? 1.0 : from_b / (from_a + from_b);
-        const Vector d = p * (1.0 - u) + q * u;
-        const double latitude = std::asin(std::clamp(dot(up_, d) / length(d), -1.0, 1.0));
-        const double fy = (latitude - c.panorama[2]) / high;
-        return Place{u, std::atan2(dot(right_, d), -dot(back_, d)), (1.0 - fy) * c.full_height - c.window_y};
+        return Place{u, panorama_place(p * (1.0 - u) + q * u)};
+    };
+    const auto in_disc = [&](const PicturePlace& s, double slack) {
+        return std::hypot(s.x - c.principal[0], (s.y - c.principal[1]) * c.pixel_aspect) < c.disc + slack;
+    };
+    // The bent line between two steps leaves the box of its ends by less than half a step.
+    const auto seen = [&](const PicturePlace& s, const PicturePlace& t, double step) {
+        const double slack = margin_ + 1.0 + 0.5 * (flat ? step : kLongest * std::abs(c.full_height / high));
+        const auto within = [slack](double from, double to, int size) {
+            return std::max(from, to) > -slack && std::min(from, to) < size + slack;
+        };
+        if (!within(s.y, t.y, c.height)) return false;
+        return !flat || (within(s.x, t.x, c.width) && (in_disc(s, slack) || in_disc(t, slack)));
     };
     const int count = static_cast<int>(std::ceil(angle / kLongest));
     // Walk along the segment in steps of equal angle
     Place from = place(0.0);
     for (int k = 0; k < count; ++k) {
         const Place to = place(angle * (k + 1) / count);
-        const double dx =
-            std::remainder(to.longitude - from.longitude, 2.0 * std::numbers::pi) * per_longitude;
-        const double dy = to.sy - from.sy;
-        const double slack = margin_ + 1.0 + 0.5 * std::abs(kLongest * per_latitude);
-        if (std::max(from.sy, to.sy) > -slack && std::min(from.sy, to.sy) < c.height + slack)
-            visit({from.u, to.u, std::hypot(dx, dy), 0.0, 0.5 * (from.sy + to.sy)});
+        const PicturePlace &s = from.at, &t = to.at;
+        const double dx = flat ? t.x - s.x : std::remainder(t.x - s.x, turn), dy = t.y - s.y;
+        const double step = std::hypot(dx, dy);
+        if (seen(s, t, step)) visit({from.u, to.u, step, flat ? 0.5 * (s.x + t.x) : 0.0, 0.5 * (s.y + t.y)});
         from = to;
     }
 }

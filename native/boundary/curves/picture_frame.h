@@ -21,10 +21,10 @@ class PictureFrame {
         double u0, u1, pixels, x, y;
     };
     // Calls visit(segment) for the visible parts of the segment from a to b. There is at most one, except for
-    // equirectangular cameras, whose pictures bend lines.
+    // panoramas, whose pictures bend lines.
     template <typename Visit>
     void visit_segments(Vector a, Vector b, const Visit& visit) const {
-        if (camera_.kind == kEquirectangular) return panorama_segments(a, b, visit);
+        if (is_panorama(camera_.kind)) return panorama_segments(a, b, visit);
         const EdgeSegment segment = flat_segment(a, b);
         if (segment.u0 < segment.u1) visit(segment);
     }
@@ -42,9 +42,7 @@ class PictureFrame {
     // By how many pixels the filter extends beyond the frame.
     double margin() const { return margin_; }
     // Whether the camera may bend lines or blur points.
-    bool bends_or_blurs() const {
-        return camera_.kind == kEquirectangular || blur_x_ != 0.0 || blur_y_ != 0.0;
-    }
+    bool bends_or_blurs() const { return is_panorama(camera_.kind) || blur_x_ != 0.0 || blur_y_ != 0.0; }
 
  private:
     // In homogeneous coordinates (x h, y h, h) all clip planes are linear along a segment. h is the depth z,
@@ -55,6 +53,14 @@ class PictureFrame {
     };
     Place place(Vector point) const;
     EdgeSegment flat_segment(Vector a, Vector b) const;  // u0 > u1 if nothing is in the frame
+    // Where a ray in a direction of any length meets the picture of a panorama, pixels. Equirectangular
+    // pictures repeat with each full turn in x, which starts anywhere.
+    struct PicturePlace {
+        double x, y;
+    };
+    PicturePlace panorama_place(Vector direction) const;
+    // The radius of a fisheye's picture at an angle, in units of the focal length.
+    double radius_at(double angle) const;
     void panorama_segments(Vector a, Vector b, const std::function<void(const EdgeSegment&)>& visit) const;
 
     const CameraView& camera_;

@@ -220,7 +220,7 @@ std::vector<LensPlace> lens_places(const CameraView& camera, uint32_t seed) {
 }
 
 bool blurs_outlines(const CameraView& camera) {
-    return camera.aperture_radius > 0.0f && camera.kind != kEquirectangular;
+    return camera.aperture_radius > 0.0f && !is_panorama(camera.kind);
 }
 
 Intersections find_seen_outlines(const SceneView& scene, const EdgeList& edges,

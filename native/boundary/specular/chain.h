@@ -53,7 +53,8 @@ EG_INLINE ChainRay chain_start(const CameraView& camera, const PicturePoint& at,
     const CameraRay ray = camera_ray(camera, at.x, at.y, at.lens_u, at.lens_v);
     const Float length = sqrt(dot(ray.direction, ray.direction));
     near = length * camera.clip_start, far = length * camera.clip_end;
-    return {ray.origin, ray.direction * (1.0f / length), ray.origin, splat(kCameraRay), {}};
+    const Int kind = select(in_disc(camera, at.x, at.y), splat(kCameraRay), splat(kUnseenRay));
+    return {ray.origin, ray.direction * (1.0f / length), ray.origin, kind, {}};
 }
 
 // The bounces of a chain so far, counted as by the path tracer.

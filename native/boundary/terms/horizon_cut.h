@@ -101,11 +101,13 @@ EG_INLINE HorizonCut empty_cut(const SurfacePoint& x) {
     return cut;
 }
 
-// Drops samples of infinite size.
+// Drops samples of infinite size. The color of all lanes without a sample is 0, so that its product with a
+// velocity of 0 is finite.
 EG_INLINE void keep_finite(const HorizonTask& task, const PathPacket& p, HorizonCut& cut) {
     const Float size = size_of(cut.color) / min(cut.distance, splat(1.0f));
     const Mask lost = cut.active & ~(size < kLargestSample);
     cut.active &= ~lost & (size > 0.0f);
+    cut.color = select(cut.active, cut.color, zero3());
     if (!any(lost)) return;
     const PathIndex index = path_index(task.image, p.path);
     DroppedSamples& d = *task.dropped;

@@ -338,9 +338,10 @@ std::vector<int32_t> partly_met_meshes(const SceneTables& tables, int32_t rays) 
 
 bool moves_rays(const CameraView& camera, const Requested& requested) {
     const auto any = [&](size_t first, size_t last) { return requested.any("camera", first, last); };
-    const bool panorama = camera.kind == kEquirectangular;
     if (any(kCameraPosition, kCameraFocal)) return true;
-    if (panorama) return any(kCameraPanorama, kCameraApertureRadius);
+    if (camera.kind == kEquirectangular) return any(kCameraPanorama, kCameraFisheye);
+    if (is_fisheye(camera.kind))
+        return any(kCameraFocal, kCameraPanorama) || any(kCameraFisheye, kCameraDisc);
     if (any(kCameraFocal, kCameraPanorama)) return true;
     if (!(camera.aperture_radius > 0.0f)) return false;
     const bool polygon = camera.aperture_blades >= 3;

@@ -99,7 +99,7 @@ double steepest(const FieldView& f, int threads) {
 FieldEdges used_field_edges(const SceneTables& t, const RenderOptions& options, const Requested& requested) {
     if (options.field_edges == FieldEdges::kOutlines || t.fields.empty()) return FieldEdges::kOutlines;
     const bool relaxed = options.field_edges == FieldEdges::kRelaxed;
-    if (t.camera.kind == kEquirectangular) return FieldEdges::kOutlines;
+    if (is_panorama(t.camera.kind)) return FieldEdges::kOutlines;
     if (relaxed) return options.field_edges;
     // The warp concerns what moves with fields
     if (!requested.moves_fields()) return FieldEdges::kOutlines;

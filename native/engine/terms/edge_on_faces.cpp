@@ -218,7 +218,7 @@ EdgeOnList edge_on_faces(const SceneView& scene, const SceneTables& tables, cons
                          const RenderOptions& options, const RequestedMotion& motion, int threads) {
     EdgeOnList out;
     const CameraView& camera = scene.camera;
-    if (camera.kind == kEquirectangular || !varies_over_faces(scene, options)) return out;
+    if (is_panorama(camera.kind) || !varies_over_faces(scene, options)) return out;
     const auto instances = mesh_instances(tables);
     std::vector<Run> runs;
     int64_t faces = 0;

@@ -141,10 +141,10 @@ EG_INLINE void set_filter(const SceneView& scene, const Ignored& ignored, EdgeCo
     args.filter = ignore_edge_faces;
 }
 
-// Embree's mask for rays of a kind.
+// The mask of the meshes and lights that rays of a kind meet, also Embree's.
 EG_INLINE Int ray_mask(Int kind) {
     Int mask;
-    for (int i = 0; i < W; ++i) mask[i] = 1 << kind[i];
+    for (int i = 0; i < W; ++i) mask[i] = 1 << kind[i] & ~(1 << kUnseenRay);
     return mask;
 }
 

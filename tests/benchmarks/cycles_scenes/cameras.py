@@ -90,18 +90,49 @@ def panorama() -> None:
 
 @case("Equirectangular panorama, part of the sphere", bounces=1)
 def partial_panorama() -> None:
-    """A range of longitudes and latitudes that is not centred."""
+    """A range of longitudes and latitudes that is not centred, in a shifted picture."""
     _court()
     ob = stage.camera((0.0, 0.0, 1.2), (-1.0, 2.0, 1.0))
+    ob.data.shift_x, ob.data.shift_y = 0.15, 0.1
     lens = _equirectangular(ob)
     lens.longitude_min, lens.longitude_max = -1.0, 2.0
     lens.latitude_min, lens.latitude_max = -0.9, 0.6
 
 
+@case("Equidistant fisheye that fills a picture twice as wide as high", bounces=1)
+def equidistant_fisheye() -> None:
+    """More than half of all directions, in an ellipse."""
+    scene = _court()
+    scene.render.resolution_x, scene.render.resolution_y = 240, 120
+    _panorama(stage.camera((0.0, 0.0, 1.2), (1.0, 2.0, 1.4)), "FISHEYE_EQUIDISTANT").fisheye_fov = 3.6
+
+
+@case("Equisolid fisheye with vertical sensor fit and pixel aspect 1:1.5", bounces=1)
+def equisolid_fisheye() -> None:
+    """A disc that is smaller than the picture, whose middle is shifted by fractions of the picture's sides."""
+    scene = _court()
+    scene.render.pixel_aspect_x, scene.render.pixel_aspect_y = 1.0, 1.5
+    ob = stage.camera((0.0, 0.0, 1.2), (-1.0, 2.0, 1.0))
+    ob.data.sensor_fit, ob.data.sensor_height, ob.data.shift_x, ob.data.shift_y = "VERTICAL", 20.0, 0.2, -0.1
+    lens = _panorama(ob, "FISHEYE_EQUISOLID")
+    lens.fisheye_lens, lens.fisheye_fov = 7.0, 2.4
+
+
+@case("Fisheye by a polynomial, Blender's default", bounces=1)
+def polynomial_fisheye() -> None:
+    """A lens that was measured."""
+    _court()
+    _panorama(stage.camera((0.0, 0.0, 1.2), (1.0, 2.0, 1.4)), "FISHEYE_LENS_POLYNOMIAL")
+
+
 def _equirectangular(ob: Any) -> Any:
+    return _panorama(ob, "EQUIRECTANGULAR")
+
+
+def _panorama(ob: Any, kind: str) -> Any:
     ob.data.type = "PANO"
     lens = ob.data if hasattr(ob.data, "panorama_type") else ob.data.cycles  # Blender 5.0 moved it
-    lens.panorama_type = "EQUIRECTANGULAR"
+    lens.panorama_type = kind
     return lens
 
 

@@ -53,6 +53,12 @@ ORTHOGRAPHIC = replace(VIEW, kind="ORTHOGRAPHIC", ortho_width=2.4)
 PANORAMA = replace(camera((0.1, 0.0, 1.3), (0, 0, 0)), kind="EQUIRECTANGULAR", width=64)
 # Its left and right end, and its upper end, go through the shapes.
 BACKWARDS = replace(camera((-0.3, 0.2, -0.05), (-0.2, 1.0, -2.0)), kind="EQUIRECTANGULAR", width=64)
+# Seen from among the shapes: the border of the disc that the lens sees goes through some of them.
+FISHEYE = replace(camera((0.1, 0.0, 1.0), (0, 0, 0), 48), kind="FISHEYE_EQUIDISTANT", fisheye_fov=3.7)
+EQUISOLID = replace(FISHEYE, kind="FISHEYE_EQUISOLID", fisheye_lens=0.4, fisheye_fov=1.7, crop=(3, 0, 48, 40))
+# Without such a border
+LENS_CURVE = np.array([0.002, 1.9, 0.3, -0.4, 0.2])
+POLYNOMIAL = replace(FISHEYE, kind="FISHEYE_POLYNOMIAL", fisheye_polynomial=LENS_CURVE, fisheye_fov=6.0)
 LENS = replace(VIEW, aperture_radius=0.12, focus_distance=2.7)
 BLADES = replace(LENS, aperture_blades=5, aperture_rotation=0.3, aperture_ratio=1.6, aperture_radius=0.2)
 TRIANGLE = replace(LENS, aperture_blades=3, aperture_radius=0.4)
@@ -113,6 +119,23 @@ CASES: dict[str, tuple[Make, list[str]]] = {
     "panorama: camera turns": (moved(PANORAMA, 0, 0.5), POSE),
     "panorama: longitudes": (changed(PANORAMA, "longitude", np.array([0.9, -0.6])), ["camera.longitude"]),
     "panorama: latitudes": (changed(PANORAMA, "latitude", np.array([0.2, -0.3])), ["camera.latitude"]),
+    "fisheye: shapes move": (shapes_move(FISHEYE), MESHES),
+    "fisheye: camera moves": (moved(FISHEYE, shift=(0.5, 0.4, -0.7)), POSE),
+    "fisheye: camera turns": (moved(FISHEYE, 1, 0.5), POSE),
+    "fisheye: field of view": (changed(FISHEYE, "fisheye_fov", 0.6), ["camera.fisheye_fov"]),
+    "equisolid fisheye: shapes move": (shapes_move(EQUISOLID), MESHES),
+    "equisolid fisheye: camera turns": (moved(EQUISOLID, 0, 0.5), POSE),
+    "equisolid fisheye: lens": (
+        changed(replace(EQUISOLID, fisheye_lens=0.5, fisheye_fov=6.0), "fisheye_lens", -0.2), ["camera.fisheye_lens"]
+    ),
+    "polynomial fisheye: shapes move": (shapes_move(POLYNOMIAL), MESHES),
+    "polynomial fisheye: camera turns": (moved(POLYNOMIAL, 2, 0.5), POSE),
+    "polynomial fisheye: shift": (changed(POLYNOMIAL, "shift", np.array([0.3, -0.2])), ["camera.shift"]),
+    "polynomial fisheye: pixel aspect": (changed(POLYNOMIAL, "pixel_aspect", 0.6), ["camera.pixel_aspect"]),
+    "polynomial fisheye: lens": (
+        changed(POLYNOMIAL, "fisheye_polynomial", np.array([0.05, 0.5, -0.6, 0.9, -0.8])),
+        ["camera.fisheye_polynomial"],
+    ),
     "panorama all around: shapes move": (shapes_move(BACKWARDS), MESHES),
     "panorama all around: camera turns": (moved(BACKWARDS, 0, 0.4, (0.1, 0.2, 0.1)), POSE),
     "lens: shapes move": (shapes_move(LENS), MESHES),

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from edgegrad.scene.camera import FISHEYES
 from tests.support.rich_scene import pose, turn
 from tests.torture.drawing.draw import Draw
 from tests.torture.tame import Comparison
@@ -29,6 +30,20 @@ def _panorama(draw: Draw, made: Comparison) -> Sequence[str]:
         made.scene.camera.latitude = np.array([-1.2, 1.4])
         return "camera.longitude", "camera.latitude", "camera.to_world"
     return ("camera.to_world",)
+
+
+def _fisheye(draw: Draw, made: Comparison) -> Sequence[str]:
+    """A fisheye near the body, which the border of what it sees may cut."""
+    old = made.scene.camera
+    aim = old.to_world[:3, :3] @ turn(*draw.rng.normal(scale=0.5, size=3))
+    place = 0.45 * old.to_world[:3, 3] + [0.0, 0.0, 0.3]
+    kind = draw.one(FISHEYES)
+    made.scene.camera = replace(
+        old, kind=kind, to_world=pose(aim, *place), aperture_radius=0.0, fisheye_fov=draw.uniform(1.5, 6.0),
+        fisheye_lens=draw.uniform(0.3, 0.6), fisheye_polynomial=np.array([0.0, draw.uniform(1.5, 3.5), 0.3, -0.2, 0.1]),
+    )  # fmt: skip
+    # The border itself is no edge: it must not move
+    return ("camera.fisheye_fov", "camera.to_world") if kind == "FISHEYE_EQUIDISTANT" else ("camera.to_world",)
 
 
 def _frame(draw: Draw, made: Comparison) -> Sequence[str]:
@@ -70,6 +85,7 @@ def _few_bounces(draw: Draw, made: Comparison) -> None:
 
 FEATURES: dict[str, Feature] = {
     "panorama": _panorama,
+    "fisheye": _fisheye,
     "frame": _frame,
     "aperture": _aperture,
     "crop": _crop,

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from edgegrad import Camera, World
-from edgegrad.scene.camera import FILTERS
+from edgegrad.scene.camera import FILTERS, FISHEYES, PANORAMAS
 from tests.support.rich_scene import pose, turn
 from tests.torture.drawing.draw import Draw
 
@@ -19,7 +19,11 @@ def camera(draw: Draw, scale: float) -> Camera:
     eye = aim @ [0.0, 0.0, distance] + draw.rng.normal(scale=0.1, size=3)
     width, height = draw.whole(6, 12), draw.whole(6, 12)
     extras: dict[str, Any] = {}
-    kind = draw.one(("PERSPECTIVE",) * 4 + ("ORTHOGRAPHIC", "EQUIRECTANGULAR"))
+    kind = draw.one(("PERSPECTIVE",) * 4 + ("ORTHOGRAPHIC", draw.one(PANORAMAS)))
+    if kind in FISHEYES:
+        curve = draw.uniform(0.5, 6.0) * np.array([draw.one((0.0, 0.01)), 1.0, 0.1, -0.1, 0.1])
+        extras |= {"fisheye_fov": draw.one((1e-3, 1.0, 3.0, 2.0 * np.pi)), "fisheye_lens": draw.one((0.01, 0.3, 4.0)),
+                   "fisheye_polynomial": curve}
     if kind == "EQUIRECTANGULAR" and draw.chance(0.5):
         start = draw.uniform(-3.0, 0.0)
         extras |= {"longitude": np.array([start, start + draw.uniform(0.1, 6.0)]), "latitude": np.array([-0.7, 1.2])}

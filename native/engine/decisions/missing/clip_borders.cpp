@@ -10,7 +10,7 @@ namespace {
 // the camera's axes and returns its depth.
 template <typename Seen>
 bool shows_cut(const CameraView& c, const SceneTables& t, size_t mesh, double clip, const Seen& seen) {
-    if (c.kind == kEquirectangular) return true;
+    if (is_panorama(c.kind)) return true;
     const double scale = c.kind == kOrthographic ? c.focal : c.focal / std::max(clip, 1e-9);
     double low[2] = {1e300, 1e300}, high[2] = {-1e300, -1e300};
     for (auto f = static_cast<size_t>(t.mesh_first_face[mesh]);
@@ -39,7 +39,7 @@ bool may_be_cut(const CameraView& c, const Box& box) {
     for (int k = 0; k < 3; ++k) {
         const double low = static_cast<double>(box.low[k]) - c.position[k],
                      high = static_cast<double>(box.high[k]) - c.position[k];
-        if (c.kind == kEquirectangular) {
+        if (is_panorama(c.kind)) {
             const double least = std::max({low, -high, 0.0}), most = std::max(-low, high);
             nearest += least * least, farthest += most * most;
         } else {
@@ -47,14 +47,14 @@ bool may_be_cut(const CameraView& c, const Box& box) {
             farthest += std::max(-c.back[k] * low, -c.back[k] * high);
         }
     }
-    if (c.kind == kEquirectangular) nearest = std::sqrt(nearest), farthest = std::sqrt(farthest);
+    if (is_panorama(c.kind)) nearest = std::sqrt(nearest), farthest = std::sqrt(farthest);
     const double slack = 1e-9 * std::max(std::abs(nearest), std::abs(farthest));
     const auto within = [&](double clip) { return nearest - slack < clip && clip <= farthest + slack; };
     return within(c.clip_start) || within(c.clip_end);
 }
 
 bool is_cut(const CameraView& c, const SceneTables& t, size_t mesh) {
-    const bool panorama = c.kind == kEquirectangular;
+    const bool panorama = is_panorama(c.kind);
     const auto seen = [&](size_t vertex, double (&at)[3]) {
         const float* p = &t.vertices[3 * vertex];
         const double d[3] = {p[0] - static_cast<double>(c.position[0]),

@@ -1,6 +1,7 @@
 #include "engine/decisions/missing/missing_search.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "boundary/curves/texture_borders.h"
@@ -31,6 +32,29 @@ void wide_lens(const MissingSearch& s) {
     const double blur = double{c.focal} * c.aperture_radius / c.focus_distance;
     const double picture = double(c.full_width) * c.full_height;
     if (s.any_moves && blur * blur > kMostPictures * picture) s.miss(Part::kWideLens);
+}
+
+// The picture is black beyond a fisheye's disc.
+void disc_border(const MissingSearch& s) {
+    const CameraView& c = s.facts.scene.camera;
+    const auto any = [&](size_t first, size_t last) { return s.requested.any("camera", first, last); };
+    if (!is_fisheye(c.kind) ||
+        !(any(kCameraPixelAspect, kCameraPanorama) || any(kCameraDisc, kCameraDisc + 1)))
+        return;
+    const auto farthest = [](float place, int32_t size) {
+        return std::max(std::abs(place), std::abs(static_cast<float>(size) - place));
+    };
+    const float reach =
+        std::hypot(farthest(c.principal[0], c.width), farthest(c.principal[1], c.height) * c.pixel_aspect);
+    if (c.disc < reach) s.miss(Part::kDiscBorder);
+}
+
+// Points have one place in an equirectangular picture, whose latitude is between the poles.
+void beyond_poles(const MissingSearch& s) {
+    const CameraView& c = s.facts.scene.camera;
+    constexpr float kPole = 1.5707964f * (1.0f + 1e-5f);
+    const float most = std::max(std::abs(c.panorama[2]), std::abs(c.panorama[3]));
+    if (c.kind == kEquirectangular && s.any_moves && most > kPole) s.miss(Part::kBeyondPoles);
 }
 
 // Textures with jumps that move over static meshes. Pixels of images move those that depend on their
@@ -122,6 +146,8 @@ void miss_seen_parts(const MissingSearch& s) {
     s.meshes(Part::kSelfIntersections, std::move(large), kSelfIntersectionFaces);
     s.meshes(Part::kClipBorders, std::move(cut));
     wide_lens(s);
+    disc_border(s);
+    beyond_poles(s);
     s.meshes(Part::kTexelBorders, jumping_meshes(s.tables, s.motion, s.kept)->left_out);
     if (s.any_moves)
         s.materials(Part::kRayHistories, used_materials(s.tables, [&](size_t k) {

@@ -153,10 +153,11 @@ def test_camera_reaches_meshes_that_stand_still() -> None:
     assert any("the camera moves" in why for why in made.why)
 
 
-def test_jumps_that_are_no_edges_are_named() -> None:
-    def missing(scene: Scene, wrt: Sequence[str]) -> str:
-        return " ".join(plan(scene, wrt, max_depth=1).missing)
+def missing(scene: Scene, wrt: Sequence[str]) -> str:
+    return " ".join(plan(scene, wrt, max_depth=1).missing)
 
+
+def test_jumps_that_are_no_edges_are_named() -> None:
     assert missing(box_scene(), [VERTICES]) == ""
     near, far = (box_scene(replace(camera(), **{clip: 4.0})) for clip in ("clip_start", "clip_end"))
     for cut in (near, far):
@@ -192,6 +193,25 @@ def test_jumps_that_are_no_edges_are_named() -> None:
     copies.materials["glow"] = Material(np.zeros(3))
     copies.meshes["object"].instances = np.eye(4)[None]
     assert missing(copies, [VERTICES]) == ""
+
+
+def test_borders_of_panoramas_are_named() -> None:
+    disc, poles = "the border of the disc that the fisheye sees", "beyond a pole"
+    small, large = 1.0, 6.0
+    for kind, path, fov, named in (
+        ("FISHEYE_EQUISOLID", "camera.fisheye_lens", small, True),
+        ("FISHEYE_EQUISOLID", "camera.fisheye_lens", large, False),  # it is outside of the picture
+        ("FISHEYE_EQUISOLID", "camera.fisheye_fov", small, True),
+        ("FISHEYE_POLYNOMIAL", "camera.fisheye_fov", small, True),
+        ("FISHEYE_EQUIDISTANT", "camera.fisheye_fov", small, False),  # it stays where it is
+        ("FISHEYE_EQUIDISTANT", "camera.shift", small, True),
+        ("FISHEYE_EQUIDISTANT", POSE, small, False),
+    ):
+        view = replace(camera(), kind=kind, fisheye_fov=fov, fisheye_lens=0.5)
+        assert (disc in missing(box_scene(view), [path])) == named, (kind, path, fov)
+    for north in (1.5, 1.7):
+        view = replace(camera(), kind="EQUIRECTANGULAR", latitude=np.array([-1.0, north]))
+        assert (poles in missing(box_scene(view), [VERTICES])) == (north > 1.6)
 
 
 def label(height: float, flipped: bool = False, aside: float = 0.0) -> Scene:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from edgegrad import Camera, Material, Renderer, Scene, World
 from tests.support.block_statistics import check, half_width, mean_p_value
-from tests.support.small_scenes import need, rectangle
+from tests.support.small_scenes import box, need, rectangle
 
 Floats = NDArray[np.float64]
 
@@ -73,6 +73,64 @@ def test_part_of_a_panorama() -> None:
                     latitude=np.array([-0.4, 0.2]))
     image = Renderer(lamp((0.0, 0.0, -4.0), 0.05, camera)).render(spp=512, max_depth=1)
     np.testing.assert_allclose(centroid(image), [60 * 0.5 / 1.2, 60 * 0.2 / 0.6], atol=0.05)
+
+
+FISHEYES = {
+    "FISHEYE_EQUISOLID": (lambda angle: 2.0 * 0.25 * math.sin(0.5 * angle), {"fisheye_lens": 0.25}),
+    "FISHEYE_EQUIDISTANT": (lambda angle: angle / 4.0, {"fisheye_fov": 4.0}),
+    # The inverse of theta = 0.1 + 2 r + 3 r^2
+    "FISHEYE_POLYNOMIAL": (
+        lambda angle: (-2.0 + math.sqrt(4.0 + 12.0 * (angle - 0.1))) / 6.0,
+        {"fisheye_polynomial": np.array([0.1, 2.0, 3.0, 0.0, 0.0])},
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", FISHEYES)
+def test_fisheyes_show_directions_where_their_lens_maps_them(kind: str) -> None:
+    radius, fields = FISHEYES[kind]
+    camera = Camera(np.eye(4), kind=kind, width=128, height=96, clip_start=0.0, shift=np.array([0.02, -0.03]),
+                    pixel_aspect=1.25, **{"fisheye_fov": 3.8, **fields})  # fmt: skip
+    for angle, turn in ((0.3, 0.7), (1.2, 2.5), (1.8, 4.0)):
+        towards = np.array([
+            math.sin(angle) * math.cos(turn), math.sin(angle) * math.sin(turn), -math.cos(angle)
+        ])  # fmt: skip
+        a = np.cross(towards, [0.0, 1.0, 0.0])
+        a /= np.linalg.norm(a)
+        square = rectangle(tuple(4.0 * towards), tuple(0.1 * a), tuple(0.1 * np.cross(a, towards)), "glow")
+        image = Renderer(Scene(camera, {"lamp": square}, {"glow": Material(np.zeros(3), np.ones(3))})).render(
+            spp=8192, max_depth=1)  # fmt: skip
+        away = 128.0 * radius(angle)
+        np.testing.assert_allclose(
+            centroid(image),
+            camera.principal_point + [away * math.cos(turn), -away * math.sin(turn) / 1.25], atol=0.1)  # fmt: skip
+        # The solid angle times r dr / (sin(angle) dangle)
+        slope = (radius(angle + 1e-4) - radius(angle - 1e-4)) / 2e-4
+        pixels = 128.0**2 / 1.25 * radius(angle) * slope / math.sin(angle) * (0.2 / 4.0) ** 2
+        assert image[..., 0].sum() == pytest.approx(pixels, rel=0.01)
+
+
+def test_fisheyes_see_a_disc() -> None:
+    """The world is black outside of it, and rays there meet nothing."""
+    for kind, (radius, fields) in FISHEYES.items():
+        camera = Camera(np.eye(4), kind=kind, width=64, height=64, **{"fisheye_fov": 2.0, **fields})
+        room = box((0, 0, 0), (2.0, 2.0, 2.0), "glow")
+        glow = {"glow": Material(np.zeros(3), np.ones(3))}
+        disc = 64.0 * radius(0.5 * camera.fisheye_fov)
+        assert camera.disc == pytest.approx(disc)
+        for scene in (Scene(camera, world=World(np.ones(3))), Scene(camera, {"room": room}, glow)):
+            image = Renderer(scene).render(spp=256, max_depth=1)
+            assert image[..., 0].sum() == pytest.approx(math.pi * disc**2, rel=2e-3)
+
+
+def test_polynomials_that_do_not_grow_are_refused() -> None:
+    for lens in ([0.0, 1.0, -2.0, 0.0, 0.0], [-0.1, 1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 0.0, 0.0]):
+        camera = Camera(np.eye(4), kind="FISHEYE_POLYNOMIAL", fisheye_polynomial=np.array(lens))
+        with pytest.raises(ValueError, match="camera: fisheye_polynomial must grow"):
+            camera.validate()
+    # Beyond half of the field of view it may fall again.
+    Camera(np.eye(4), kind="FISHEYE_POLYNOMIAL", fisheye_fov=0.4,
+           fisheye_polynomial=np.array([0.0, 1.0, -1.0, 0.0, 0.0])).validate()  # fmt: skip
 
 
 def test_an_aperture_blurs_to_the_circle_of_confusion() -> None:

@@ -15,7 +15,7 @@ from edgegrad import expression as e
 from edgegrad._check import RAYS
 from tests.support import shapes as solids
 from tests.support.rich_scene import pose, turn
-from tests.torture.drawing import camera_features, surface_features
+from tests.torture.drawing import camera_features, light_features, surface_features
 from tests.torture.drawing.draw import Draw
 from tests.torture.drawing.surface_features import Feature, change, put, surface
 from tests.torture.tame import ABSENT as TAME
@@ -99,6 +99,13 @@ def _emission(draw: Draw, made: Comparison) -> None:
 def _facing(draw: Draw, made: Comparison) -> None:
     node = draw.one((e.LayerWeight("FACING", 0.4), e.Fresnel(1.4)))
     change(made, surface(draw, made), {"base_color": e.Combine(node, 0.4, 0.3)})
+
+
+def _rainbow(draw: Draw, made: Comparison) -> None:
+    """Colors of hues that leave [0, 1], where they jump."""
+    _with_uv(made)
+    hue = e.Math("MULTIPLY_ADD", e.Channel(UV, 0), draw.uniform(1.0, 3.0), draw.uniform(-1.0, 0.3))
+    change(made, surface(draw, made), {"base_color": e.ColorModel(e.Combine(hue, 0.7, 0.8), "HSV", "RGB")})
 
 
 def _absorption(draw: Draw, made: Comparison) -> None:
@@ -205,11 +212,13 @@ def _limits(draw: Draw, made: Comparison) -> None:
 FEATURES: dict[str, Feature] = {
     **camera_features.FEATURES,
     **surface_features.FEATURES,
+    **light_features.FEATURES,
     "normal map": _normal_map,
     "bump": _bump,
     "textured value": _textured_value,
     "textured emission": _emission,
     "facing": _facing,
+    "rainbow": _rainbow,
     "absorption": _absorption,
     "light for some rays": _some_rays,
     "linked light": _linked,

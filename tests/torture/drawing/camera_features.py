@@ -24,7 +24,7 @@ def _panorama(draw: Draw, made: Comparison) -> Sequence[str]:
     old = made.scene.camera
     aim = old.to_world[:3, :3] @ turn(*draw.rng.normal(scale=1.5, size=3))
     place = 0.45 * old.to_world[:3, 3] + [0.0, 0.0, 0.3]
-    made.scene.camera = replace(old, kind="EQUIRECTANGULAR", to_world=pose(aim, *place), width=24, aperture_radius=0.0)
+    made.scene.camera = replace(old, kind="EQUIRECTANGULAR", to_world=pose(aim, *place), width=24)
     if draw.chance(0.3):
         made.scene.camera.longitude = np.array([-2.0, 1.5])
         made.scene.camera.latitude = np.array([-1.2, 1.4])
@@ -39,7 +39,7 @@ def _fisheye(draw: Draw, made: Comparison) -> Sequence[str]:
     place = 0.45 * old.to_world[:3, 3] + [0.0, 0.0, 0.3]
     kind = draw.one(FISHEYES)
     made.scene.camera = replace(
-        old, kind=kind, to_world=pose(aim, *place), aperture_radius=0.0, fisheye_fov=draw.uniform(1.5, 6.0),
+        old, kind=kind, to_world=pose(aim, *place), fisheye_fov=draw.uniform(1.5, 6.0),
         fisheye_lens=draw.uniform(0.3, 0.6), fisheye_polynomial=np.array([0.0, draw.uniform(1.5, 3.5), 0.3, -0.2, 0.1]),
     )  # fmt: skip
     # The border itself is no edge: it must not move

@@ -39,6 +39,36 @@ def exported(name: Any = "Light") -> Any:
     return made.scene.lights[name]
 
 
+def sheared(kind: str, **fields: Any) -> Any:
+    """A turned light under a parent with an uneven scale; returns its object."""
+    lamp = bs.light(kind, "Lamp", (1, -1, 3), (0.6, 0.4, 0.3), energy=100.0, **fields)
+    lamp.parent = bs.add("Parent", None, scale=(0.6, 1.4, 1.0))
+    bpy.context.view_layer.update()
+    return lamp
+
+
+def test_sheared_area_lights_are_their_projections() -> None:
+    matrix = np.array(sheared("AREA", shape="ELLIPSE", size=1.2, size_y=0.7).matrix_world)[:3, :3]
+    made = bs.export()
+    light, z = made.scene.lights["Lamp"], matrix[:, 2] / np.linalg.norm(matrix[:, 2])
+    axes = light.to_world[:3, :3]
+    assert axes.T @ axes == pytest.approx(np.eye(3), abs=1e-6) and axes[:, 2] == pytest.approx(z, abs=1e-6)
+    # The parallelogram that the ellipse touches, seen along Z
+    area = 1.2 * 0.7 * abs(np.cross(matrix[:, 0], matrix[:, 1]) @ z)
+    assert light.size.prod() == pytest.approx(area, rel=1e-5)
+    assert any("shears it by" in line for line in made.report.lines)
+
+
+def test_sheared_spots_have_the_cone_that_the_scale_makes() -> None:
+    matrix = np.array(sheared("SPOT", spot_size=1.1, spot_blend=0.0).matrix_world)[:3, :3]
+    spot = bs.export().scene.lights["Lamp"]
+    axes = np.stack([spot.across, np.cross(spot.direction, spot.across), spot.direction])
+    for turn in np.linspace(0.0, 6.0, 7):
+        border = np.array([np.tan(0.55) * np.cos(turn), np.tan(0.55) * np.sin(turn), -1.0])
+        x, y, along = axes @ matrix @ border
+        assert np.hypot(x / spot.stretch[0], y / spot.stretch[1]) / along == pytest.approx(np.tan(0.55), rel=1e-4)
+
+
 def test_point_light() -> None:
     bs.light("POINT", shadow_soft_size=0.3, use_soft_falloff=False, energy=20.0, scale=(2, 2, 2)).visible_glossy = False
     light = exported()

@@ -18,6 +18,7 @@ import edgegrad
 from edgegrad.tables.lights import LEAST_BLEND
 
 from ...problem import Report
+from .camera import BARELY_SHEARED, RIGID
 from .lamp_nodes import LampEmission, own_color
 
 Light: TypeAlias = edgegrad.PointLight | edgegrad.SpotLight | edgegrad.SunLight | edgegrad.AreaLight
@@ -64,7 +65,7 @@ def export_light(light_object: Any, matrix: F64, visible: frozenset[str], emissi
     elif light.type == "SUN":
         out = _sun(light, matrix, power)
     else:
-        out = _point_or_spot(light, matrix, power)
+        out = _point_or_spot(light, matrix, where, power, report)
     if out is None:
         return None
     out.color = color
@@ -117,7 +118,7 @@ def _sun(light: Any, matrix: F64, power: float) -> edgegrad.SunLight:
     return edgegrad.SunLight(-matrix[:3, 2] / np.linalg.norm(matrix[:3, 2]), power, min(angle, np.pi))
 
 
-def _point_or_spot(light: Any, matrix: F64, power: float) -> Light:
+def _point_or_spot(light: Any, matrix: F64, where: str, power: float, report: Report) -> Light:
     radius = float(light.shadow_soft_size)
     if not getattr(light, "normalize", True):
         power *= 4.0 * np.pi * radius**2 if radius > 0.0 else 4.0
@@ -127,6 +128,14 @@ def _point_or_spot(light: Any, matrix: F64, power: float) -> Light:
     scale = np.maximum(np.linalg.norm(matrix[:3, :3], axis=0), 1e-20)
     angle = min(float(light.spot_size), np.pi - 1e-4)
     spot = edgegrad.SpotLight(position, -matrix[:3, 2] / scale[2], power, angle, light.spot_blend, radius, sphere)
+    skew = _skew(matrix[:3, :3] / scale)
+    if RIGID < skew < 1.0 - RIGID:
+        spot.direction, spot.stretch, spot.across = _sheared_cone(matrix[:3, :3], angle, light.spot_blend)
+        spot.blend = max(spot.blend, LEAST_BLEND)
+        if skew > BARELY_SHEARED and spot.blend > LEAST_BLEND:
+            report.warn(where, f"its parents' uneven scale shears it by {np.degrees(np.arcsin(skew)):.2g} degrees; "
+                        "within the blend of its cone its light differs from Cycles' by some percent")  # fmt: skip
+        return spot
     wide = np.maximum(scale[:2] / scale[2], 1e-6)  # Blender scales the cone with the object
     if light.spot_blend < LEAST_BLEND and np.isclose(wide[0], wide[1], rtol=1e-3):  # a hard edge of a round cone
         spot.angle = 2.0 * float(np.arctan(wide[0] * np.tan(0.5 * angle)))
@@ -139,7 +148,7 @@ def _area_light(light: Any, matrix: F64, where: str, power: float, report: Repor
     scale = np.linalg.norm(matrix[:3, :3], axis=0)
     size = np.array([light.size, light.size_y if light.shape in ("RECTANGLE", "ELLIPSE") else light.size])
     size = size * scale[:2]
-    if size.min() <= 0.0 or scale[2] <= 0.0:
+    if size.min() <= 0.0 or scale[2] <= 0.0 or abs(np.linalg.det(matrix[:3, :3] / scale)) < RIGID:
         report.warn(where, "has no size; it is left out")
         return None
     to_world = matrix.copy()
@@ -149,6 +158,48 @@ def _area_light(light: Any, matrix: F64, where: str, power: float, report: Repor
     shape = "RECTANGLE" if light.shape in ("SQUARE", "RECTANGLE") else "ELLIPSE"
     if not getattr(light, "normalize", True):  # then energy is per square metre
         power *= float(size.prod()) * (1.0 if shape == "RECTANGLE" else np.pi / 4.0)
+    skew = _skew(to_world[:3, :3])
+    if skew > RIGID:
+        to_world, widths = _straight(to_world)
+        size = size * widths
+    if skew > BARELY_SHEARED:
+        angle, round_ = np.degrees(np.arcsin(min(skew, 1.0))), shape == "ELLIPSE" and light.spread > np.pi - 1e-6
+        report.warn(where, f"its parents' uneven scale shears it by {angle:.2g} degrees; here its sides stay at right "
+                    "angles" + ("" if round_ else "; in Cycles such a light may be half as bright where it is a "
+                                "rectangle or has a spread; scale it by its size instead"))  # fmt: skip
     # The largest value in Blender is 180 degrees, rounded to float32.
     spread = min(float(light.spread), float(np.pi))
     return edgegrad.AreaLight(to_world, size, shape, power, spread if spread < np.pi - 1e-6 else float(np.pi))
+
+
+def _skew(axes: F64) -> float:
+    """Largest cosine between two of the unit vectors in the columns of `axes`."""
+    x, y, z = axes.T
+    return float(np.abs([x @ y, y @ z, z @ x]).max())
+
+
+def _sheared_cone(matrix: F64, angle: float, blend: float) -> tuple[F64, F64, F64]:
+    """Direction, stretch and first axis of the elliptic cone that a matrix makes of a round one about -Z.
+
+    With q = matrix^-1 d, the cone is where q.x^2 + q.y^2 = tan(angle/2)^2 q.z^2, a quadratic form in d whose
+    eigenvectors are the cone's axes. Only one of its eigenvalues is negative. Each brightness within the blend has a
+    cone with other axes: these are of half the brightness.
+    """
+    cosine = np.cos(0.5 * angle)
+    inverse, wide = np.linalg.inv(matrix), np.tan(np.arccos(cosine + 0.5 * blend * (1.0 - cosine)))
+    values, axes = np.linalg.eigh(inverse.T @ np.diag([1.0, 1.0, -wide * wide]) @ inverse)
+    direction = axes[:, 0] * (-1.0 if axes[:, 0] @ matrix[:, 2] > 0.0 else 1.0)
+    return direction, np.sqrt(-values[0] / values[1:]) / wide, axes[:, 1]
+
+
+def _straight(to_world: F64) -> tuple[F64, F64]:
+    """Return a rigid transform for a sheared area light, and the (2,) factors of its sides.
+
+    As in Cycles' samples of round lights, the light shines along -Z, so that its projection along Z gives its light.
+    """
+    x, y, z = to_world[:3, :3].T
+    across, along = x - (x @ z) * z, y - (y @ z) * z
+    width = np.linalg.norm(across)
+    out = to_world.copy()
+    out[:3, :3] = np.stack([across / width, np.cross(z, across / width), z], axis=1)
+    return out, np.array([width, abs(along @ out[:3, 1])])

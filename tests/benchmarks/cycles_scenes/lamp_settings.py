@@ -37,6 +37,21 @@ def _spot(**settings: Any) -> Any:
                       **settings)  # fmt: skip
 
 
+@case("A round area light and spots, sheared by the uneven scale of their parents",
+      differs=("Cycles cuts off a part of the cones of sheared spots",))
+def sheared_lamps() -> None:
+    """Turned lamps that were parented to stretched objects."""
+    _things()
+    stage.lamp("AREA", "Disk", 120.0, (-1.5, -1.0, 3.0), (-0.5, 0.5, 0), shape="DISK", size=1.2)
+    edge = stage.lamp("SPOT", "Edge", 300.0, (2.0, -1.5, 3.0), (0.6, 0, 0.3), spot_size=0.9, spot_blend=0.0)
+    for ob, scale in ((bpy.data.objects["Disk"], (0.8, 1.3, 1.0)), (_spot(spot_blend=0.01), (1.2, 0.9, 0.8)),
+                      (edge, (0.7, 1.1, 1.2))):  # fmt: skip
+        parent = bpy.data.objects.new("Stretched", None)
+        parent.scale = scale
+        bpy.context.scene.collection.objects.link(parent)
+        ob.parent = parent
+
+
 @case("A spot by nodes: quadratic Light Falloff, Blackbody")
 def quadratic_falloff() -> None:
     """Old files have this node in every lamp."""

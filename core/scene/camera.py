@@ -215,7 +215,7 @@ def _edge_of_polynomial(camera: Camera) -> Any:
     for _ in range(60):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if real(middle) < half.real else (low, middle)
-    # One step of Newton's method gives complex numbers their imaginary part (`Camera.focal`)
+    # One step of Newton's method, so that the result is analytic (derivatives/complex_step.py)
     return high - (angle(high) - half) / angle.deriv()(high)
 
 

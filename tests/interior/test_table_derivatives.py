@@ -13,6 +13,7 @@ from edgegrad import Material, Mixture, Scene
 from edgegrad.derivatives.complex_step import jacobian
 from edgegrad.derivatives.table_derivatives import ParameterMap, shapes, with_requested
 from edgegrad.scene import parameters
+from edgegrad.scene.camera import KINDS
 from edgegrad.tables import lights as light_table
 from edgegrad.tables import tables
 from edgegrad.tables.camera import camera_row
@@ -41,7 +42,7 @@ ZERO = {
     "images.unread.pixels", "materials.wood.normal", "materials.wood.alpha", "materials.wood.specular_tint",
     "materials.clay.coat_tint", "materials.clay.sheen_tint", "materials.clay.emission",
     "lights.point.radius", "lights.spot.radius", "lights.hard sun.angle", "lights.area.spread", "lights.linear.across",
-    "camera.ortho_width",
+    "camera.ortho_width", "camera.fisheye_fov", "camera.fisheye_lens", "camera.fisheye_polynomial",
 }  # fmt: skip
 
 
@@ -154,7 +155,7 @@ def test_small_rows_are_exact() -> None:
     """Against differences in double precision, whose own error is about 1e-10."""
     origin = FLAT.origin
     for held, row_of in [(light, lambda x: light_table.light_row(x, origin)) for light in SCENE.lights.values()] + [
-        (replace(SCENE.camera, kind=kind), lambda x: camera_row(x, origin)) for kind in ("PERSPECTIVE", "ORTHOGRAPHIC")
+        (replace(SCENE.camera, kind=kind), lambda x: camera_row(x, origin)) for kind in KINDS
     ]:
         row = row_of(held)
         for field in (f for f in vars(held) if isinstance(getattr(held, f), (float, np.ndarray))):

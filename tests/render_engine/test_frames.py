@@ -208,8 +208,8 @@ def test_errors_are_one_sentence(scene: Any, tmp_path: Path) -> None:
     camera = scene.camera
     camera.data.type = "PANO"
     lens = camera.data if hasattr(camera.data, "panorama_type") else camera.data.cycles
-    lens.panorama_type = "FISHEYE_EQUIDISTANT"
-    with pytest.raises(RuntimeError, match=r"camera 'Camera': its panorama is FISHEYE_EQUIDISTANT, which can't be"):
+    lens.panorama_type = "MIRRORBALL"
+    with pytest.raises(RuntimeError, match=r"camera 'Camera': its panorama is MIRRORBALL, which can't be"):
         bpy.ops.render.render()
 
 

@@ -59,6 +59,14 @@ def test_sheared_area_lights_are_their_projections() -> None:
     assert any("shears it by" in line for line in made.report.lines)
 
 
+def test_lights_that_are_flattened_do_not_end_the_export() -> None:
+    for kind in ("SPOT", "AREA"):
+        lamp = sheared(kind)
+        lamp.parent.scale = (1.0, 1.0, 0.0)
+    bs.light("POINT", "Other")
+    assert "Other" in bs.export().scene.lights
+
+
 def test_sheared_spots_have_the_cone_that_the_scale_makes() -> None:
     matrix = np.array(sheared("SPOT", spot_size=1.1, spot_blend=0.0).matrix_world)[:3, :3]
     spot = bs.export().scene.lights["Lamp"]

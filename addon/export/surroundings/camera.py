@@ -11,6 +11,7 @@ import edgegrad
 from edgegrad.scene.camera import FISHEYES
 
 from ...problem import Problem, Report
+from .shear import BARELY_SHEARED, RIGID, degrees, skew
 
 KINDS = {"PERSP": "PERSPECTIVE", "ORTHO": "ORTHOGRAPHIC"}
 PANORAMAS = {"EQUIRECTANGULAR": "EQUIRECTANGULAR", "FISHEYE_EQUISOLID": "FISHEYE_EQUISOLID",
@@ -81,10 +82,6 @@ def _kind(lens: Any, where: str) -> str:
     return KINDS[lens.type]
 
 
-# Radians by which the axes of a camera may deviate from right angles, and by which without a warning.
-RIGID, BARELY_SHEARED = 1e-5, 1e-3
-
-
 def _pose(matrix: NDArray[np.float64], where: str, report: Report) -> NDArray[np.float64]:
     """Return the rigid transform with the camera's place, view direction and, as far as possible, horizontal axis."""
     size = np.linalg.norm(matrix[:3, :3], axis=0)
@@ -93,16 +90,15 @@ def _pose(matrix: NDArray[np.float64], where: str, report: Report) -> NDArray[np
     if abs(volume) < RIGID:
         raise Problem(f"{where}: it is flattened, since its scale or that of a parent is 0 along an axis; set these "
                       "scales to other values")  # fmt: skip
-    x, y, z = axes.T
-    skew = float(np.abs([x @ y, y @ z, z @ x]).max())
-    if skew > RIGID:
+    x, _, z = axes.T
+    sheared = skew(axes)
+    if sheared > RIGID:
         x = x - (x @ z) * z
         x /= np.linalg.norm(x)
         axes = np.stack([x, np.sign(volume) * np.cross(z, x), z], axis=1)
-    if skew > BARELY_SHEARED:
-        angle = np.degrees(np.arcsin(min(skew, 1.0)))
-        report.warn(where, f"its parents' uneven scale shears it by {angle:.2g} degrees, and Cycles its picture; here "
-                    "the picture is not sheared")  # fmt: skip
+    if sheared > BARELY_SHEARED:
+        report.warn(where, f"its parents' uneven scale shears it by {degrees(sheared):.2g} degrees, and Cycles its "
+                    "picture; here the picture is not sheared")  # fmt: skip
     out = np.eye(4)
     out[:3, :3], out[:3, 3] = axes, matrix[:3, 3]
     return out

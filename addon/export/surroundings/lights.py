@@ -18,8 +18,8 @@ import edgegrad
 from edgegrad.tables.lights import LEAST_BLEND
 
 from ...problem import Report
-from .camera import BARELY_SHEARED, RIGID
 from .lamp_nodes import LampEmission, own_color
+from .shear import BARELY_SHEARED, RIGID, degrees, skew
 
 Light: TypeAlias = edgegrad.PointLight | edgegrad.SpotLight | edgegrad.SunLight | edgegrad.AreaLight
 F64 = NDArray[np.float64]
@@ -128,12 +128,13 @@ def _point_or_spot(light: Any, matrix: F64, where: str, power: float, report: Re
     scale = np.maximum(np.linalg.norm(matrix[:3, :3], axis=0), 1e-20)
     angle = min(float(light.spot_size), np.pi - 1e-4)
     spot = edgegrad.SpotLight(position, -matrix[:3, 2] / scale[2], power, angle, light.spot_blend, radius, sphere)
-    skew = _skew(matrix[:3, :3] / scale)
-    if RIGID < skew < 1.0 - RIGID:
+    axes = matrix[:3, :3] / scale
+    sheared = skew(axes)
+    if sheared > RIGID and abs(np.linalg.det(axes)) > RIGID:  # a flattened cone has no inside
         spot.direction, spot.stretch, spot.across = _sheared_cone(matrix[:3, :3], angle, light.spot_blend)
         spot.blend = max(spot.blend, LEAST_BLEND)
-        if skew > BARELY_SHEARED and spot.blend > LEAST_BLEND:
-            report.warn(where, f"its parents' uneven scale shears it by {np.degrees(np.arcsin(skew)):.2g} degrees; "
+        if sheared > BARELY_SHEARED and spot.blend > LEAST_BLEND:
+            report.warn(where, f"its parents' uneven scale shears it by {degrees(sheared):.2g} degrees; "
                         "within the blend of its cone its light differs from Cycles' by some percent")  # fmt: skip
         return spot
     wide = np.maximum(scale[:2] / scale[2], 1e-6)  # Blender scales the cone with the object
@@ -158,24 +159,18 @@ def _area_light(light: Any, matrix: F64, where: str, power: float, report: Repor
     shape = "RECTANGLE" if light.shape in ("SQUARE", "RECTANGLE") else "ELLIPSE"
     if not getattr(light, "normalize", True):  # then energy is per square metre
         power *= float(size.prod()) * (1.0 if shape == "RECTANGLE" else np.pi / 4.0)
-    skew = _skew(to_world[:3, :3])
-    if skew > RIGID:
+    # The largest value in Blender is 180 degrees, rounded to float32.
+    spread = float(light.spread) if light.spread < np.pi - 1e-6 else float(np.pi)
+    sheared = skew(to_world[:3, :3])
+    if sheared > RIGID:
         to_world, widths = _straight(to_world)
         size = size * widths
-    if skew > BARELY_SHEARED:
-        angle, round_ = np.degrees(np.arcsin(min(skew, 1.0))), shape == "ELLIPSE" and light.spread > np.pi - 1e-6
-        report.warn(where, f"its parents' uneven scale shears it by {angle:.2g} degrees; here its sides stay at right "
-                    "angles" + ("" if round_ else "; in Cycles such a light may be half as bright where it is a "
-                                "rectangle or has a spread; scale it by its size instead"))  # fmt: skip
-    # The largest value in Blender is 180 degrees, rounded to float32.
-    spread = min(float(light.spread), float(np.pi))
-    return edgegrad.AreaLight(to_world, size, shape, power, spread if spread < np.pi - 1e-6 else float(np.pi))
-
-
-def _skew(axes: F64) -> float:
-    """Largest cosine between two of the unit vectors in the columns of `axes`."""
-    x, y, z = axes.T
-    return float(np.abs([x @ y, y @ z, z @ x]).max())
+    if sheared > BARELY_SHEARED:
+        as_cycles = shape == "ELLIPSE" and spread == np.pi
+        report.warn(where, f"its parents' uneven scale shears it by {degrees(sheared):.2g} degrees; here its sides "
+                    "stay at right angles" + ("" if as_cycles else "; in Cycles such a light may be half as bright "
+                    "where it is a rectangle or has a spread; scale it by its size instead"))  # fmt: skip
+    return edgegrad.AreaLight(to_world, size, shape, power, spread)
 
 
 def _sheared_cone(matrix: F64, angle: float, blend: float) -> tuple[F64, F64, F64]:

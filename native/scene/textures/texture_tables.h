@@ -41,8 +41,9 @@ struct TextureTables {
         closure_tangent;
     std::vector<TextureImage> images;
     SharedFloats pixels;
-    // The least and the largest value of each image that is known (scene/textures/value_bounds.h), or empty.
-    std::vector<std::optional<std::array<float, 2>>> image_range;
+    // The least and the largest value of each image and each attribute that is known
+    // (scene/textures/value_bounds.h), or empty.
+    std::vector<std::optional<std::array<float, 2>>> image_range, attribute_range;
     // Steps that make colors of hues that may leave [0, 1], where the colors jump, as places in `code`,
     // ascending (scene/textures/value_bounds.h).
     std::vector<int32_t> leaving_hues;

@@ -54,7 +54,7 @@ Bounds bounds_of(const TextureTables& t, const TextureLookup& table) {
 }
 
 // All values of an attribute together. Meshes without it have 0.
-Bounds bounds_of_attribute(const SceneTables& tables, size_t number) {
+Bounds read_attribute(const SceneTables& tables, size_t number) {
     const TextureTables& t = tables.textures;
     if (!tables.fields.empty()) return {};
     const auto meshes = static_cast<size_t>(tables.first_field());
@@ -70,6 +70,17 @@ Bounds bounds_of_attribute(const SceneTables& tables, size_t number) {
         all = {std::min(all.least, one.least), std::max(all.most, one.most)};
     }
     return all;
+}
+
+Bounds bounds_of_attribute(SceneTables& tables, size_t number) {
+    auto& range = tables.textures.attribute_range;
+    if (range.size() <= number) range.resize(number + 1);
+    auto& known = range[number];
+    if (!known) {
+        const Bounds all = read_attribute(tables, number);
+        known = {all.least, all.most};
+    }
+    return {(*known)[0], (*known)[1]};
 }
 
 // Noise that is normalized lies in [0, 1], if it is the sum of its octaves. The bits are those of
@@ -115,6 +126,23 @@ Bounds bounds_of(SceneTables& tables, const TextureInstruction& step, const In& 
     }
 }
 
+// Whether the bounds of a step's outputs depend on those of its inputs.
+bool passes_bounds(const TextureInstruction& step) {
+    switch (static_cast<TextureOp>(step.op)) {
+        case TextureOp::ADD:
+        case TextureOp::SUBTRACT:
+        case TextureOp::MULTIPLY:
+        case TextureOp::MULTIPLY_ADD:
+        case TextureOp::AFFINE:
+        case TextureOp::MINIMUM:
+        case TextureOp::MAXIMUM:
+        case TextureOp::CLAMP:
+            return true;
+        default:
+            return false;
+    }
+}
+
 bool is_output(const TextureInstruction& step) { return step.op == static_cast<int32_t>(TextureOp::OUTPUT); }
 
 // Calls visit(step, bounds of its first input) for the steps of a program for which wanted(step) is true.
@@ -136,8 +164,9 @@ void visit_bounds(SceneTables& tables, size_t program, const Wanted& wanted, con
                 needed[static_cast<size_t>(to)] = false;
             }
         counts[k] = used;
+        if (!used || !(wanted(step) || passes_bounds(step))) continue;
         for (const int32_t in : step.in)
-            if (used && in >= 0) needed[static_cast<size_t>(in)] = true;
+            if (in >= 0) needed[static_cast<size_t>(in)] = true;
     }
     // Evaluate it with bounds
     std::array<Bounds, kTextureRegisters + 1> registers{};

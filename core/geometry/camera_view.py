@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.camera import Camera
+from ..scene.camera import PANORAMAS, Camera
 
 F64 = NDArray[np.float64]
 
@@ -20,7 +20,7 @@ def in_picture(camera: Camera, points: F64) -> NDArray[np.bool_]:
 
     For panoramic cameras, every point counts as within the picture.
     """
-    if camera.kind not in ("PERSPECTIVE", "ORTHOGRAPHIC"):
+    if camera.kind in PANORAMAS:
         return np.ones(len(points), bool)
     x, y = pixels(camera, points).T
     x0, y0, x1, y1 = camera.window

@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 
 from ..export.geometry.mesh import positions
-from ..export.surroundings.camera import render_size
+from ..export.surroundings.camera import PANORAMA_NUMBERS, panorama_settings, render_size
 from ..session import Session
 from ..write_back.image_buffer import pixels_of
 
@@ -152,9 +152,9 @@ def _lens(camera: Any) -> tuple[float, ...]:
                data.sensor_height)  # fmt: skip
     if data.type != "PANO":
         return numbers
-    panorama = data if hasattr(data, "panorama_type") else data.cycles
+    panorama = panorama_settings(data)
     types = panorama.bl_rna.properties["panorama_type"].enum_items
-    return (*numbers, types.find(panorama.panorama_type), panorama.fisheye_fov, panorama.fisheye_lens)
+    return (*numbers, types.find(panorama.panorama_type), *(getattr(panorama, name) for name in PANORAMA_NUMBERS))
 
 
 def _missing(scene: Any, collection: str, name: str, uid: int) -> str | None:

@@ -1,8 +1,8 @@
 """Cameras of a calibration as camera objects of Blender, with their pictures as backgrounds.
 
-A camera of Blender has no lens distortion, so its calibrated lens is stored in its data, and targets of this camera are
-undistorted when they are read. Blender renders all cameras of a scene in one size and with one shape of pixels; the
-pixels of undistorted pictures are square.
+A camera of Blender has no lens distortion, or that of a fisheye by a polynomial. A calibrated lens that differs from
+its camera is stored in the camera's data, and targets of this camera are undistorted when they are read. Blender
+renders all cameras of a scene in one size and with one shape of pixels; the pixels of undistorted pictures are square.
 """
 
 from __future__ import annotations
@@ -15,15 +15,18 @@ from typing import Any
 import bpy
 import numpy as np
 
-from edgegrad.calibration import Calibrated, Lens, read_calibration
-from edgegrad.calibration.lens import LEAST_SHIFT
+import edgegrad
+from edgegrad.calibration import Calibrated, FisheyeLens, Intrinsics, Lens, PanoramaLens, read_calibration
 from edgegrad.images import same_aspect
 
+from ..export.surroundings.camera import PANORAMAS, panorama_settings
 from ..problem import Problem
 from .solved_clips import solved_clip
 
-# Key of the lens in a camera's data, and name of the empty object that holds imported cameras.
-LENS = "edgegrad_lens"
+# Key of the lens in a camera's data, that of the lens's kind within (none: a `Lens`), and name of the empty object that
+# holds imported cameras.
+LENS, KIND = "edgegrad_lens", "kind"
+LENSES: dict[str, type[Intrinsics]] = {kind.__name__: kind for kind in (Lens, FisheyeLens, PanoramaLens)}
 HOLDER = "Calibration"
 SENSOR = 36.0  # millimetres
 # Beginning of the name of a source that is a movie clip.
@@ -39,7 +42,7 @@ class Imported:
     frame: int | None = None
 
 
-def lens_of(camera: Any) -> Lens | None:
+def lens_of(camera: Any) -> Intrinsics | None:
     """Return the calibrated lens of a camera object; None if its pictures need none.
 
     Raises
@@ -53,8 +56,8 @@ def lens_of(camera: Any) -> Lens | None:
     try:
         values: dict[str, Any] = {key: round(value) if key in ("width", "height") else value
                                   for key, value in stored.items()}  # fmt: skip
-        return Lens(**values)
-    except (AttributeError, TypeError, ValueError) as error:
+        return LENSES[values.pop(KIND, Lens.__name__)](**values)
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise Problem(f"camera '{camera.name}': its custom property '{LENS}' is no lens ({error}); remove it") from None
 
 
@@ -131,15 +134,37 @@ def add_cameras(scene: Any, found: Sequence[Calibrated], frames: Sequence[int | 
     return out
 
 
-def add_camera(scene: Any, name: str, lens: Lens, to_world: Any) -> Any:
+def add_camera(scene: Any, name: str, lens: Intrinsics, to_world: Any) -> Any:
     """Add a camera object with a calibrated lens at a pose."""
     data = bpy.data.cameras.new(name)
-    data.sensor_fit, data.sensor_width = "HORIZONTAL", SENSOR
-    data.lens = SENSOR * lens.fx / lens.width
-    data.shift_x, data.shift_y = 0.5 - lens.cx / lens.width, (lens.cy - 0.5 * lens.height) / lens.width
-    if lens.shift >= LEAST_SHIFT:
-        data[LENS] = asdict(lens)
+    _set_projection(data, lens.camera(to_world))
+    if not lens.keeps_pictures:
+        data[LENS] = asdict(lens) | {KIND: type(lens).__name__}
     camera = bpy.data.objects.new(name, data)
     camera.matrix_world = np.asarray(to_world).T.tolist()
     scene.collection.objects.link(camera)
     return camera
+
+
+def _set_projection(data: Any, view: edgegrad.Camera) -> None:
+    """Give a camera of Blender the projection of an exported one with square pixels (`export.surroundings.camera`)."""
+    data.sensor_fit, data.sensor_width = "HORIZONTAL", SENSOR
+    if view.kind == "PERSPECTIVE":
+        data.lens = SENSOR * view.focal / view.width
+        data.shift_x, data.shift_y = view.shift
+        return
+    data.type = "PANO"
+    panorama = panorama_settings(data)
+    panorama.panorama_type = next(name for name, kind in PANORAMAS.items() if kind == view.kind)
+    if view.kind == "EQUIRECTANGULAR":
+        # Blender bounds the angles, so that those beyond are reached by a shift, in parts of the picture
+        for side, (low, high) in (("longitude", view.longitude), ("latitude", view.latitude)):
+            half = 0.5 * (high - low)
+            setattr(panorama, f"{side}_min", -half)
+            setattr(panorama, f"{side}_max", half)
+            setattr(data, "shift_x" if side == "longitude" else "shift_y", 0.25 * (low + high) / half)
+        return
+    panorama.fisheye_fov = view.fisheye_fov
+    for k, coefficient in enumerate(-view.fisheye_polynomial / SENSOR ** np.arange(5.0)):
+        setattr(panorama, f"fisheye_polynomial_k{k}", coefficient)
+    data.shift_x, data.shift_y = view.shift[0], view.shift[1] * view.width / view.height

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,10 @@ from numpy.typing import NDArray
 from .._check import file_path, shown
 from ..images import image_size
 from ..scene.camera import Camera
+from .fisheye import FisheyeLens, PanoramaLens
+from .intrinsics import Intrinsics
 from .lens import Lens
+from .models import MODELS, PANORAMA, is_fisheye, lens_of_model
 
 F64 = NDArray[np.float64]
 
@@ -22,9 +25,11 @@ F64 = NDArray[np.float64]
 TO_BLENDER = np.diag([1.0, -1.0, -1.0, 1.0])
 # Endings that transforms.json may leave out.
 ENDINGS = ("", ".png", ".jpg", ".jpeg", ".exr", ".tif", ".tiff")
-# Keys of transforms.json that are other lenses or cameras than the model here has.
-_REFUSED = ("is_fisheye", "rolling_shutter", "k5", "k6", "ftheta_p0", "w_ftheta")
-_MODELS = ("", "OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "PERSPECTIVE")
+# Keys of transforms.json that are other lenses or cameras than the models here. Instant-NGP's "equirectangular" is a
+# projection of equal areas.
+_REFUSED = ("rolling_shutter", "k5", "k6", "ftheta_p0", "w_ftheta", "equirectangular")
+# Values of camera_model: none, those of COLMAP whose parameters have keys in transforms.json, and those of nerfstudio.
+_MODELS = ("", "PERSPECTIVE", *(name for name in MODELS if name not in ("FULL_OPENCV", "FOV")))
 # Largest difference of a pose's axes from orthonormal ones that counts as rounding.
 ROUNDING = 1e-2
 
@@ -47,12 +52,12 @@ class Calibrated:
 
     name: str
     image: Path
-    lens: Lens
+    lens: Intrinsics
     to_world: F64
 
     @property
     def camera(self) -> Camera:
-        """The camera; its picture is that of `Lens.undistort`."""
+        """The camera; its picture is that of `lens.undistort`."""
         return self.lens.camera(self.to_world)
 
 
@@ -131,22 +136,16 @@ def _is_file(path: Path) -> bool:
         return False
 
 
-def _lens(where: str, values: Mapping[str, Any], image: Path) -> Lens:
+def _lens(where: str, values: Mapping[str, Any], image: Path) -> Intrinsics:
     for key in _REFUSED:
         if np.any(values.get(key, False)):
             raise ValueError(f"{where}: has '{key}', a camera that is not supported; undistort the pictures first")
     model = str(values.get("camera_model", "")).upper()
     if model not in _MODELS:
         raise ValueError(f"{where}: its camera_model {shown(model)} is not supported; undistort the pictures first")
-    if values.get("k4"):
-        raise ValueError(f"{where}: has 'k4', a coefficient of fisheye lenses, which are not supported; undistort the "
-                         "pictures first")  # fmt: skip
 
-    def value(*keys: str) -> float | None:
-        for key in keys:
-            if values.get(key) is not None:
-                return _number(where, key, values[key])
-        return None
+    def value(key: str) -> float | None:
+        return None if values.get(key) is None else _number(where, key, values[key])
 
     width, height = value("w"), value("h")
     if width is None or height is None:
@@ -154,8 +153,47 @@ def _lens(where: str, values: Mapping[str, Any], image: Path) -> Lens:
             height, width = image_size(image)
         except ValueError as error:
             raise ValueError(f"{where}: states no w and h, and its picture gives none ({error})") from None
-    fx, fy = value("fl_x"), value("fl_y")
-    angle_x, angle_y = value("camera_angle_x"), value("camera_angle_y")
+    fx, fy, cx, cy = value("fl_x"), value("fl_y"), value("cx"), value("cy")
+    middle = 0.5 * width if cx is None else cx, 0.5 * height if cy is None else cy
+    coefficients = {key: found for key in ("k1", "k2", "k3", "k4", "p1", "p2") if (found := value(key))}
+    try:
+        if model == PANORAMA or values.get("latlong"):
+            _check_coefficients(where, coefficients, "panoramas")
+            if model != PANORAMA:  # Instant-NGP's "latlong" is of all directions
+                fx, fy, middle = None, None, (0.5 * width, 0.5 * height)
+            return PanoramaLens(round(width), round(height), fx or 0.5 * width, fy or height, *middle)
+        if is_fisheye(model) or values.get("is_fisheye"):
+            focal = fx if fx is not None else fy
+            if focal is None:
+                raise ValueError(f"{where}: has no focal length; a fisheye needs fl_x, since its angle of view does "
+                                 "not tell it")  # fmt: skip
+            _check_coefficients(where, coefficients, "fisheyes", "k1", "k2", "k3", "k4")
+            fy = fy if fy is not None else focal
+            return FisheyeLens(round(width), round(height), focal, fy, *middle, **coefficients)
+        _check_coefficients(where, coefficients, "lenses that are no fisheyes", "k1", "k2", "k3", "p1", "p2")
+        fx, fy = _focal_lengths(where, value, width, height)
+        return Lens(round(width), round(height), fx, fy, *middle, **coefficients)
+    except ValueError as error:
+        raise _located(where, error) from None
+
+
+def _located(where: str, error: ValueError) -> ValueError:
+    """The error with the place where it arose, unless it states it."""
+    text = str(error)
+    return ValueError(text if text.startswith(where) else f"{where}: {text}")
+
+
+def _check_coefficients(where: str, coefficients: Mapping[str, float], what: str, *known: str) -> None:
+    for key in coefficients:
+        if key not in known:
+            raise ValueError(f"{where}: has '{key}', which {what} do not have here; state the right camera_model, such "
+                             "as OPENCV or OPENCV_FISHEYE, or undistort the pictures first")
+
+
+def _focal_lengths(where: str, value: Callable[[str], float | None], width: float,
+                   height: float) -> tuple[float, float]:  # fmt: skip
+    """Return fx and fy of a lens that is no fisheye, pixels."""
+    fx, fy, angle_x, angle_y = (value(key) for key in ("fl_x", "fl_y", "camera_angle_x", "camera_angle_y"))
     for key, angle in (("camera_angle_x", angle_x), ("camera_angle_y", angle_y)):
         if angle is not None and not 0.0 < angle < np.pi:
             raise ValueError(f"{where}: {key} must be between 0 and pi radians, not {angle:g}")
@@ -166,13 +204,7 @@ def _lens(where: str, values: Mapping[str, Any], image: Path) -> Lens:
     fx, fy = fx if fx is not None else fy, fy if fy is not None else fx
     if fx is None or fy is None:
         raise ValueError(f"{where}: has no focal length; it needs fl_x or camera_angle_x")
-    cx, cy = value("cx"), value("cy")
-    coefficients = {key: value(key) or 0.0 for key in ("k1", "k2", "k3", "p1", "p2")}
-    try:
-        return Lens(round(width), round(height), fx, fy, 0.5 * width if cx is None else cx,
-                    0.5 * height if cy is None else cy, **coefficients)  # fmt: skip
-    except ValueError as error:
-        raise ValueError(f"{where}: {error}") from None
+    return fx, fy
 
 
 def _pose(where: str, matrix: Any) -> F64:
@@ -226,10 +258,9 @@ def _read_colmap(model: Path, folder: Path) -> list[Calibrated]:
             raise ValueError(f"{where}: must have an id, a model, width, height and parameters")
         values = [_number(where, "a parameter", word) for word in words[2:]]
         try:
-            lenses[words[0]] = Lens.of_model(where, words[1], round(values[0]), round(values[1]), values[2:])
+            lenses[words[0]] = lens_of_model(where, words[1], round(values[0]), round(values[1]), values[2:])
         except ValueError as error:
-            text = str(error)
-            raise ValueError(text if text.startswith(where) else f"{where}: {text}") from None
+            raise _located(where, error) from None
     file = model / "images.txt"
     # Two lines for each picture: its pose, and its points, which may be an empty line. Some programs write no points.
     lines = [(k, line) for k, line in enumerate(_text(file).splitlines()) if not line.lstrip().startswith("#")]

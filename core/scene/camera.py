@@ -21,7 +21,7 @@ KINDS = ("PERSPECTIVE", "ORTHOGRAPHIC", *PANORAMAS)
 FILTERS = ("BOX", "BLACKMAN_HARRIS", "GAUSSIAN")
 # Smallest field of view (radians), largest ratio and inverse ratio, largest lens shift and largest angle (radians).
 # Beyond them, the generation of camera rays overflows single precision.
-_NARROWEST, _MOST_RATIO, _MOST_SHIFT, _MOST_ANGLE = 1e-9, 1e4, 1e4, 1e4
+_NARROWEST, _MOST_RATIO, _MOST_SHIFT, MOST_ANGLE = 1e-9, 1e4, 1e4, 1e4
 # Pixels. Each derivative sample is splatted over a square of this size, so its cost grows with the square.
 _WIDEST_FILTER = 256.0
 
@@ -107,11 +107,11 @@ class Camera(Checked):
         "fov_x": by(number, above=0.0, least=_NARROWEST, below=np.pi),
         **dict.fromkeys(("width", "height"), by(whole, 1, MAX_SIDE)),
         "shift": by(array, (2,), np.float64, most=_MOST_SHIFT),
-        **dict.fromkeys(("longitude", "latitude"), by(array, (2,), np.float64, most=_MOST_ANGLE)),
+        **dict.fromkeys(("longitude", "latitude"), by(array, (2,), np.float64, most=MOST_ANGLE)),
         **dict.fromkeys(("clip_start", "aperture_radius"), by(number, least=0.0, most=LARGEST_LENGTH)),
         "fisheye_fov": by(number, above=0.0, least=_NARROWEST, most=2.0 * np.pi),
         "fisheye_lens": by(number, above=0.0, least=1.0 / _MOST_RATIO, most=_MOST_RATIO),
-        "fisheye_polynomial": by(array, (5,), np.float64, most=_MOST_ANGLE),
+        "fisheye_polynomial": by(array, (5,), np.float64, most=MOST_ANGLE),
         "clip_end": by(number, above=0.0),
         "kind": by(choice, KINDS),
         **dict.fromkeys(("ortho_width", "focus_distance"),
@@ -120,7 +120,7 @@ class Camera(Checked):
                         by(number, above=0.0, least=1.0 / _MOST_RATIO, most=_MOST_RATIO)),
         "filter_width": by(number, above=0.0, most=_WIDEST_FILTER),
         "aperture_blades": by(whole, 0, 64),
-        "aperture_rotation": by(number, most=_MOST_ANGLE),
+        "aperture_rotation": by(number, most=MOST_ANGLE),
         "crop": optional(by(wholes, 4, 0, MAX_SIDE)),
         "filter": by(choice, FILTERS),
     }

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from edgegrad.calibration import MODELS, Lens
-from edgegrad.calibration import lens as lens_module
+from edgegrad.calibration import MODELS, Lens, intrinsics, lens_of_model
 
 CURVED = Lens(96, 64, 80.0, 84.0, 50.0, 30.0, k1=-0.25, k2=0.06, k3=-0.01, p1=0.004, p2=-0.003)
 
@@ -62,7 +61,7 @@ def test_pixels_outside_have_no_weight_and_ignored_ones_no_part() -> None:
 def test_pictures_in_several_bands_are_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     picture = np.random.default_rng(0).random((64, 96, 3)).astype(np.float32)
     found, weight = CURVED.undistort(picture)
-    monkeypatch.setattr(lens_module, "BAND", 5 * 96)
+    monkeypatch.setattr(intrinsics, "BAND", 5 * 96)
     again, weights = CURVED.undistort(picture)
     np.testing.assert_array_equal(found, again)
     np.testing.assert_array_equal(weight, weights)
@@ -98,14 +97,15 @@ def test_models_of_colmap() -> None:
     }  # fmt: skip
     values = {"f": 50.0, "fx": 50.0, "fy": 60.0, "cx": 20.0, "cy": 10.0, "k1": 0.1, "k2": 0.02, "p1": 0.03, "p2": -0.04}
     for name, (radial, p1, p2) in expected.items():
-        lens = Lens.of_model("here", name, 40, 20, [values[key] for key in MODELS[name]])
+        lens = lens_of_model("here", name, 40, 20, [values[key] for key in MODELS[name]])
         fy = 60.0 if "fy" in MODELS[name] else 50.0
         moved_x = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
         moved_y = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
+        assert isinstance(lens, Lens)
         np.testing.assert_allclose(lens.distort([x, y]), [50.0 * moved_x + 20.0, fy * moved_y + 10.0], rtol=1e-12)
-    full = Lens.of_model("here", "FULL_OPENCV", 40, 20, [50, 60, 20, 10, 0.1, 0.02, 0, 0, 0.3, 0.4, 0.5, 0.6])
-    assert (full.k3, full.k4, full.k5, full.k6) == (0.3, 0.4, 0.5, 0.6)
-    with pytest.raises(ValueError, match=r"here: its camera model 'OPENCV_FISHEYE' is not supported .*undistort"):
-        Lens.of_model("here", "OPENCV_FISHEYE", 40, 20, [1.0] * 8)
+    full = lens_of_model("here", "FULL_OPENCV", 40, 20, [50, 60, 20, 10, 0.1, 0.02, 0, 0, 0.3, 0.4, 0.5, 0.6])
+    assert isinstance(full, Lens) and (full.k3, full.k4, full.k5, full.k6) == (0.3, 0.4, 0.5, 0.6)
+    with pytest.raises(ValueError, match=r"here: its camera model 'EUCM' is not supported .*undistort"):
+        lens_of_model("here", "EUCM", 40, 20, [1.0] * 6)
     with pytest.raises(ValueError, match=r"'PINHOLE' has 4 parameters \(fx, fy, cx, cy\), not 3"):
-        Lens.of_model("here", "PINHOLE", 40, 20, [1.0] * 3)
+        lens_of_model("here", "PINHOLE", 40, 20, [1.0] * 3)

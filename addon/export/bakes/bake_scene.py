@@ -16,6 +16,7 @@ from edgegrad.images import read_image
 
 from ...problem import Problem
 from ..nodes.links import reached
+from ..surroundings.camera import panorama_settings
 from .bake import Temporary, new_scene
 
 SAMPLES = 16
@@ -56,8 +57,7 @@ class BakeScene:
     def panorama(self, width: int) -> NDArray[np.float32]:
         """Render the whole sphere around the camera, as `pose` turns it, to (width / 2, width, 3)."""
         self.lens.type = "PANO"
-        panorama = self.lens if hasattr(self.lens, "panorama_type") else self.lens.cycles
-        panorama.panorama_type = "EQUIRECTANGULAR"
+        panorama_settings(self.lens).panorama_type = "EQUIRECTANGULAR"
         self.camera.matrix_world = self.pose
         return self.picture(width, width // 2)
 

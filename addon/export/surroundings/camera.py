@@ -16,7 +16,12 @@ from .shear import BARELY_SHEARED, RIGID, degrees, skew
 KINDS = {"PERSP": "PERSPECTIVE", "ORTHO": "ORTHOGRAPHIC"}
 PANORAMAS = {"EQUIRECTANGULAR": "EQUIRECTANGULAR", "FISHEYE_EQUISOLID": "FISHEYE_EQUISOLID",
              "FISHEYE_EQUIDISTANT": "FISHEYE_EQUIDISTANT", "FISHEYE_LENS_POLYNOMIAL": "FISHEYE_POLYNOMIAL"}  # fmt: skip
+# What places the directions in the pictures of panoramas.
+PANORAMA_NUMBERS = ("latitude_min", "latitude_max", "longitude_min", "longitude_max", "fisheye_fov", "fisheye_lens",
+                    *(f"fisheye_polynomial_k{k}" for k in range(5)))  # fmt: skip
 MILLIMETRE = 1e-3
+# Blender stores full turns in single precision.
+FULL_TURN = 2.0 * np.pi * (1.0 + 1e-6)
 
 
 def render_size(scene: Any) -> tuple[int, int]:
@@ -71,7 +76,7 @@ def export_camera(camera: Any, scene: Any, report: Report) -> edgegrad.Camera:
 
 def _kind(lens: Any, where: str) -> str:
     if lens.type == "PANO":
-        panorama = _panorama(lens, "panorama_type")
+        panorama = panorama_settings(lens).panorama_type
         if panorama not in PANORAMAS:
             raise Problem(f"{where}: its panorama is {panorama}, which can't be rendered; set its panorama type to "
                           "Equirectangular or a fisheye, or its type to Perspective")  # fmt: skip
@@ -107,8 +112,9 @@ def _pose(matrix: NDArray[np.float64], where: str, report: Report) -> NDArray[np
 def _projection(out: edgegrad.Camera, lens: Any, where: str) -> None:
     if out.kind == "EQUIRECTANGULAR":
         # Cycles shifts panoramas by fractions of their own width and height.
-        longitude = np.array([_panorama(lens, "longitude_min"), _panorama(lens, "longitude_max")])
-        latitude = np.array([_panorama(lens, "latitude_min"), _panorama(lens, "latitude_max")])
+        panorama = panorama_settings(lens)
+        longitude = np.array([panorama.longitude_min, panorama.longitude_max])
+        latitude = np.array([panorama.latitude_min, panorama.latitude_max])
         out.longitude = longitude + lens.shift_x * np.diff(longitude)
         out.latitude = latitude + lens.shift_y * np.diff(latitude)
         return
@@ -137,19 +143,21 @@ def _sensor_width(out: edgegrad.Camera, lens: Any) -> float:
 
 def _fisheye(out: edgegrad.Camera, lens: Any, where: str) -> None:
     """Set what fisheyes have, as Cycles reads it."""
-    out.fisheye_fov = float(_panorama(lens, "fisheye_fov"))
-    if out.fisheye_fov > 2.0 * np.pi:
+    panorama = panorama_settings(lens)
+    out.fisheye_fov = float(panorama.fisheye_fov)
+    if out.fisheye_fov > FULL_TURN:
         raise Problem(f"{where}: its fisheye sees {np.degrees(out.fisheye_fov):.0f} degrees, so that directions appear "
                       "several times in its picture; set its field of view to 360 degrees or less")  # fmt: skip
+    out.fisheye_fov = min(out.fisheye_fov, 2.0 * np.pi)
     if out.kind == "FISHEYE_EQUIDISTANT":
         # Cycles measures both sides of the picture as one, and takes no notice of the shape of pixels.
         out.pixel_aspect = out.width / out.height
         return
     width = _sensor_width(out, lens)
     if out.kind == "FISHEYE_EQUISOLID":
-        out.fisheye_lens = float(_panorama(lens, "fisheye_lens")) / width
+        out.fisheye_lens = float(panorama.fisheye_lens) / width
         return
-    powers = np.array([float(_panorama(lens, f"fisheye_polynomial_k{k}")) for k in range(5)])
+    powers = np.array([float(getattr(panorama, f"fisheye_polynomial_k{k}")) for k in range(5)])
     out.fisheye_polynomial = -powers * width ** np.arange(5)
     try:
         out.validate()
@@ -180,9 +188,9 @@ def _depth_of_field(out: edgegrad.Camera, lens: Any, matrix: NDArray[np.float64]
     out.aperture_ratio = max(dof.aperture_ratio, 1e-5)
 
 
-def _panorama(lens: Any, name: str) -> Any:
-    """Read a setting of a panorama: a property of the camera from Blender 5.0 on, of Cycles before."""
-    return getattr(lens, name) if hasattr(lens, name) else getattr(lens.cycles, name)
+def panorama_settings(lens: Any) -> Any:
+    """What has the settings of panoramas: a camera's data from Blender 5.0 on, its settings of Cycles before."""
+    return lens if hasattr(lens, "panorama_type") else lens.cycles
 
 
 def _region(render: Any, width: int, height: int, where: str, report: Report) -> tuple[int, int, int, int] | None:

@@ -32,8 +32,10 @@ from .intrinsics import F64, Flags, Intrinsics
 
 # Angles at which the model is examined and fitted.
 ANGLES = 4096
-# Pixels where a lens compresses angles more than this count as much as there, so that the fit stays monotonic.
+# Least weight of a pixel in the fit, as the slope of r: so that the fit grows where the lens compresses angles.
 STEEPEST = 0.1
+# Radians. Below, COLMAP's model FOV is a perspective as far as single precision can tell.
+LEAST_OMEGA = 1e-3
 # By how much, relatively, a panorama may exceed the sphere by rounding.
 ROUNDING = 1e-6
 
@@ -67,6 +69,8 @@ class FisheyeLens(Intrinsics):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if 0.0 < self.omega < LEAST_OMEGA:
+            raise ValueError(f"FisheyeLens: omega must be 0, or {LEAST_OMEGA:g} or more, not {self.omega:g}")
         if not self._widest > 0.0:
             raise ValueError("FisheyeLens: k1 to k4 make its picture fold back in the middle; check their order and "
                              "signs")  # fmt: skip

@@ -98,9 +98,10 @@ class Intrinsics(CheckedAtOnce, ABC):
         -------
         The picture and its weights, of the same size.
         """
-        image = light_values("Lens", "picture", picture, (self.height, self.width, None))
+        where = type(self).__name__
+        image = light_values(where, "picture", picture, (self.height, self.width, None))
         weights = np.ones(image.shape[:2]) if weight is None else np.asarray(
-            array("Lens", "weight", weight, image.shape[:2], np.float64, least=0.0, booleans=True))  # fmt: skip
+            array(where, "weight", weight, image.shape[:2], np.float64, least=0.0, booleans=True))  # fmt: skip
         if self.shift < self.least_shift:
             return image, weights * np.concatenate([self._source(self._centres(rows))[1] for rows in self._bands()])
         total, found = np.zeros(image.shape[:2]), np.zeros_like(image)

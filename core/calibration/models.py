@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from .fisheye import FisheyeLens, PanoramaLens
+from .fisheye import LEAST_OMEGA, FisheyeLens, PanoramaLens
 from .intrinsics import Intrinsics
 from .lens import Lens
 
@@ -26,8 +26,6 @@ MODELS: dict[str, tuple[str, ...]] = {
     "EQUIRECTANGULAR": ("w", "h"),
 }
 PANORAMA, OF_TANGO = "EQUIRECTANGULAR", "FOV"
-# Radians. Below, COLMAP's model FOV is a perspective as far as single precision can tell.
-LEAST_OMEGA = 1e-3
 
 
 def is_fisheye(model: str) -> bool:

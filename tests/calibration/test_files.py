@@ -11,6 +11,7 @@ import pytest
 
 from edgegrad import Camera, images
 from edgegrad.calibration import Lens, read_calibration
+from tests.calibration.colmap_files import colmap
 
 # cos and sin of half the angles of two rotations.
 A, B = 0.35, -0.6
@@ -21,13 +22,6 @@ def pixel(camera: Camera, point: Any) -> Any:
     x, y, z = (np.linalg.inv(camera.to_world) @ [*point, 1.0])[:3]
     assert z < 0.0
     return camera.principal_point + camera.focal * np.array([x / -z, -y / -z])
-
-
-def colmap(folder: Path, cameras: str, pictures: str) -> Path:
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "cameras.txt").write_text("# Camera list\n" + cameras)
-    (folder / "images.txt").write_text("# Image list with two lines of data per image:\n" + pictures)
-    return folder
 
 
 def test_colmap(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ import pytest
 from edgegrad import Camera, Material, Renderer, Scene
 from edgegrad.calibration import MODELS, FisheyeLens, Intrinsics, PanoramaLens, lens_of_model, read_calibration
 from edgegrad.geometry.camera_view import panorama_rays
-from tests.calibration.test_files import colmap
+from tests.calibration.colmap_files import colmap
 from tests.support.small_scenes import need, rectangle
 
 FLAT = np.diag([1.0, -1.0, -1.0])  # Blender's axes to Y down and Z forward

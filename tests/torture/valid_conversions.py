@@ -37,9 +37,24 @@ def undistorted(picture: Any, weight: Any) -> Any:
     return lens().undistort(picture, weight)
 
 
+def fisheye() -> calibration.FisheyeLens:
+    return calibration.FisheyeLens(6, 4, 2.0, 2.0, 3.0, 2.0, k1=0.1)
+
+
+def used(made: calibration.Intrinsics) -> Any:
+    return made.shift, made.camera(np.eye(4)), made.undistort(np.ones((made.height, made.width, 1), np.float32))
+
+
 def lens_of(**fields: Any) -> Any:
-    made = calibration.Lens(**fields)
-    return made.shift, made.undistort(np.ones((made.height, made.width, 1), np.float32))
+    return used(calibration.Lens(**fields))
+
+
+def fisheye_of(**fields: Any) -> Any:
+    return used(calibration.FisheyeLens(**fields))
+
+
+def panorama_of(**fields: Any) -> Any:
+    return used(calibration.PanoramaLens(**fields))
 
 
 def steps(**fields: Any) -> Any:
@@ -67,5 +82,8 @@ def calls() -> list[tuple[str, Any, Any]]:
         ("Lens", lens_of, lambda: asdict(lens())),
         ("Lens.undistort", undistorted, lambda: {"picture": pixels, "weight": np.ones((4, 6))}),
         ("Lens.distort", lens().distort, lambda: {"ideal": np.zeros((2, 2))}),
+        ("FisheyeLens", fisheye_of, lambda: asdict(fisheye())),
+        ("FisheyeLens.project", fisheye().project, lambda: {"points": np.ones((2, 3))}),
+        ("PanoramaLens", panorama_of, lambda: asdict(calibration.PanoramaLens(6, 3, 3.0, 3.0, 3.0, 2.0))),
         ("FieldSteps", steps, lambda: asdict(edgegrad.FieldSteps())),
     ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""What a fit tells its callback after each iteration, how the answer ends the fit, and which iteration is the best."""
+"""What a fit tells its callback after each iteration, and how the answer ends the fit."""
 
 from __future__ import annotations
 
@@ -73,14 +73,6 @@ def ending(answer: bool | str | None) -> str | None:
     if isinstance(answer, str):
         return choice("fit", "what the callback returns", answer, ON_CANCEL)
     return "callback" if answer is not None and not flag("fit", "what the callback returns", answer) else None
-
-
-def chance(iterations: int) -> float:
-    """How many standard errors the least smoothed loss of a fit may lie below a value that is equally good.
-
-    The least of n values lies at most about sqrt(2 log n) standard errors below their mean.
-    """
-    return 1.0 + float(np.sqrt(2.0 * np.log(max(iterations, 1))))
 
 
 def effect(item: Unknown | Variable | Numbers, gradient: F64) -> float:

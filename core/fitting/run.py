@@ -27,8 +27,9 @@ from .driven import Driven, Placement, Steps
 from .fields.topological_steps import TopologicalStep, topology_is_due
 from .fields.variables import Coefficients
 from .film.keyed import KeyedFrames, KeyedNumbers
-from .fit_step import Callback, FitStep, chance, effect, ending
+from .fit_step import Callback, FitStep, effect, ending
 from .gains import Gains
+from .history import History, Values
 from .losses import Loss
 from .outcome.zero_gradients import warn_of_untouched
 from .schedule import Schedule, done_before
@@ -37,13 +38,6 @@ from .targets import View, camera_of_gradient, checked_loss
 from .variables import Unknown
 
 F64 = NDArray[np.float64]
-
-# Iterations over which the loss is averaged before it is compared with the best so far: the loss of a single noisy
-# picture may be small by chance.
-SMOOTHED_OVER = 5
-# Last iterations whose losses are used to estimate the noise of the loss.
-NOISE_OVER = 20
-
 
 class Run:
     """The state of a running fit."""
@@ -61,7 +55,6 @@ class Run:
         self.seed, self.started, self.progress = seed, started, progress
         self.driven, self.placement, self.silhouettes, self.keyed = driven, placement, silhouettes, keyed
         self.gains = Gains(seen)
-        self.best_gains = self.gains.values
         self.checkpoint: Callable[[], None] | None = None  # stores the state
         self.checkpoint_every = 1
         self.before: Callable[[int], None] | None = None  # called before each iteration
@@ -75,9 +68,7 @@ class Run:
         self.effects: dict[str, float] = {}
         self.rendered: tuple[int, NDArray[np.float32]] = (0, np.zeros((0, 0, 3), np.float32))
         self.start = self.values()
-        self.best_values, self.best, self.least = self.start, 0, np.inf
-        self.losses: list[float] = []
-        self.newest = np.full(len(seen), np.nan)  # most recent loss of each picture
+        self.history = History([view.weight for view in seen], self.start, self.gains.values)
         self.touched = {path: np.zeros(np.shape(value), bool) for path, value in self.start.items()}
         if keyed is not None:
             keyed.scale(seen, loss)
@@ -96,7 +87,8 @@ class Run:
                 self.before(k)
             turn = self.schedule.turn(k)
             gradient = self._gradient(k)
-            self._record(k >= full_turn - 1)
+            # A part of a film's frames is better than none
+            self.history.record(k >= full_turn - 1, self._now, parts_count=self.keyed is not None)
             for item in self.unknowns:
                 parameters.put(self.work, item.path, item.take_step(gradient[item.path], turn.factor))
             changed = [item.path for item in self.unknowns]
@@ -110,7 +102,7 @@ class Run:
                     self._topological_step(k, item).take()
             self.done = k + 1
             if k == full_turn - 1:
-                warn_of_untouched(self.work, self.touched, self.newest, [item.path for item in self.variables],
+                warn_of_untouched(self.work, self.touched, self.history.newest, [item.path for item in self.variables],
                                   all(view.objects is not None for view in self.seen), lambda: self.plan)  # fmt: skip
             stop = None if callback is None else ending(callback(self._report(k + 1, gradient)))
             if self.checkpoint is not None and (stop is not None or self.done % self.checkpoint_every == 0):
@@ -135,10 +127,11 @@ class Run:
     def _simplify_best(self) -> None:
         """Remove what the pictures do not need from the best values of fields whose topology may change."""
         for item in [one for one in self.unknowns if isinstance(one, Coefficients) and one.options.topology_every]:
-            self.bring_to(self.best_values)
-            if item.adopt_scene_values(self.best_values[item.path]) and self._topological_step(
+            best = self.history.best_values
+            self.bring_to(best)
+            if item.adopt_scene_values(best[item.path]) and self._topological_step(
                     self.iterations, item).simplify():  # fmt: skip
-                self.best_values = self.best_values | {item.path: parameters.get(self.work, item.path)}
+                self.history.best_values = best | {item.path: parameters.get(self.work, item.path)}
 
     def update(self, changed: list[str] | None) -> None:
         """Take over changed parameters, in the scene's renderer and in those of silhouettes.
@@ -212,7 +205,7 @@ class Run:
             return
         k, part = self.iterations, 1.0 / len(self.seen)
         self._adjoints(k, {j: self._pictures(k, j, part * j, part) for j in range(len(self.seen))})
-        self._record(True)
+        self.history.record(True, self._now)
         self._simplify_best()
         self.measured = True
         if self.checkpoint is not None:
@@ -223,8 +216,8 @@ class Run:
         k = self.iterations + step
         self.gains.values = gains
         self._adjoints(k, {j: self._pictures(k, j, 0.0, 0.0) for j in range(len(self.seen))})
-        self._record(False)
-        self.best, self.best_values, self.best_gains = len(self.losses) - 1, self.values(), gains
+        self.history.record(False, self._now)
+        self.history.keep(self.values(), gains)
 
     def _gradient(self, k: int) -> dict[str, F64]:
         """Return the gradient of the loss over the pictures of iteration k, and record their losses."""
@@ -301,7 +294,7 @@ class Run:
         """
         self.gains.values, out = self.compare(k, self.loss, pictures)
         for j, (value, _) in out.items():
-            self.newest[j] = value
+            self.history.newest[j] = value
         at = getattr(self.loss, "at", None)
         if at is not None:
             loss = function("fit", "what loss.at returns", at(self.schedule.turn(k).progress))
@@ -331,27 +324,8 @@ class Run:
             out[j] = value, np.asarray(view.weight * factor * adjoint, np.float32)
         return values, out
 
-    def _record(self, complete: bool) -> None:
-        """Record the loss of the current values, and keep the values if they are the best."""
-        weight = np.array([view.weight for view in self.seen])
-        known = np.isfinite(self.newest)
-        self.losses.append(float((weight * self.newest)[known].sum() / weight[known].sum()))
-        # If losses differ by less than their noise, the latest values count as the best: the shorter steps at the end
-        # average the noise of many gradients.
-        if not complete and self.keyed is not None:  # a part of the frames is better than none
-            self.best, self.best_values, self.best_gains = len(self.losses) - 1, self.values(), self.gains.values
-        if complete and self.smoothed() <= self.least + chance(len(self.losses)) * self._noise():
-            self.least, self.best = min(self.least, self.smoothed()), len(self.losses) - 1
-            self.best_values, self.best_gains = self.values(), self.gains.values
-
-    def smoothed(self) -> float:
-        """Mean of the loss over the last few iterations."""
-        return float(np.mean(self.losses[-SMOOTHED_OVER:]))
-
-    def _noise(self) -> float:
-        """Standard error of the smoothed loss, from differences of successive losses, which remove a trend."""
-        steps = np.diff(self.losses[-NOISE_OVER:])
-        return float(np.sqrt(0.5 * np.mean(steps**2) / SMOOTHED_OVER)) if len(steps) else 0.0
+    def _now(self) -> Values:
+        return self.values(), self.gains.values
 
     def values(self) -> dict[str, Any]:
         own = {item.path: parameters.get(self.work, item.path) for item in self.unknowns}
@@ -359,7 +333,7 @@ class Run:
 
     def _report(self, iteration: int, gradient: Mapping[str, F64]) -> FitStep:
         return FitStep(
-            iteration, self.iterations, self.losses[-1], self.smoothed(), self.best + 1,
+            iteration, self.iterations, self.history.losses[-1], self.history.smoothed(), self.history.best + 1,
             time.monotonic() - self.started, self.values(), *self.rendered, self.seen[self.rendered[0]].image,
             gradient, self.effects,
         )

@@ -215,7 +215,7 @@ def fit(
     except Cancelled:
         stop = options.on_cancel
     stop = options.on_cancel if stop == "callback" else stop
-    kept = run.start if stop == "restore" else run.best_values
+    kept = run.start if stop == "restore" else run.history.best_values
     if stop != "restore":
         _write_to(scene, prepared, run, kept)
     variables = [*run.unknowns, *run.variables]
@@ -234,14 +234,14 @@ def fit(
         values = kept | {item.path: keyed.values(item.path, kept[item.path]) for item in keyed.variables}
     return FitResult(
         values={path: np.copy(value) if np.ndim(value) else value for path, value in values.items()},
-        losses=run.losses,
-        best=run.best,
+        losses=run.history.losses,
+        best=run.history.best,
         seconds=time.monotonic() - started,
         cancelled=stop is not None,
         untouched={path: float(np.mean(~touched)) for path, touched in run.touched.items()},
         notes=notes,
         first_gradient=run.first_gradient,
-        gains=tuple(np.copy(gain) for gain in run.best_gains),
+        gains=tuple(np.copy(gain) for gain in run.history.best_gains),
         findings=findings(run.touched, kept, variables),
         uncertainty=known,
         exchanges=exchanges,

@@ -9,7 +9,7 @@ import pytest
 
 import edgegrad
 from edgegrad import Mesh, Scene
-from edgegrad.fitting.gains import Gains
+from edgegrad.fitting.history import History
 from edgegrad.fitting.run import Run
 from edgegrad.fitting.scene_fit import fit
 from edgegrad.fitting.schedule import Cycle
@@ -172,17 +172,14 @@ def test_notes_name_what_is_not_computed() -> None:
 
 
 def test_of_values_that_noise_alone_tells_apart_the_latest_are_kept() -> None:
-    run = Run.__new__(Run)
-    run.variables = ()
-    run.seen, run.unknowns, run.losses = [View(np.zeros((1, 1, 3), np.float32), shapes.camera(), None, 1.0)], [], []
-    run.best, run.least, run.gains = 0, np.inf, Gains(run.seen)
+    history = History([1.0], {}, [])
     kept = []
     noise = np.random.default_rng(0).normal(size=80)
     # The loss falls, stays, and rises: the rise is larger than the noise.
     for k, loss in enumerate(np.concatenate([np.linspace(10.0, 1.0, 20), np.ones(40), np.linspace(1.0, 3.0, 20)])):
-        run.newest = np.array([loss + 0.1 * noise[k]])
-        run._record(True)
-        kept.append(run.best)
+        history.newest = np.array([loss + 0.1 * noise[k]])
+        history.record(True, lambda: ({}, []))
+        kept.append(history.best)
     assert kept[30] >= 28 and kept[59] >= 50 and 58 <= kept[-1] <= 66
 
 

@@ -150,11 +150,7 @@ def state_of(run: Run) -> State:
         "seconds": time.monotonic() - run.started,
         "unknowns": {item.path: item.state() for item in run.unknowns},
         "values": {item.path: np.asarray(parameters.get(run.work, item.path)) for item in run.unknowns},
-        "best_values": {path: np.asarray(value) for path, value in run.best_values.items()},
-        "best": run.best,
-        "least": run.least,
-        "losses": np.array(run.losses),
-        "newest": run.newest,
+        **run.history.state(),
         "touched": run.touched,
         "first_gradient": run.first_gradient,
         "missing": run.missing if run.planned else None,
@@ -162,7 +158,6 @@ def state_of(run: Run) -> State:
         "learned": run.renderer.learned(),
         "silhouettes": {str(k): one.learned() for k, one in enumerate(_silhouettes(run))},
         "gains": np.array(run.gains.values),
-        "best_gains": np.array(run.best_gains),
         "steps": run.steps.state(),
         "keyed": None if run.keyed is None else run.keyed.steps.state(),
         "driven": None if run.driven is None else {
@@ -197,12 +192,10 @@ def restore(run: Run, state: State) -> None:
         run.silhouettes.update(changed)
     for k, renderer in enumerate(_silhouettes(run)):
         renderer.restore_learned(state["silhouettes"][str(k)])
-    run.gains.values, run.best_gains = list(state["gains"]), list(state["best_gains"])
+    run.gains.values = list(state["gains"])
+    run.history.restore(state)
     run.done, run.measured = state["done"], state["measured"]
     run.started -= state["seconds"]
-    run.best, run.least, run.losses = state["best"], state["least"], state["losses"].tolist()
-    run.best_values = {path: value if value.ndim else float(value) for path, value in state["best_values"].items()}
-    run.newest = state["newest"]
     run.touched = {path: state["touched"][path] for path in run.touched}
     run.first_gradient = state["first_gradient"]
     run.notes = list(state.get("notes", ()))

@@ -107,7 +107,7 @@ def measure(run: Run, values: Mapping[str, Any], turn: int, progress: Progress |
 
     for j, view in enumerate(run.seen):
         run.see(j)
-        gain = run.best_gains[j] if isinstance(view.gain, str) else np.ones(3)
+        gain = run.history.best_gains[j] if isinstance(view.gain, str) else np.ones(3)
         first, second = (picture(run, j, turn, 7 + half, tell(), work).astype(np.float64) * gain for half in (0, 1))
         residuals.append(0.5 * (first + second) - view.image)
         if not places and not factors:

@@ -39,17 +39,17 @@ def arrived(run: Run, progress: Progress | None) -> Measurement:
     run.progress = None  # that of the iterations, which are done
     stages, share = Stages(progress), 0.25  # of the progress: each further step has half of what is left
     if times(run, FIRST_LOOK) >= FEWEST:
-        found = measure(run, run.best_values, 0, stages.part(0.5), FIRST_LOOK)
+        found = measure(run, run.history.best_values, 0, stages.part(0.5), FIRST_LOOK)
         if found.solution is None or not (found.solution.lost.any() or _is_due(found, DOUBT)):
             return found
     else:
         share = 0.5
-    found = measure(run, run.best_values, 0, stages.part(share))
+    found = measure(run, run.history.best_values, 0, stages.part(share))
     for step in range(1, min(MOST_STEPS, int(MOST_WORK / part_of_fit(run, len(found.places)))) + 1):
         share *= 0.5
         if not _is_due(found) or not _step(run, found, step, stages.part(0.5 * share)):
             break
-        found = measure(run, run.best_values, step, stages.part(0.5 * share))
+        found = measure(run, run.history.best_values, step, stages.part(0.5 * share))
     return found
 
 

@@ -44,7 +44,7 @@ def choose_symmetric_start(run: Run) -> None:
             run.update([item.path])
 
     if choose_starts((*run.unknowns, *run.variables), put, lambda: run.loss_of(0, range(len(run.seen)))):
-        run.start = run.best_values = run.values()
+        run.start = run.history.best_values = run.values()
 
 
 def begin(run: Run, run_of: RunOf, stages: Stages, *, search: int | None, restarts: int,
@@ -123,7 +123,7 @@ def _best_of(run: Run, run_of: RunOf, stages: Stages, coarse: Coarse, starts: Se
             warnings.simplefilter("ignore", RuntimeWarning)  # the fit itself repeats those that matter
             trial.iterate(None)
             trial.measure_end()
-        ends.append((trial.least, trial.best_values))
+        ends.append((trial.history.least, trial.history.best_values))
     best = int(np.argmin([loss for loss, _ in ends]))
     for item, state in zip(run.variables, states, strict=True):
         item.restore(state)

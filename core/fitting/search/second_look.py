@@ -45,7 +45,7 @@ class SecondLook:
 
     def __call__(self, k: int) -> None:
         run = self._run
-        if k != self._at or k >= run.iterations or run.smoothed() < HARDLY * run.losses[0]:
+        if k != self._at or k >= run.iterations or run.history.smoothed() < HARDLY * run.history.losses[0]:
             return
         moves = moves_of(run)
         coarse = Coarse(run, moves)

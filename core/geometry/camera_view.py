@@ -66,6 +66,13 @@ def pixel_angles(camera: Camera) -> F64:
     return _fisheye_angle(camera, camera.disc / camera.focal) / camera.disc * np.array([1.0, camera.pixel_aspect])
 
 
+def pixel_widths(camera: Camera, distances: F64 | float) -> F64:
+    """Widths of a pixel in the scene, metres, at distances, which are depths in a perspective."""
+    if camera.kind == "ORTHOGRAPHIC":
+        return np.full(np.shape(distances), 1.0 / camera.focal)
+    return np.asarray(distances * (pixel_angles(camera)[0] if camera.kind in PANORAMAS else 1.0 / camera.focal))
+
+
 def _fisheye_angle(camera: Camera, radius: F64 | float) -> F64:
     if camera.kind == "FISHEYE_EQUISOLID":
         return np.asarray(2.0 * np.arcsin(np.minimum(0.5 * np.asarray(radius), 1.0)))

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
-from edgegrad.geometry.camera_view import pixel_angles
-from edgegrad.scene.camera import PANORAMAS
+from edgegrad.geometry.camera_view import pixel_widths
 
 from ..geometry.group import Group
 
@@ -42,11 +41,11 @@ def bake_size(group: Group, names: set[str], camera: edgegrad.Camera, largest: i
 
 
 def _smallest_pixel(points: NDArray[np.float64], camera: edgegrad.Camera) -> float:
-    """Size of the camera's pixels at the nearest point of the points' bounding box, metres."""
+    """Size of the camera's pixels at the nearest point of the points' bounding box, metres.
+
+    Points are corners of triangles, which may be nearer between their corners.
+    """
     low, high = points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf)
-    if camera.kind == "ORTHOGRAPHIC":
-        return 1.0 / float(camera.focal)
     eye = camera.to_world[:3, 3]
     distance = float(np.linalg.norm(eye - np.clip(eye, low, high)))
-    angle = pixel_angles(camera)[0] if camera.kind in PANORAMAS else 1.0 / camera.focal
-    return max(distance, camera.clip_start) * float(angle)
+    return float(pixel_widths(camera, max(distance, camera.clip_start)))

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edgegrad import Camera
-from edgegrad.geometry.camera_view import pixel_angles
+from edgegrad.geometry.camera_view import depths, pixel_widths
 from edgegrad.images import srgb_to_linear
 from edgegrad.scene.camera import PANORAMAS
 from edgegrad.scene.placement import stretches
@@ -334,13 +334,9 @@ def _attributes(strands: Strands, arrays: MeshArrays, point: NDArray[np.int64], 
 
 def pixel_size(camera: Camera, points: F64) -> float:
     """Size in metres of a pixel at the nearest of these points (world space) that is before the camera."""
-    seen = (points - camera.to_world[:3, 3]) @ camera.to_world[:3, :3]
-    if camera.kind == "ORTHOGRAPHIC":
-        return camera.ortho_width / camera.width
-    around = camera.kind in PANORAMAS
-    depth = np.linalg.norm(seen, axis=1) if around else -seen[:, 2]
+    if camera.kind in PANORAMAS:
+        depth = np.linalg.norm(points - camera.to_world[:3, 3], axis=1)
+    else:
+        depth = depths(camera, points)
     depth = depth[depth > camera.clip_start]
-    nearest = float(depth.min()) if len(depth) else 1.0
-    if around:
-        return nearest * float(pixel_angles(camera)[0])
-    return 2.0 * nearest * float(np.tan(0.5 * camera.fov_x)) / camera.width
+    return float(pixel_widths(camera, float(depth.min()) if len(depth) else 1.0))

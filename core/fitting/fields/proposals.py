@@ -22,9 +22,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...geometry.camera_view import depths, in_picture, pixels
+from ...geometry.camera_view import depths, in_picture, pixel_widths, pixels
 from ...geometry.labels import connected
-from ...scene.camera import Camera
+from ...scene.camera import PANORAMAS, Camera
 
 F64 = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -159,7 +159,7 @@ def _at(region: F64, view: Evidence, points: F64, scale: float) -> tuple[NDArray
     A region of the picture is a cone in space. Its distance is that in the picture, times the width of a pixel there.
     """
     camera = view.camera
-    if camera.kind not in ("PERSPECTIVE", "ORTHOGRAPHIC"):
+    if camera.kind in PANORAMAS:
         return np.zeros(0, np.int64), np.zeros(0)
     seen = np.flatnonzero(in_picture(camera, points))
     points = points[seen]
@@ -172,8 +172,7 @@ def _at(region: F64, view: Evidence, points: F64, scale: float) -> tuple[NDArray
     x, y = low.T
     distance = ((1.0 - v) * ((1.0 - u) * region[y, x] + u * region[y, right])
                 + v * ((1.0 - u) * region[below, x] + u * region[below, right]))  # fmt: skip
-    width = view.block / camera.focal * (depths(camera, points) if camera.kind == "PERSPECTIVE" else 1.0)
-    return seen, distance * width / scale
+    return seen, distance * view.block * pixel_widths(camera, depths(camera, points)) / scale
 
 
 def signed_distance(region: Flags) -> F64:

@@ -19,7 +19,7 @@ class Picture:
         self._texture: Any = None
 
     def draw(self, engine: Any, scene: Any, shown: Shown, width: int, height: int) -> None:
-        """Draw a picture over a region of this size, through the scene's view transform."""
+        """Draw a picture at its place in a region of this size, through the scene's view transform."""
         if shown is not self._shown:
             rows, columns, _ = shown.pixels.shape
             buffer = gpu.types.Buffer("FLOAT", rows * columns * 4, np.ascontiguousarray(shown.pixels).ravel())
@@ -27,6 +27,7 @@ class Picture:
             self._shown = shown
         gpu.state.blend_set("ALPHA_PREMULT")
         engine.bind_display_space_shader(scene)
-        draw_texture_2d(self._texture, (0, 0), width, height)
+        left, bottom, wide, high = shown.request.seen.place
+        draw_texture_2d(self._texture, (left * width, bottom * height), wide * width, high * height)
         engine.unbind_display_space_shader()
         gpu.state.blend_set("NONE")

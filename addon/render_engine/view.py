@@ -15,12 +15,10 @@ from edgegrad.scene.changes import StructureChange, changes
 from ..evaluation import Evaluation
 from ..export.exported import Export
 from ..export.scene import export_evaluated
-from ..export.surroundings.camera import export_camera
 from ..operators._common import EXPECTED
 from ..preferences import first_seconds, threads
-from ..problem import Report
 from .drawing import Picture
-from .view_camera import camera_of_view, with_lens
+from .view_camera import Seen, camera_of_view, through_camera
 from .view_memory import ViewMemory
 from .view_thread import Request, Shown, ViewThread
 from .yielding import rest
@@ -53,6 +51,7 @@ class View:
         self._exported_for: edgegrad.Camera | None = None
         self._stale: set[str] | None = None  # objects that have changed since the last export; None: all may have
         self._postponed = False  # an export
+        self._blind = False  # the camera could not be rendered when it was looked for last
         self._exported = 0.0, 0.0  # when the last export ended, and its seconds
         self._request: Request | None = None
         self._view: edgegrad.Camera | None = None  # when it was drawn last
@@ -72,8 +71,9 @@ class View:
         if self._stale is not None:
             self._stale |= _changed_objects(depsgraph)
         self._postponed = not self._may_export
-        if not self._postponed:
-            self._export_for(_camera(context, depsgraph), depsgraph)
+        seen = None if self._postponed else self._look(context, depsgraph)
+        if seen is not None:
+            self._export_for(seen.camera, depsgraph)
 
     @property
     def _may_export(self) -> bool:
@@ -81,10 +81,18 @@ class View:
         ended, seconds = self._exported
         return self._export is None or time.monotonic() >= ended + rest(seconds)
 
+    def _look(self, context: Any, depsgraph: Any) -> Seen | None:
+        """What the view shows; None and an error if its camera can't be rendered."""
+        try:
+            return _seen(context, depsgraph)
+        except EXPECTED as error:
+            self._export, self._error, self._request, self._blind = None, str(error), None, True
+            return None
+
     def _export_for(self, camera: edgegrad.Camera, depsgraph: Any) -> None:
         scene, before, stale = depsgraph.scene, self._export, None if self._export is None else self._stale
         began = time.monotonic()
-        self._exported_for, self._postponed, self._stale = camera, False, set()
+        self._exported_for, self._postponed, self._blind, self._stale = camera, False, False, set()
         self._memory.expect(lambda name: stale is None or name in stale)
         try:
             # Bakes take long, and run operators, which drawing must not.
@@ -105,20 +113,25 @@ class View:
 
     def draw(self, context: Any, depsgraph: Any) -> None:
         """Ask for a picture of the view, and draw the last one."""
-        camera = _camera(context, depsgraph)
+        seen, engine = self._look(context, depsgraph), self._engine()
+        if seen is None:
+            if engine is not None:
+                engine.update_stats("", self._error)
+            return
+        camera = seen.camera
         # Materials may depend on the view
         moved = (self._exported_for is not None and _is_equal(camera, self._view)
                  and not _is_equal(camera, self._exported_for))  # fmt: skip
-        if moved or (self._postponed and self._may_export):
+        if moved or self._blind or (self._postponed and self._may_export):
             self._export_for(camera, depsgraph)
         self._view = camera
-        request, engine = self._request, self._engine()
+        request = self._request
         if self._export is None:
             if engine is not None and self._error:
                 engine.update_stats("", self._error)
             return
         settings = depsgraph.scene.edgegrad_render
-        wanted = Request(self._export.scene, self._export.settings, camera, self._transparent,
+        wanted = Request(self._export.scene, self._export.settings, seen, self._transparent,
                          settings.preview_samples, settings.seed, threads(), first_seconds())  # fmt: skip
         if request is None or not _is_equal_request(request, wanted):
             self._request = request = wanted
@@ -164,19 +177,16 @@ def stop_all() -> None:
         bpy.app.timers.unregister(_poll)
 
 
-def _camera(context: Any, depsgraph: Any) -> edgegrad.Camera:
-    """The camera of the view that is drawn."""
-    region, space = context.region, context.region_data
-    pixel = max(1, int(_pixel_size(context, depsgraph.scene)))
+def _seen(context: Any, depsgraph: Any) -> Seen:
+    """What the view that is drawn shows."""
+    region, space, scene = context.region, context.region_data, depsgraph.scene
+    pixel = max(1, int(_pixel_size(context, scene)))
     view, projection = (np.array(matrix, np.float64) for matrix in (space.view_matrix, space.window_matrix))
-    camera = camera_of_view(view, projection, max(region.width // pixel, 1), max(region.height // pixel, 1))
-    ob = context.space_data.camera or depsgraph.scene.camera
+    width, height = max(region.width // pixel, 1), max(region.height // pixel, 1)
+    ob = context.space_data.camera or scene.camera
     if space.view_perspective != "CAMERA" or ob is None or ob.type != "CAMERA":
-        return camera
-    try:
-        return with_lens(camera, export_camera(ob.evaluated_get(depsgraph), depsgraph.scene, Report()))
-    except EXPECTED:  # a panorama of another type, which the view shows in perspective
-        return camera
+        return Seen(camera_of_view(view, projection, width, height))
+    return through_camera(ob.evaluated_get(depsgraph), scene, view, projection, width, height)
 
 
 def _pixel_size(context: Any, scene: Any) -> float:
@@ -215,6 +225,7 @@ def _is_equal(one: edgegrad.Camera | None, other: edgegrad.Camera | None) -> boo
 
 
 def _is_equal_request(one: Request, other: Request) -> bool:
-    return (one.scene is other.scene and one.settings == other.settings and _is_equal(one.camera, other.camera)
-            and (one.film_transparent, one.samples, one.seed, one.threads) ==
-            (other.film_transparent, other.samples, other.seed, other.threads))  # fmt: skip
+    return (one.scene is other.scene and one.settings == other.settings
+            and _is_equal(one.seen.camera, other.seen.camera)
+            and (one.seen.place, one.film_transparent, one.samples, one.seed, one.threads) ==
+            (other.seen.place, other.film_transparent, other.samples, other.seed, other.threads))  # fmt: skip

@@ -14,7 +14,7 @@ import edgegrad
 from ..export import RenderSettings
 from ..operators._common import EXPECTED
 from .passes import alpha_scene, has_alpha
-from .view_camera import smaller
+from .view_camera import Seen, smaller
 from .yielding import rest
 
 F32 = NDArray[np.float32]
@@ -37,8 +37,8 @@ class Request:
     ----------
     scene
         Not changed any more.
-    camera
-        Of the view, in full resolution.
+    seen
+        Camera of the picture, in full resolution, and the picture's place in the view.
     film_transparent
         Whether the world is transparent for the camera.
     samples
@@ -51,7 +51,7 @@ class Request:
 
     scene: edgegrad.Scene
     settings: RenderSettings
-    camera: edgegrad.Camera
+    seen: Seen
     film_transparent: bool
     samples: int
     seed: int
@@ -157,7 +157,7 @@ class ViewThread:
     def _render(self, request: Request, renderer: edgegrad.Renderer, of_alpha: edgegrad.Renderer | None,
                 divisor: int, least: int) -> None:  # fmt: skip
         """Render a picture with fewer pixels, or all samples; newer requests cancel it after `least` samples."""
-        camera = smaller(request.camera, divisor)
+        camera = smaller(request.seen.camera, divisor)
         settings = request.settings
         color = edgegrad.Progressive(renderer, max_depth=settings.max_depth, bounces=settings.bounces,
                                      seed=request.seed, camera=camera)  # fmt: skip
@@ -179,7 +179,7 @@ class ViewThread:
             pixels[..., :3] = color.add(spp, check)[::-1]
             pixels[..., 3] = 1.0 if clear is None else 1.0 - clear.add(spp, check)[::-1].mean(axis=2)
             seconds = time.monotonic() - start
-            self._learn(seconds, spp * camera.width * camera.height, divisor > 1, request.first_seconds)
+            self._learn(seconds, spp * pixels.shape[0] * pixels.shape[1], divisor > 1, request.first_seconds)
             with self._changed:
                 self._shown = Shown(request, pixels, color.samples if divisor == 1 else 0)
                 self._changed.notify_all()
@@ -203,7 +203,8 @@ class ViewThread:
         self._seconds = min(self._seconds, found) if coarse and seconds <= budget else found
 
     def _divisor(self, request: Request) -> int:
-        seconds = self._seconds * request.camera.width * request.camera.height
+        height, width = request.seen.camera.size
+        seconds = self._seconds * width * height
         return next((d for d in DIVISORS if seconds <= request.first_seconds * d * d), DIVISORS[-1])
 
     def _following(self, scene: edgegrad.Scene, threads: int) -> edgegrad.Renderer:

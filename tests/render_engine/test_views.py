@@ -25,8 +25,9 @@ from edgegrad_addon.export import export_scene
 from edgegrad_addon.export.exported import Export
 from edgegrad_addon.export.geometry import mesh
 from edgegrad_addon.export.scene import export_evaluated
+from edgegrad_addon.problem import Problem
 from edgegrad_addon.render_engine import view, view_memory
-from edgegrad_addon.render_engine.view_camera import camera_of_view, smaller
+from edgegrad_addon.render_engine.view_camera import Seen, camera_of_view, smaller, through_camera
 from edgegrad_addon.render_engine.view_memory import ViewMemory
 from edgegrad_addon.render_engine.view_thread import Request, Shown, ViewThread
 from tests.support.scenes import blender_scenes as bs
@@ -74,6 +75,62 @@ def test_smaller_picture_shows_the_same(scene: Any) -> None:
         one.validate()
     assert less.principal_point / (25, 16) == pytest.approx(camera.principal_point / (101, 67))
     assert less.pixel_aspect * 16 / 25 == pytest.approx(camera.pixel_aspect * 67 / 101)
+
+
+@pytest.fixture
+def fisheye(scene: Any) -> Any:
+    """The scene's camera as a fisheye, 40 by 30 pixels."""
+    lens, render = scene.camera.data, scene.render
+    lens.type, lens.panorama_type, lens.shift_x = "PANO", "FISHEYE_EQUISOLID", 0.1
+    render.resolution_x, render.resolution_y = 40, 30
+    bpy.context.view_layer.update()
+    return scene.camera
+
+
+def seen_through(ob: Any, scale: float, offset: tuple[float, float], width: int, height: int) -> Seen:
+    """What a view shows through a camera, scaled and moved from the camera's own picture (halves of the view)."""
+    projection = np.array(ob.calc_matrix_camera(bpy.context.evaluated_depsgraph_get(), x=40, y=30))
+    zoom = np.diag([scale * 40 / 30 * height / width, scale, 1.0, 1.0])
+    zoom[:2, 3] = offset
+    return through_camera(ob, bpy.context.scene, np.array(ob.matrix_world.inverted()), zoom @ projection, width, height)
+
+
+@pytest.mark.parametrize(("scale", "offset", "size", "crop", "place"), [
+    (1.0, (0.0, 0.0), (60, 80), (0, 0, 80, 60), (0.0, 0.0, 1.0, 1.0)),
+    (0.5, (0.0, 0.0), (30, 40), (0, 0, 40, 30), (0.25, 0.25, 0.5, 0.5)),
+    (2.0, (0.0, 0.0), (120, 160), (40, 30, 120, 90), (0.0, 0.0, 1.0, 1.0)),
+    (1.0, (0.5, 0.2), (60, 80), (0, 6, 60, 60), (0.25, 0.1, 0.75, 0.9)),
+    (1.0, (3.0, 0.0), (60, 80), (0, 0, 1, 1), (0.0, 0.0, 0.0, 0.0)),
+])  # fmt: skip
+def test_panorama_fills_the_frame_of_its_camera(
+    fisheye: Any, scale: float, offset: tuple[float, float], size: tuple[int, int], crop: tuple[int, int, int, int],
+    place: tuple[float, float, float, float],
+) -> None:  # fmt: skip
+    """Blender draws the frame of a panorama as that of a perspective camera."""
+    seen = seen_through(fisheye, scale, offset, 80, 60)
+    whole = export_scene(bpy.context.scene).scene.camera
+    assert (seen.camera.height, seen.camera.width) == size
+    assert seen.camera.crop == crop
+    assert seen.place == pytest.approx(place)
+    seen.camera.validate()
+    assert seen.camera.kind == whole.kind and seen.camera.focal / size[1] == pytest.approx(whole.focal / 40)
+    assert seen.camera.principal_point / size[::-1] == pytest.approx(whole.principal_point / (40, 30))
+    assert seen.camera.to_world == pytest.approx(whole.to_world)
+
+
+def test_smaller_picture_of_a_crop(fisheye: Any) -> None:
+    """The coarse picture shows the same part of the frame, within one of its pixels."""
+    camera = seen_through(fisheye, 3.3, (0.4, 0.1), 200, 140).camera
+    less = smaller(camera, 4)
+    less.validate()
+    assert np.array(less.crop) == pytest.approx(np.array(camera.crop) / 4, abs=1.0)
+    assert less.size == pytest.approx((35, 50), abs=1.0)
+
+
+def test_view_through_a_camera_that_is_not_rendered(fisheye: Any) -> None:
+    fisheye.data.panorama_type = "MIRRORBALL"
+    with pytest.raises(Problem, match="MIRRORBALL"):
+        seen_through(fisheye, 1.0, (0.0, 0.0), 40, 30)
 
 
 # ---------------------------------------------------------------- exports
@@ -194,7 +251,7 @@ def thread() -> Iterator[ViewThread]:
 
 def request(export: Export, samples: int = 8, transparent: bool = False, **camera: Any) -> Request:
     made = edgegrad.Camera(export.scene.camera.to_world, width=30, height=20, **camera)
-    return Request(export.scene, export.settings, made, transparent, samples, 0)
+    return Request(export.scene, export.settings, Seen(made), transparent, samples, 0)
 
 
 def complete(thread: ViewThread, wanted: Request) -> Shown:
@@ -212,7 +269,7 @@ def complete(thread: ViewThread, wanted: Request) -> Shown:
 def picture(wanted: Request) -> Any:
     renderer = edgegrad.Renderer(wanted.scene)
     return renderer.render(spp=wanted.samples, max_depth=wanted.settings.max_depth, bounces=wanted.settings.bounces,
-                           camera=wanted.camera)  # fmt: skip
+                           camera=wanted.seen.camera)  # fmt: skip
 
 
 def test_the_view_becomes_the_picture(scene: Any, thread: ViewThread) -> None:
@@ -274,7 +331,7 @@ def test_transparent_film(scene: Any, thread: ViewThread) -> None:
 def test_errors_are_told_and_end(scene: Any, thread: ViewThread) -> None:
     export = export_scene(scene)
     wrong = request(export)
-    wrong.camera.fov_x = 7.0
+    wrong.seen.camera.fov_x = 7.0
     thread.post(wrong)
     thread.wait(wrong, SECONDS)
     assert thread.error is not None and thread.error.startswith("camera: fov_x")
@@ -308,7 +365,7 @@ def test_orbits_and_edits_of_materials_keep_no_memory(scene: Any, thread: ViewTh
             found = export()
         turned = np.array(Matrix.Rotation(0.01 * k, 4, "Z"))
         camera = edgegrad.Camera(turned, width=200, height=150)
-        wanted = Request(found.scene, found.settings, camera, False, 1, 0)
+        wanted = Request(found.scene, found.settings, Seen(camera), False, 1, 0)
         thread.post(wanted)
         complete(thread, wanted)
         if k >= 300 and k % 100 == 0:

@@ -16,6 +16,7 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 import edgegrad
 from edgegrad_addon.export import export_scene
 from edgegrad_addon.render_engine import view, view_thread, yielding
+from edgegrad_addon.render_engine.view_camera import Seen
 from edgegrad_addon.render_engine.view_thread import Request, ViewThread
 from edgegrad_addon.status import STATUS
 
@@ -46,8 +47,8 @@ def test_a_view_that_rests_shows_the_first_picture_of_each_request(scene: Any, m
     thread = ViewThread()
     thread._seconds = 1.0  # for a sample of a pixel: the view begins with fewer pixels
     for fov in (1.0, 1.2):  # the second request ends the rest after the first
-        wanted = Request(export.scene, export.settings, edgegrad.Camera(export.scene.camera.to_world, width=30,
-                         height=20, fov_x=fov), False, 8, 0)  # fmt: skip
+        camera = edgegrad.Camera(export.scene.camera.to_world, width=30, height=20, fov_x=fov)
+        wanted = Request(export.scene, export.settings, Seen(camera), False, 8, 0)
         thread.post(wanted)
         thread.wait(wanted, SECONDS)
         asked.clear()
@@ -84,7 +85,7 @@ class Shown:
 
         monkeypatch.setattr(view.ViewMemory, "read", read)
         monkeypatch.setattr(view, "export_evaluated", export)
-        monkeypatch.setattr(view, "_camera", lambda *_: edgegrad.Camera(np.eye(4), width=8, height=8))
+        monkeypatch.setattr(view, "_seen", lambda *_: Seen(edgegrad.Camera(np.eye(4), width=8, height=8)))
         monkeypatch.setattr(view.Picture, "draw", lambda *_: None)
         self.redrawn = 0
         self.view = view.View(self)

@@ -207,6 +207,23 @@ def views() -> Script:
         yield from complete()
         shot(f"{number}-{perspective.lower()}")
     bpy.context.scene.render.film_transparent = False
+    yield from panoramas()
+
+
+def panoramas() -> Script:
+    """Take pictures of views through a fisheye, and through a panorama that can't be rendered."""
+    lens = bpy.context.scene.camera.data
+    before, space().region_3d.view_perspective = lens.type, "CAMERA"
+    lens.type = "PANO"
+    setting = lens if hasattr(lens, "panorama_type") else lens.cycles
+    setting.panorama_type = "FISHEYE_EQUIDISTANT"
+    yield from complete()
+    shot("8-fisheye")
+    setting.panorama_type = "MIRRORBALL"
+    yield from redraw(1.0)
+    shot("9-refused")
+    lens.type, space().region_3d.view_perspective = before, "PERSP"
+    yield from complete()
 
 
 def frames(addon: str) -> Script:

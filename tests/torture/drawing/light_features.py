@@ -22,7 +22,7 @@ Feature = Callable[[Draw, Comparison], Sequence[str] | None]
 def _stretched_spot(draw: Draw, made: Comparison) -> Sequence[str]:
     place = draw.rng.uniform((-1.0, -2.5, 2.0), (1.0, -1.5, 3.0))
     spot = SpotLight(
-        place, -place + [0.0, 0.0, 0.5], 150.0, draw.uniform(0.5, 1.2), draw.uniform(0.1, 1.0), draw.one((0.0, 0.2)),
+        place, -place + [0.0, 0.0, 0.5], 150.0, draw.uniform(0.5, 1.2), draw.uniform(0.1, 0.9), draw.one((0.0, 0.2)),
         stretch=draw.rng.uniform(0.5, 1.5, 2), across=turn(0.4, 0.2, 1.0)[:, 0],
     )  # fmt: skip
     put(made, "lights", "spot", spot)

@@ -4,6 +4,7 @@
 #pragma GCC diagnostic ignored "-Wunused-function"
 #endif
 #include "boundary/samples/direct_samples.h"
+#include "boundary/samples/seen_places.h"
 #include "boundary/terms/camera_sampled_shadow.h"
 #include "kernels/parts.h"
 #include "tasks/boundary_kind.h"
@@ -16,6 +17,7 @@ void add_camera_sampled_kernels(KernelTable& table) {
                                               lit_segments_backward<sample_from_camera>};
     table.boundary[kCameraSampledShadow] = {direct_forward<sample_shadow_from_camera>,
                                             direct_backward<sample_shadow_from_camera>};
+    table.seen_places = find_seen_places;
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

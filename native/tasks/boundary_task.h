@@ -54,6 +54,11 @@ struct BeamPaths {
     float *weight, *distance;  // distance: from the light to m_K, infinite if it is distant
 };
 
+// A vertex of a camera path for each sample. `weight` is 0 where there is none.
+struct SeenPlaces {
+    float *position[3], *weight;
+};
+
 constexpr int kBeamTargets = 16;
 
 // Cells of space, each with points to which directions from there are aimed, since beams that pass through

@@ -8,6 +8,7 @@
 
 #include "boundary/curves/candidates.h"
 #include "boundary/curves/edge_cache.h"
+#include "boundary/samples/edge_reach.h"
 
 namespace edgegrad {
 
@@ -40,6 +41,17 @@ struct FoundEdges {
         if (part > 0.0) visit(windows, part, factor);
     }
 };
+
+// The same edges, with weights by how much of their light reaches what is seen.
+inline FoundEdges by_reach(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
+                           const FoundEdges& found) {
+    const auto reach = EdgeReach::find(scene, edges, options);
+    if (!reach) return found;
+    const auto weighted = [&](const SharedCandidates& list) {
+        return list ? shared(reach->weighted(scene, *list, edges.threads)) : nullptr;
+    };
+    return {weighted(found.whole), weighted(found.windows), found.factor};
+}
 
 // The candidates that search(edges) finds, which are kept if they are complete.
 template <typename Key, typename Search>

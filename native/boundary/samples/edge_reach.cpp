@@ -20,6 +20,10 @@ constexpr size_t kNeighbour = 4;
 // image. So its shadows also come from afar.
 constexpr double kKept = 0.2, kKeptOfImages = 0.5;
 constexpr int64_t kBlock = 1 << 12;
+// Points on a segment at most, where it is not short.
+constexpr double kMostPoints = 64.0;
+// Lights at most, for the reach of their light.
+constexpr int32_t kMostLights = 4;
 
 }  // namespace
 
@@ -36,71 +40,104 @@ std::shared_ptr<const EdgeReach> EdgeReach::find(const SceneView& scene, const E
     edges.kernels.seen_places(scene, plan.task(0, 0, count), places);
 
     auto out = std::make_shared<EdgeReach>();
+    std::vector<Place>& found = out->places_;
     for (size_t i = 0; i < static_cast<size_t>(count); ++i) {
-        const double x = columns[0][i], y = columns[1][i], z = columns[2][i], weight = columns[3][i];
-        if (!(weight > 0.0) || !std::isfinite(x + y + z + weight)) continue;
-        out->x_.push_back(x), out->y_.push_back(y), out->z_.push_back(z), out->weight_.push_back(weight);
+        const Vector x{columns[0][i], columns[1][i], columns[2][i]};
+        const double weight = columns[3][i];
+        if (weight > 0.0 && std::isfinite(x.x + x.y + x.z + weight)) found.push_back({x, 0.0, weight});
     }
-    const size_t found = out->x_.size();
-    if (found < kFewestPlaces) return nullptr;
-    std::vector<double> distance2(found);
-    for (size_t i = 0; i < found; ++i) {
-        for (size_t k = 0; k < found; ++k) {
-            const double x = out->x_[k] - out->x_[i], y = out->y_[k] - out->y_[i],
-                         z = out->z_[k] - out->z_[i];
-            distance2[k] = x * x + y * y + z * z;
+    if (found.size() < kFewestPlaces) return nullptr;
+    std::vector<double> distance2(found.size());
+    for (Place& place : found) {
+        for (size_t k = 0; k < found.size(); ++k) {
+            const Vector way = found[k].position - place.position;
+            distance2[k] = dot(way, way);
         }
         std::nth_element(distance2.begin(), distance2.begin() + kNeighbour, distance2.end());
-        out->size2_.push_back(std::max(distance2[kNeighbour], 1e-30));
+        place.size2 = std::max(distance2[kNeighbour], 1e-30);
     }
     out->kept_ = scene.environment_image.sampled ? kKeptOfImages : kKept;
     return out;
 }
 
-double EdgeReach::of_segment(const EdgeEnds& ends) const {
-    const Vector a = ends.a, t = ends.b - ends.a, middle = a + t * 0.5;
-    const double length2 = dot(t, t);
-    double sum = 0.0, nearest = HUGE_VAL;
-    const size_t count = x_.size();
-    for (size_t k = 0; k < count; ++k) {
-        const double x = x_[k] - middle.x, y = y_[k] - middle.y, z = z_[k] - middle.z;
-        const double r2 = x * x + y * y + z * z + size2_[k];
-        sum += weight_[k] / r2;
-        nearest = std::min(nearest, r2);
-    }
-    // A short segment is like its middle. Else integrate 1/(h^2 + (u - s)^2) over its length: s is the foot
-    // of the place on the segment's line, and h its distance from the foot.
-    if (length2 < nearest) return sum;
-    const double length = std::sqrt(length2);
-    sum = 0.0;
-    for (size_t k = 0; k < count; ++k) {
-        const double x = x_[k] - a.x, y = y_[k] - a.y, z = z_[k] - a.z;
-        const double s = (x * t.x + y * t.y + z * t.z) / length;
-        const double h = std::sqrt(std::max(x * x + y * y + z * z - s * s, 0.0) + size2_[k]);
-        sum += weight_[k] * (std::atan((length - s) / h) + std::atan(s / h)) / (h * length);
-    }
-    return sum;
+bool EdgeReach::serves(const LightView& lights) {
+    bool distant = false;
+    for (int32_t k = 0; k < lights.top; ++k) distant |= lights.nodes[k].radius < 0.0f;
+    return distant && lights.top <= kMostLights;
 }
 
-Candidates EdgeReach::weighted(const SceneView& scene, const Candidates& edges, int threads) const {
+// `reach(e, nearest2)` is the reach of a point, and bounds the squared distance to the nearest place.
+template <typename Reach>
+Candidates EdgeReach::weighted_by(const SceneView& scene, const Candidates& edges, int threads, double kept,
+                                  const Reach& reach) const {
     const int64_t count = edges.size();
     std::vector<double> mass(static_cast<size_t>(count));
+    const auto of_segment = [&](const EdgeEnds& ends) {
+        const Vector t = ends.b - ends.a;
+        double nearest2 = HUGE_VAL;
+        const double middle = reach(ends.a + t * 0.5, nearest2);
+        // A short segment is like its middle
+        if (dot(t, t) <= nearest2) return middle;
+        const int points = static_cast<int>(std::min(2.0 * std::sqrt(dot(t, t) / nearest2), kMostPoints));
+        double sum = 0.0;
+        for (int k = 0; k < points; ++k) sum += reach(ends.a + t * ((k + 0.5) / points), nearest2);
+        return sum / points;
+    };
     parallel_for(threads, (count + kBlock - 1) / kBlock, nullptr, [&](int, int64_t block) {
         for (int64_t k = block * kBlock; k < std::min(count, (block + 1) * kBlock); ++k) {
             const auto i = static_cast<size_t>(k);
-            const double reach = of_segment(ends_of(scene, edges, i));
-            mass[i] = reach * (edges.cumulative[i + 1] - edges.cumulative[i]);
+            mass[i] = of_segment(ends_of(scene, edges, i)) * (edges.cumulative[i + 1] - edges.cumulative[i]);
         }
     });
     double all = 0.0;
     for (double m : mass) all += m;
     Candidates out = edges;
     if (!(all > 0.0) || !std::isfinite(all)) return out;
-    const double unit = (1.0 - kept_) * edges.mass() / all;
+    const double unit = (1.0 - kept) * edges.mass() / all;
     for (size_t i = 0; i < mass.size(); ++i)
         out.cumulative[i + 1] =
-            out.cumulative[i] + kept_ * (edges.cumulative[i + 1] - edges.cumulative[i]) + unit * mass[i];
+            out.cumulative[i] + kept * (edges.cumulative[i + 1] - edges.cumulative[i]) + unit * mass[i];
     return out;
+}
+
+Candidates EdgeReach::weighted(const SceneView& scene, const Candidates& edges, int threads) const {
+    return weighted_by(scene, edges, threads, kept_, [&](Vector e, double& nearest2) {
+        double sum = 0.0;
+        for (const Place& place : places_) {
+            const Vector way = place.position - e;
+            const double r2 = dot(way, way) + place.size2;
+            sum += place.weight / r2;
+            nearest2 = std::min(nearest2, r2);
+        }
+        return sum;
+    });
+}
+
+Candidates EdgeReach::weighted_for_lights(const SceneView& scene, const Candidates& edges,
+                                          const LightView& lights, int threads) const {
+    return weighted_by(scene, edges, threads, kKept, [&](Vector e, double& nearest2) {
+        double sum = 0.0, all = 0.0;
+        for (int32_t k = 0; k < lights.top; ++k) {
+            const LightNode& n = lights.nodes[k];
+            Vector travels = vector_at(n.axis);
+            double arrives = std::max(static_cast<double>(n.power), 1e-30), spread = n.sin_o;
+            if (n.radius >= 0.0f) {
+                const Vector way = e - vector_at(n.center);
+                const double r = std::sqrt(dot(way, way)) + static_cast<double>(n.radius) + 1e-30;
+                arrives = std::max(static_cast<double>(n.intensity(static_cast<float>(r))), 1e-30) / (r * r);
+                spread = n.radius / r, travels = way * (1.0 / r);
+            }
+            all += arrives;
+            for (const Place& place : places_) {
+                const Vector way = place.position - e;
+                const double along = std::max(dot(way, travels), 0.0), penumbra = spread * along;
+                const double r2 = dot(way, way) - along * along + penumbra * penumbra + place.size2;
+                sum += arrives * place.weight / r2;
+                nearest2 = std::min(nearest2, r2);
+            }
+        }
+        return sum / all;
+    });
 }
 
 }  // namespace edgegrad

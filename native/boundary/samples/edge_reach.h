@@ -1,16 +1,19 @@
 // Weights of edges by how much of the light that passes them reaches what is seen.
 //
-// The light that an edge point e hides from a place x falls with 1/|x - e|^2: it is the solid angle of x's
-// surroundings as seen from e, in which directions are sampled. The weights of a search contain the length of
-// an edge and the angle of its wedge, but not where it is. So the borders of a wide plane would take nearly
-// all samples, though nothing of them is seen.
+// Light passes a point e of an edge in directions about the edge, and 1/|x - e|^2 is the part of these that
+// meets a place x and its surroundings. Light of a lamp or a sun passes e in one direction: x and its
+// surroundings meet it if the ray from e passes x closely. The weights of a search contain the length of an
+// edge, the angle of its wedge and the power of the light, but not where the shadow falls. So the borders of
+// a wide plane would take nearly all samples, though nothing of them is seen.
 #pragma once
 
 #include <memory>
 #include <vector>
 
 #include "boundary/curves/candidates.h"
+#include "scene/lights/light_view.h"
 #include "tasks/render_options.h"
+#include "util/double_vector.h"
 
 namespace edgegrad {
 
@@ -20,16 +23,26 @@ class EdgeReach {
     static std::shared_ptr<const EdgeReach> find(const SceneView& scene, const EdgeList& edges,
                                                  const RenderOptions& options);
 
-    // The edges with these weights. A part of the sum keeps the weights of the search, for places that the
-    // few paths have missed.
+    // The edges weighted for light in all directions. A part of the sum keeps the weights of the search, for
+    // places that the few paths have missed.
     Candidates weighted(const SceneView& scene, const Candidates& edges, int threads) const;
+    // The same for the light of suns and lamps.
+    Candidates weighted_for_lights(const SceneView& scene, const Candidates& edges, const LightView& lights,
+                                   int threads) const;
+    // Whether the latter is worth while. The weights of edges near lamps contain their distance, and many
+    // lights take time.
+    static bool serves(const LightView& lights);
 
  private:
-    // The mean over an edge's segment of sum over places of weight/(distance^2 + size^2).
-    double of_segment(const EdgeEnds& ends) const;
+    struct Place {
+        Vector position;
+        double size2, weight;  // the squared size of the surroundings that it stands for
+    };
+    template <typename Reach>
+    Candidates weighted_by(const SceneView& scene, const Candidates& edges, int threads, double kept,
+                           const Reach& reach) const;
 
-    // By place: its coordinates, the squared size of the surroundings that it stands for, and its weight.
-    std::vector<double> x_, y_, z_, size2_, weight_;
+    std::vector<Place> places_;
     double kept_ = 0.0;  // the part of the sum that keeps the weights of the search
 };
 

@@ -274,10 +274,10 @@ void TermBuilder::add_camera_sampled_shadows() {
 
 void TermBuilder::add_light_shadows() {
     if (!decided_.computes(Part::kLightShadows)) return;
-    add_shadows(kShadowBoundary,
-                search(edges_.kept.shadow, {edges_.lights, mesh_sides_},
-                       [&](const EdgeList& part) { return shadow_candidates(scene_, part, false); }),
-                0.0, shared_.shares_faces ? shared_ : BoundaryTerm::Lines{});
+    FoundEdges found = search(edges_.kept.shadow, {edges_.lights, mesh_sides_},
+                              [&](const EdgeList& part) { return shadow_candidates(scene_, part, false); });
+    if (!decided_.alone()) found = by_reach(scene_, edges_, options_, found, true);
+    add_shadows(kShadowBoundary, found, 0.0, shared_.shares_faces ? shared_ : BoundaryTerm::Lines{});
 }
 
 void TermBuilder::add_environment_shadows() {

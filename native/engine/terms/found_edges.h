@@ -9,6 +9,7 @@
 #include "boundary/curves/candidates.h"
 #include "boundary/curves/edge_cache.h"
 #include "boundary/samples/edge_reach.h"
+#include "scene/lights/light_list.h"
 
 namespace edgegrad {
 
@@ -42,13 +43,18 @@ struct FoundEdges {
     }
 };
 
-// The same edges, with weights by how much of their light reaches what is seen.
+// The same edges, with weights by how much of the light that passes them reaches what is seen: light in all
+// directions, or, if `of_lights`, that of the list of lights.
 inline FoundEdges by_reach(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
-                           const FoundEdges& found) {
+                           const FoundEdges& found, bool of_lights = false) {
+    const LightView& lights = edges.lights->view();
+    if (of_lights && !EdgeReach::serves(lights)) return found;
     const auto reach = EdgeReach::find(scene, edges, options);
     if (!reach) return found;
     const auto weighted = [&](const SharedCandidates& list) {
-        return list ? shared(reach->weighted(scene, *list, edges.threads)) : nullptr;
+        if (!list) return list;
+        return shared(of_lights ? reach->weighted_for_lights(scene, *list, lights, edges.threads)
+                                : reach->weighted(scene, *list, edges.threads));
     };
     return {weighted(found.whole), weighted(found.windows), found.factor};
 }

@@ -18,6 +18,7 @@ void add_camera_sampled_kernels(KernelTable& table) {
     table.boundary[kCameraSampledShadow] = {direct_forward<sample_shadow_from_camera>,
                                             direct_backward<sample_shadow_from_camera>};
     table.seen_places = find_seen_places;
+    table.edge_reach = find_edge_reach;
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -12,8 +12,8 @@
 
 #include "boundary/curves/candidates.h"
 #include "scene/lights/light_view.h"
+#include "tasks/boundary_task.h"
 #include "tasks/render_options.h"
-#include "util/double_vector.h"
 
 namespace edgegrad {
 
@@ -25,24 +25,21 @@ class EdgeReach {
 
     // The edges weighted for light in all directions. A part of the sum keeps the weights of the search, for
     // places that the few paths have missed.
-    Candidates weighted(const SceneView& scene, const Candidates& edges, int threads) const;
+    Candidates weighted(const SceneView& scene, const EdgeList& list, const Candidates& edges) const;
     // The same for the light of suns and lamps.
-    Candidates weighted_for_lights(const SceneView& scene, const Candidates& edges, const LightView& lights,
-                                   int threads) const;
+    Candidates weighted_for_lights(const SceneView& scene, const EdgeList& list,
+                                   const Candidates& edges) const;
     // Whether the latter is worth while. The weights of edges near lamps contain their distance, and many
     // lights take time.
     static bool serves(const LightView& lights);
 
  private:
-    struct Place {
-        Vector position;
-        double size2, weight;  // the squared size of the surroundings that it stands for
-    };
-    template <typename Reach>
-    Candidates weighted_by(const SceneView& scene, const Candidates& edges, int threads, double kept,
-                           const Reach& reach) const;
+    // The edges weighted for light of `task`, a part `kept` of the sum as before.
+    Candidates weighted_by(EdgeReachTask task, const SceneView& scene, const EdgeList& list,
+                           const Candidates& edges, double kept) const;
 
-    std::vector<Place> places_;
+    // By place: its position, the squared size of the surroundings that it stands for, and its weight.
+    std::vector<float> position_[3], size2_, weight_;
     double kept_ = 0.0;  // the part of the sum that keeps the weights of the search
 };
 

@@ -47,14 +47,13 @@ struct FoundEdges {
 // directions, or, if `of_lights`, that of the list of lights.
 inline FoundEdges by_reach(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
                            const FoundEdges& found, bool of_lights = false) {
-    const LightView& lights = edges.lights->view();
-    if (of_lights && !EdgeReach::serves(lights)) return found;
+    if (of_lights && !EdgeReach::serves(edges.lights->view())) return found;
     const auto reach = EdgeReach::find(scene, edges, options);
     if (!reach) return found;
     const auto weighted = [&](const SharedCandidates& list) {
         if (!list) return list;
-        return shared(of_lights ? reach->weighted_for_lights(scene, *list, lights, edges.threads)
-                                : reach->weighted(scene, *list, edges.threads));
+        return shared(of_lights ? reach->weighted_for_lights(scene, edges, *list)
+                                : reach->weighted(scene, edges, *list));
     };
     return {weighted(found.whole), weighted(found.windows), found.factor};
 }

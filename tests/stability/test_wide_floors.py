@@ -1,0 +1,46 @@
+"""Derivatives do not become noisier where a floor is much wider than what the camera sees of it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from edgegrad import Camera, Material, Mesh, Renderer, Scene, SunLight, World
+from tests.support.block_statistics import block_sums, check, means_p_value
+from tests.support.shapes import camera, cube, sheet
+
+SEEDS, SPP = 12, 16
+# Sides of the floors. Borders of the wide one are longer than the box's edges by a factor of 100.
+NARROW, WIDE = 8.0, 400.0
+# Variances of 12 seeds differ by chance by a factor of 4.5 at the level 0.01. The wide floor is also seen up to the
+# horizon.
+MOST = 8.0
+
+
+def scene(side: float, light: str) -> Scene:
+    """A box over a floor, under a sun or a sky."""
+    vertices, faces = cube(1.0)
+    floor, floor_faces = sheet(2, side)
+    sun = {"sun": SunLight(np.array([0.3, 0.2, -1.0]))} if light == "sun" else {}
+    eye: Camera = camera((0.0, -7.0, 5.0), size=(32, 32), fov_x=0.6)
+    meshes = {"box": Mesh(vertices + [0.0, 0.0, 0.8], faces, ("clay",)), "floor": Mesh(floor, floor_faces, ("clay",))}
+    return Scene(eye, meshes, {"clay": Material(np.full(3, 0.7))}, sun, World(np.full(3, 0.0 if sun else 0.6)))
+
+
+def blocks(side: float, light: str, term: str) -> np.ndarray:
+    """(seeds, blocks) the part of a term in the derivative along a shift of the box."""
+    renderer = Renderer(scene(side, light))
+    shift = np.tile([1.0, 0.0, 0.0], (8, 1))
+    pictures = [renderer.render_forward({"meshes.box.vertices": shift}, spp=SPP, max_depth=3, seed=seed, terms=[term])
+                for seed in range(SEEDS)]  # fmt: skip
+    return np.array([block_sums(picture).ravel() for picture in pictures])
+
+
+@pytest.mark.parametrize("term", ["shadow", "indirect"])
+@pytest.mark.parametrize("light", ["sun", "sky"])
+def test_wide_floor(light: str, term: str) -> None:
+    narrow, wide = (blocks(side, light, term) for side in (NARROW, WIDE))
+    assert narrow.any()
+    assert wide.var(axis=0).mean() < MOST * narrow.var(axis=0).mean()
+    if light == "sun":  # which the floor's borders do not change
+        check(means_p_value(wide, narrow, 1e-4 * np.abs(narrow).max()))

@@ -4,8 +4,8 @@
 #pragma GCC diagnostic ignored "-Wunused-function"
 #endif
 #include "boundary/samples/direct_samples.h"
-#include "boundary/samples/seen_places.h"
 #include "boundary/terms/camera_sampled_shadow.h"
+#include "boundary/terms/seen_places.h"
 #include "kernels/parts.h"
 #include "tasks/boundary_kind.h"
 #include "tasks/kernel_table.h"

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from edgegrad import Camera, Material, Mesh, Renderer, Scene, SunLight, World
+from edgegrad import Renderer
+from tests.stability.wide_floors import scene
 from tests.support.block_statistics import block_sums, check, means_p_value
-from tests.support.shapes import camera, cube, sheet
 
 SEEDS, SPP = 12, 16
 # Sides of the floors. Borders of the wide one are longer than the box's edges by a factor of 100.
@@ -15,16 +15,6 @@ NARROW, WIDE = 8.0, 400.0
 # Variances of 12 seeds differ by chance by a factor of 4.5 at the level 0.01. The wide floor is also seen up to the
 # horizon.
 MOST = 8.0
-
-
-def scene(side: float, light: str) -> Scene:
-    """A box over a floor, under a sun or a sky."""
-    vertices, faces = cube(1.0)
-    floor, floor_faces = sheet(2, side)
-    sun = {"sun": SunLight(np.array([0.3, 0.2, -1.0]))} if light == "sun" else {}
-    eye: Camera = camera((0.0, -7.0, 5.0), size=(32, 32), fov_x=0.6)
-    meshes = {"box": Mesh(vertices + [0.0, 0.0, 0.8], faces, ("clay",)), "floor": Mesh(floor, floor_faces, ("clay",))}
-    return Scene(eye, meshes, {"clay": Material(np.full(3, 0.7))}, sun, World(np.full(3, 0.0 if sun else 0.6)))
 
 
 def blocks(side: float, light: str, term: str) -> np.ndarray:

@@ -10,7 +10,6 @@
 #include "engine/terms/caustic_term.h"
 #include "engine/terms/curve_terms.h"
 #include "engine/terms/found_edges.h"
-#include "engine/terms/sample_numbers.h"
 #include "engine/terms/warp_term.h"
 #include "scene/sharp_lobes.h"
 #include "tasks/boundary_kind.h"

@@ -1,4 +1,4 @@
-"""Noise over the width of a floor: ``python -m tests.benchmarks.wide_floors [--spp N] [--seeds N]``.
+"""Noise over the width of a floor: ``python -m tests.stability.wide_floors [--spp N] [--seeds N]``.
 
 A box of 1 m moves over a floor. The standard deviation of block means (8 x 8 pixels) over seeds is shown by light, by
 term and by the floor's side in metres.

@@ -5,6 +5,7 @@
 #endif
 #include "boundary/samples/direct_samples.h"
 #include "boundary/terms/camera_sampled_shadow.h"
+#include "boundary/terms/seen_places.h"
 #include "kernels/parts.h"
 #include "tasks/boundary_kind.h"
 #include "tasks/kernel_table.h"
@@ -16,6 +17,8 @@ void add_camera_sampled_kernels(KernelTable& table) {
                                               lit_segments_backward<sample_from_camera>};
     table.boundary[kCameraSampledShadow] = {direct_forward<sample_shadow_from_camera>,
                                             direct_backward<sample_shadow_from_camera>};
+    table.seen_places = find_seen_places;
+    table.edge_reach = find_edge_reach;
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

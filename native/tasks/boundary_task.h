@@ -54,6 +54,27 @@ struct BeamPaths {
     float *weight, *distance;  // distance: from the light to m_K, infinite if it is distant
 };
 
+// A vertex of a camera path for each sample. `weight` is 0 where there is none.
+struct SeenPlaces {
+    float *position[3], *weight;
+};
+
+struct LightNode;  // scene/lights/light_view.h
+
+// How much of the light that passes edges reaches places (boundary/samples/edge_reach.h).
+struct EdgeReachTask {
+    int32_t places;
+    const float *position[3], *size2, *weight;  // by place
+    // Whose light passes the edges: the top nodes of the lights; null: all directions.
+    const LightNode* lights;
+    int32_t light_count;
+    // Segments of edges, in whole packets; `instance` may be null.
+    const int32_t *edge, *instance;
+    const float *u0, *u1;
+    int64_t count;
+    float* reach;  // by segment
+};
+
 constexpr int kBeamTargets = 16;
 
 // Cells of space, each with points to which directions from there are aimed, since beams that pass through

@@ -56,6 +56,9 @@ struct KernelTable {
     void (*warp_backward)(const SceneView&, const WarpTask&, Workspace&, const float* adjoint,
                           DerivativeView& gradient);
     void (*edge_weights)(const SceneView&, const EdgeWeightTask&);
+    // One place per sample, by which edges are weighted (boundary/samples/edge_reach.h).
+    void (*seen_places)(const SceneView&, const BoundaryTask&, SeenPlaces&);
+    void (*edge_reach)(const SceneView&, const EdgeReachTask&);
     // Forward mode: into the radiance of the task's paths.
     void (*horizon_forward)(const SceneView&, const HorizonTask&, Workspace&, const DerivativeView& tangent);
     void (*horizon_backward)(const SceneView&, const HorizonTask&, Workspace&, const float* adjoint,

@@ -17,6 +17,7 @@ constexpr uint32_t kLensSeed =
     0x6c656e73u;  // of the points of the lens that outlines of fields are seen from
 constexpr uint32_t kDenseSeed = 0x64656e73u;  // of pixels with more samples than others
 constexpr uint32_t kBeamSeed = 0x6265616du;   // of the pilot of light beams
+constexpr uint32_t kReachSeed = 0x72656163u;  // of paths to places that edges reach
 constexpr uint32_t kPilotSeed = 0x510e527fu;
 constexpr uint32_t kDistributionSeed = 0xcbbb9d5du;  // of the pilot over the whole picture
 

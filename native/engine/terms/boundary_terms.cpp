@@ -18,23 +18,6 @@
 namespace edgegrad {
 namespace {
 
-// Number of cells with learned sample weights: per sample, and at most.
-double learned_cells(double samples) { return std::min(0.06 * samples, 262'144.0); }
-
-// Fewest samples of the primary term per pixel and sample of the picture: in general, and for so many edges
-// that samples hit them at random. Along few edges, the error of systematic samples falls faster than that of
-// random ones.
-constexpr double kLeastPrimary = 0.15, kLeastScattered = 0.09;
-
-// The fraction of the samples that is taken if there are fewer samples than segments (for directions towards
-// light: fewer than a few per segment). Samples then hit segments at random, and seconds x variance hardly
-// depends on their number. With few segments it falls with the number of samples.
-constexpr double kSamplesTowardsLight = 32.0, kLeastPart = 0.25;
-double scattered(int64_t segments, double each, double samples) {
-    return std::clamp(samples / (each * static_cast<double>(std::max<int64_t>(1, segments))), kLeastPart,
-                      1.0);
-}
-
 // Up to so many edges, shadows of the environment are sampled from the camera even if no lobe needs a tree of
 // the edges. A larger tree takes more time than the samples are worth.
 constexpr int64_t kMostTreeEdges = 16384;
@@ -91,6 +74,7 @@ class TermBuilder {
         return searched(edges_, in_windows_, kept, key, find);
     }
     const FoundEdges& silhouettes();
+    const FoundEdges& reaching();
     const SharedCandidates& mirrors(bool lit);
     std::vector<uint8_t> throwing() const { return throwing_materials(edges_.tables, scene_.thrown_alpha); }
     std::shared_ptr<const LightBeams> light_beams();
@@ -115,7 +99,7 @@ class TermBuilder {
     const double picture_;  // samples of the picture
     const EdgeCache::Sides mesh_sides_;
     bool in_windows_;
-    std::optional<FoundEdges> silhouettes_;
+    std::optional<FoundEdges> silhouettes_, reaching_;
     SharedCandidates mirrors_[2];  // null: not listed yet
     std::optional<std::shared_ptr<const LightBeams>> beams_;
     std::shared_ptr<const Intersections> seen_;
@@ -165,6 +149,13 @@ const FoundEdges& TermBuilder::silhouettes() {
         silhouettes_ = search(edges_.kept.silhouettes, mesh_sides_,
                               [&](const EdgeList& part) { return shadow_candidates(scene_, part, true); });
     return *silhouettes_;
+}
+
+// The same, weighted for samples whose directions are those about edges.
+const FoundEdges& TermBuilder::reaching() {
+    if (decided_.alone()) return silhouettes();
+    if (!reaching_) reaching_ = by_reach(scene_, edges_, options_, silhouettes());
+    return *reaching_;
 }
 
 // Faces of mirrors and smooth glass (boundary/curves/mirror_faces.h), which outlines, edges and beams share.
@@ -282,10 +273,10 @@ void TermBuilder::add_camera_sampled_shadows() {
 
 void TermBuilder::add_light_shadows() {
     if (!decided_.computes(Part::kLightShadows)) return;
-    add_shadows(kShadowBoundary,
-                search(edges_.kept.shadow, {edges_.lights, mesh_sides_},
-                       [&](const EdgeList& part) { return shadow_candidates(scene_, part, false); }),
-                0.0, shared_.shares_faces ? shared_ : BoundaryTerm::Lines{});
+    FoundEdges found = search(edges_.kept.shadow, {edges_.lights, mesh_sides_},
+                              [&](const EdgeList& part) { return shadow_candidates(scene_, part, false); });
+    if (!decided_.alone()) found = by_reach(scene_, edges_, options_, found, true);
+    add_shadows(kShadowBoundary, found, 0.0, shared_.shares_faces ? shared_ : BoundaryTerm::Lines{});
 }
 
 void TermBuilder::add_environment_shadows() {
@@ -293,7 +284,7 @@ void TermBuilder::add_environment_shadows() {
     // Directions to an environment image are sampled by the image, not in cells.
     const double directions =
         scene_.environment_image.sampled ? 0.0 : kDirectionSegments * most_samples(kEnvironmentShadow);
-    add_shadows(kEnvironmentShadow, silhouettes(), directions, shared_);
+    add_shadows(kEnvironmentShadow, reaching(), directions, shared_);
 }
 
 void TermBuilder::add_emitter_outlines() {
@@ -327,7 +318,7 @@ void TermBuilder::add_indirect_edges() {
     if (any && decided_.computes(Part::kCameraSampledIndirect) &&
         decided_.lists_materials(Part::kCameraSampledIndirect, camera_sampled_materials(kShadowSegments + 1)))
         add_from_camera(kCameraSampledIndirect, {nullptr, edge_tree(found)});
-    add_between(kIndirectBoundary, found);
+    add_between(kIndirectBoundary, reaching());
 }
 
 void TermBuilder::add_contact_borders() {
@@ -335,7 +326,7 @@ void TermBuilder::add_contact_borders() {
     const FoundEdges found = search(edges_.kept.borders, mesh_sides_,
                                     [&](const EdgeList& part) { return border_candidates(scene_, part); });
     if (!has_edges(Part::kContactBorders, found.size(), found.counts())) return;
-    add_between(kContactBorder, found);
+    if (!decided_.alone()) add_between(kContactBorder, by_reach(scene_, edges_, options_, found));
 }
 
 void TermBuilder::add_curves() {

@@ -1,6 +1,8 @@
 // The candidate edges of a boundary term: one search finds them, and later calls take them from the cache.
+// And how many samples and cells they get.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <type_traits>
@@ -8,6 +10,8 @@
 
 #include "boundary/curves/candidates.h"
 #include "boundary/curves/edge_cache.h"
+#include "boundary/samples/edge_reach.h"
+#include "scene/lights/light_list.h"
 
 namespace edgegrad {
 
@@ -41,6 +45,21 @@ struct FoundEdges {
     }
 };
 
+// The same edges, with weights by how much of the light that passes them reaches what is seen: light in all
+// directions, or, if `of_lights`, that of the list of lights.
+inline FoundEdges by_reach(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
+                           const FoundEdges& found, bool of_lights = false) {
+    if (of_lights && !EdgeReach::serves(edges.lights->view())) return found;
+    const auto reach = EdgeReach::find(scene, edges, options);
+    if (!reach) return found;
+    const auto weighted = [&](const SharedCandidates& list) {
+        if (!list) return list;
+        return shared(of_lights ? reach->weighted_for_lights(scene, edges, *list)
+                                : reach->weighted(scene, edges, *list));
+    };
+    return {weighted(found.whole), weighted(found.windows), found.factor};
+}
+
 // The candidates that search(edges) finds, which are kept if they are complete.
 template <typename Key, typename Search>
 FoundEdges searched(const EdgeList& edges, bool in_windows, Kept<Key, Candidates>& kept,
@@ -55,6 +74,23 @@ FoundEdges searched(const EdgeList& edges, bool in_windows, Kept<Key, Candidates
     if (!edges.counts_alone) return {kept.get(key, [&] { return search(edges); }), nullptr};
     const SharedCandidates known = kept.find(key);
     return {known ? known : shared(search(edges)), nullptr};
+}
+
+// Number of cells with learned sample weights: per sample, and at most.
+inline double learned_cells(double samples) { return std::min(0.06 * samples, 262'144.0); }
+
+// Fewest samples of the primary term per pixel and sample of the picture: in general, and for so many edges
+// that samples hit them at random. Along few edges, the error of systematic samples falls faster than that of
+// random ones.
+constexpr double kLeastPrimary = 0.15, kLeastScattered = 0.09;
+
+// The fraction of the samples that is taken if there are fewer samples than segments (for directions towards
+// light: fewer than a few per segment). Samples then hit segments at random, and seconds x variance hardly
+// depends on their number. With few segments it falls with the number of samples.
+constexpr double kSamplesTowardsLight = 32.0, kLeastPart = 0.25;
+inline double scattered(int64_t segments, double each, double samples) {
+    return std::clamp(samples / (each * static_cast<double>(std::max<int64_t>(1, segments))), kLeastPart,
+                      1.0);
 }
 
 }  // namespace edgegrad

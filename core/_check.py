@@ -305,6 +305,8 @@ def names(where: str, name: str, value: Any, what: str = "names") -> tuple[str, 
     items = _items(value)
     if items is None:
         raise ValueError(f"{where}: {name} must be a list of {what}, not {shown(value)}")
+    if set(map(type, items)) <= {str}:
+        return items
     for item in items:
         if not isinstance(item, str):
             raise ValueError(f"{where}: {name} must be a list of {what}, but contains {shown(item)}")

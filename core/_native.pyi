@@ -15,7 +15,9 @@ from .tables.textures.texture_tables import TextureTables
 F32 = NDArray[np.float32]
 Progress = Callable[[float], None] | None
 # Part, term, outcome, reason, numbers of edges, and the further fields of `derivatives.decisions.Decision`.
-DecisionRow = tuple[str, str, str, str, tuple[int, ...], Any, Any, Any, Any, Any, int, float, float, Any]
+DecisionRow = tuple[
+    str, str, str, str, tuple[int, ...], Any, Any, Any, Any, Any, int, float, float, tuple[Any, bytes]
+]
 
 def instruction_sets() -> list[str]: ...
 def embree_version(path: str) -> str: ...
@@ -128,7 +130,7 @@ class Scene:
         self,
         requested: dict[str, NDArray[np.int64]],
         options: RenderOptions,
-        parameters: list[dict[str, NDArray[np.int64]]],
+        parameters: object,
     ) -> list[DecisionRow]: ...
 def evaluate_bsdfs(
     materials: object, points: object, instruction_set: str, favoured: int = 0

@@ -17,6 +17,21 @@ class EdgeCounts(NamedTuple):
     still: int = 0
 
 
+class Effects(NamedTuple):
+    """How each of some parameters changes a picture. Very many parameters share few effects.
+
+    Attributes
+    ----------
+    kinds
+        The effects: the reason why no shading changes ("needed": it may), and whether the whole picture stays as it is.
+    places
+        Of each parameter, the place of its effect in `kinds`.
+    """
+
+    kinds: tuple[tuple[str, bool], ...] = ()
+    places: bytes = b""
+
+
 @dataclass(frozen=True)
 class Decision:
     """One part of a derivative.
@@ -40,8 +55,7 @@ class Decision:
     samples, seconds
         Number of samples that the call took, and the seconds of all its threads together; 0 before a call.
     by_parameter
-        Of the part "shading" in `Renderer.decide`, for each requested parameter: the reason why it changes no shading
-        ("needed": it may change it), and whether it leaves the whole picture as it is.
+        Of the part "shading" in `Renderer.decide`: how each requested parameter changes the picture.
     """
 
     part: str
@@ -57,7 +71,7 @@ class Decision:
     limit: int = 0
     samples: float = 0.0
     seconds: float = 0.0
-    by_parameter: tuple[tuple[str, bool], ...] = ()
+    by_parameter: Effects = field(default_factory=Effects)
 
     @property
     def computed(self) -> bool:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +13,7 @@ F64 = NDArray[np.float64]
 Linear = Callable[[F64], F64]
 
 
-@dataclass(frozen=True)
-class Piece:
+class Piece(NamedTuple):
     """The derivative of some rows of one table with respect to one parameter, and its transpose.
 
     Attributes
@@ -36,12 +36,17 @@ class Piece:
 
     def after(self, push: Linear, pull: Linear) -> Piece:
         """Apply the chain rule: return the derivative by another parameter, on which this parameter depends."""
-        return replace(self, push=lambda v: self.push(push(v)), pull=lambda g: pull(self.pull(g)))
+        return self._replace(push=lambda v: self.push(push(v)), pull=lambda g: pull(self.pull(g)))
 
 
 def same(table: str, first: int, last: int, shape: tuple[int, ...], parameter_shape: tuple[int, ...]) -> Piece:
     """Return the identity: the rows, of the given shape, are the parameter itself."""
-    return Piece(table, first, last, lambda v: v.reshape(shape), lambda g: g.reshape(parameter_shape))
+    return Piece(table, first, last, _reshaped(shape), _reshaped(parameter_shape))
+
+
+@lru_cache(maxsize=256)  # very many parameters share few shapes
+def _reshaped(shape: tuple[int, ...]) -> Linear:
+    return lambda values: values.reshape(shape)
 
 
 def by_matrix(table: str, first: int, matrix: F64) -> list[Piece]:

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,27 @@ TableDerivative = dict[str, NDArray[np.float64]]
 # Name of a table -> (n, 2) spans of rows [first, last) by which derivatives are requested, sorted and disjoint. Tables
 # of which no row is requested are absent. Rows count along the first axis of `shapes`.
 Requested = dict[str, NDArray[np.int64]]
+
+class ParameterRows(NamedTuple):
+    """The rows of tables that each of some parameters changes, as spans [first, last), those of a parameter together.
+
+    Attributes
+    ----------
+    tables
+        Names of the tables.
+    table
+        (n,) of each span, the place of its table in `tables`.
+    spans
+        (n, 2), in any order.
+    last
+        (P,) of each parameter, the end of its spans.
+    """
+
+    tables: tuple[str, ...]
+    table: NDArray[np.int64]
+    spans: NDArray[np.int64]
+    last: NDArray[np.int64]
+
 
 _PIECES = {
     "meshes": mesh_map.pieces,
@@ -117,6 +138,11 @@ def pieces(scene: Scene, tables: Tables, path: str) -> list[Piece]:
         For an unknown path, or a parameter that has no derivative, in one sentence.
     """
     parameters.owner(scene, path)
+    return _pieces(scene, tables, path)
+
+
+def _pieces(scene: Scene, tables: Tables, path: str) -> list[Piece]:
+    """Likewise, for a known path."""
     collection, name, field = parameters.split(path)
     reason = _WITHOUT.get((collection, field))
     if reason is not None:
@@ -140,6 +166,8 @@ class ParameterMap:
     ----------
     requested
         The rows of the tables that depend on the parameters.
+    rows
+        Those that depend on each parameter by itself, in their order.
 
     Raises
     ------
@@ -149,13 +177,15 @@ class ParameterMap:
 
     def __init__(self, scene: Scene, tables: Tables, wrt: Iterable[str]) -> None:
         self._shapes = shapes(tables)
-        self._pieces = {path: pieces(scene, tables, path) for path in wrt}
-        self._parameter_shapes = {path: np.shape(parameters.get(scene, path)) for path in self._pieces}
-        self.requested = _rows(piece for found in self._pieces.values() for piece in found)
-
-    def requested_by(self, path: str) -> Requested:
-        """Return the rows of the tables that depend on one of the parameters."""
-        return _rows(self._pieces[path])
+        self._pieces: dict[str, list[Piece]] = {}
+        self._parameter_shapes: dict[str, tuple[int, ...]] = {}
+        wrt = tuple(wrt)
+        for path in wrt:
+            value = parameters.value_of(*parameters.owner(scene, path))
+            self._pieces[path] = _pieces(scene, tables, path)
+            self._parameter_shapes[path] = np.shape(value)
+        self.rows = _rows([self._pieces[path] for path in wrt])
+        self.requested = _requested(self.rows)
 
     def push_forward(self, tangent: Mapping[str, Any]) -> TableDerivative:
         """Map a tangent of the parameters to a tangent of the tables.
@@ -272,19 +302,23 @@ def _loses_alpha(scene: Scene, tables: Tables, name: str) -> bool:
     return pixels.shape[2] == 4 and is_opaque(pixels) and any(image.name == name for image in stored)
 
 
-def _rows(found: Iterable[Piece]) -> Requested:
-    """Return the rows of the tables that some pieces cover."""
-    spans: dict[str, list[tuple[int, int]]] = {}
-    for piece in found:
-        spans.setdefault(piece.table, []).append((piece.first, piece.last))
-    return {name: _united(rows) for name, rows in spans.items()}
+def _rows(of_parameters: list[list[Piece]]) -> ParameterRows:
+    """Return the rows of the tables that the pieces of each parameter cover."""
+    found = [piece for pieces_of_one in of_parameters for piece in pieces_of_one]
+    places: dict[str, int] = {}
+    table = np.array([places.setdefault(piece.table, len(places)) for piece in found], np.int64)
+    spans = np.array([(piece.first, piece.last) for piece in found], np.int64).reshape(-1, 2)
+    return ParameterRows(tuple(places), table, spans, np.cumsum([len(one) for one in of_parameters], dtype=np.int64))
 
 
-def _united(spans: list[tuple[int, int]]) -> NDArray[np.int64]:
-    out: list[list[int]] = []
-    for first, last in sorted(spans):
-        if out and first <= out[-1][1]:
-            out[-1][1] = max(out[-1][1], last)
-        else:
-            out.append([first, last])
-    return np.array(out, np.int64)
+def _requested(rows: ParameterRows) -> Requested:
+    """Return the rows that some parameter covers."""
+    return {name: _united(rows.spans[rows.table == k]) for k, name in enumerate(rows.tables)}
+
+
+def _united(spans: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Sort spans, and unite those that overlap or touch."""
+    first, last = spans[np.argsort(spans[:, 0], kind="stable")].T
+    last = np.maximum.accumulate(last)
+    starts = np.flatnonzero(np.concatenate([[True], first[1:] > last[:-1]]))
+    return np.stack([first[starts], last[np.append(starts[1:], len(last)) - 1]], axis=1)

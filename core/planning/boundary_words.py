@@ -133,7 +133,7 @@ def _absent_lights(words: SceneWords) -> list[str]:
     absent = [name for kind, name in _LIGHTS if not any(isinstance(light, kind) for light in scene.lights.values())]
     if not np.any(scene.world.color * scene.world.strength):
         absent.append("environment")
-    return absent if scene.emitters else [*absent, "emissive meshes"]
+    return absent if words.emissive else [*absent, "emissive meshes"]
 
 
 def _shadow_curves(words: SceneWords) -> list[str]:
@@ -161,7 +161,7 @@ def _horizon_words(words: SceneWords) -> str:
     scene = words.scene
     sized = [name for name, light in scene.lights.items() if has_size(light)]
     lit = [f"the lights {listed(sized)}"] if sized else []
-    if scene.emitters:
+    if words.emissive:
         lit.append("emissive meshes")
     if np.any(scene.world.color * scene.world.strength):
         lit.append("the environment")

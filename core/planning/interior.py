@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import compress
 
 from ..scene import parameters
-from ..scene.names import MOST_SENTENCES, listed
+from ..scene.names import MOST_NAMED, MOST_SENTENCES, listed
 from .scene_words import SceneWords
 from .term import UNREAD, Term
 
@@ -28,16 +29,14 @@ def _zero(words: SceneWords, reason: str) -> str:
 def interior(words: SceneWords, wrt: Sequence[str]) -> Term:
     """The interior term."""
     shading = words.by_part["shading"]
-    why: list[str] = []
-    unnamed = [0, 0]
-    for path, (reason, _) in zip(wrt, shading.by_parameter, strict=True):
-        zero = reason != "needed"
-        if len(why) < MOST_SENTENCES:
-            why.append(f"'{path}': " + (f"zero, since {_zero(words, reason)}" if zero else _change(path)))
-        else:
-            unnamed[zero] += 1
-    if any(unnamed):
-        why.append(f"and {sum(unnamed):,} other parameters, by {unnamed[True]:,} of which it is zero")
+    kinds, places = shading.by_parameter
+    named = zip(wrt[:MOST_SENTENCES], (kinds[k][0] for k in places[:MOST_SENTENCES]), strict=True)
+    why = [f"'{path}': " + (_change(path) if reason == "needed" else f"zero, since {_zero(words, reason)}")
+           for path, reason in named]
+    others = places[MOST_SENTENCES:]
+    if others:
+        zero = sum(others.count(k) for k, (reason, _) in enumerate(kinds) if reason != "needed")
+        why.append(f"and {len(others):,} other parameters, by {zero:,} of which it is zero")
     if shading.computed:
         why += _computed(words)
     return Term("interior", shading.computed, 0, 0, tuple(why))
@@ -45,8 +44,18 @@ def interior(words: SceneWords, wrt: Sequence[str]) -> Term:
 
 def unchanged(words: SceneWords, wrt: Sequence[str]) -> dict[str, str]:
     """Parameters that do not change the picture, and why."""
-    effects = words.by_part["shading"].by_parameter
-    return {path: _zero(words, reason) for path, (reason, stays) in zip(wrt, effects, strict=True) if stays}
+    kinds, places = words.by_part["shading"].by_parameter
+    why = {k: _zero(words, reason) for k, (reason, stays) in enumerate(kinds) if stays}
+    if not why:
+        return {}
+    stays = bytearray(256)
+    for k in why:
+        stays[k] = 1
+    stay = places.translate(stays)
+    paths = compress(wrt, stay)
+    if len(why) == 1:
+        return dict.fromkeys(paths, *why.values())
+    return dict(zip(paths, map(why.__getitem__, compress(places, stay)), strict=True))
 
 
 def _change(path: str) -> str:
@@ -61,9 +70,11 @@ def _change(path: str) -> str:
 def _computed(words: SceneWords) -> Iterator[str]:
     """Parts that are computed beside the shading, and how paths are chosen."""
     shading = words.by_part["shading"]
-    surfaces = [f"'{words.meshes[k]}'" for k in shading.meshes] + [f"'{words.materials[k]}'" for k in shading.materials]
-    if surfaces and len(shading.meshes) < len(words.meshes):
-        yield f"only paths that meet {listed(surfaces)} are recorded"
+    count = len(shading.meshes) + len(shading.materials)
+    if count and len(shading.meshes) < len(words.meshes):
+        surfaces = [f"'{words.meshes[k]}'" for k in shading.meshes[:MOST_NAMED]]
+        surfaces += [f"'{words.materials[k]}'" for k in shading.materials[:MOST_NAMED]]
+        yield f"only paths that meet {listed(surfaces, count)} are recorded"
     rims = words.computed("rims")
     if rims is not None:
         yield f"besides: the directions beyond which lobes of {words.material_names(rims)} scatter no light"

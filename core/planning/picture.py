@@ -8,13 +8,14 @@ from ..scene.light import AreaLight, PointLight, SpotLight, SunLight
 from ..scene.names import listed
 from ..scene.scene import Scene
 from ..tables.picture_facts import PictureFacts
+from ..tables.tables import Tables
 
 _KINDS = {AreaLight: "area light", PointLight: "point light", SpotLight: "spot", SunLight: "sun"}
 
 
-def picture_plan(scene: Scene, facts: PictureFacts, max_depth: int) -> tuple[str, ...]:
+def picture_plan(scene: Scene, tables: Tables, facts: PictureFacts, max_depth: int) -> tuple[str, ...]:
     """Return sentences on rays, shaders, textures, lights and environment."""
-    return (*_rays(scene, facts, max_depth), *_shaders(scene, facts), *_textures(scene), *_lights(scene, facts),
+    return (*_rays(scene, facts, max_depth), *_shaders(scene, facts), *_textures(scene, tables), *_lights(scene, facts),
             _environment(scene, facts))
 
 
@@ -51,8 +52,9 @@ def _shaders(scene: Scene, facts: PictureFacts) -> Iterator[str]:
         yield "all is shaded flat: no normals are interpolated"
 
 
-def _textures(scene: Scene) -> Iterator[str]:
-    count = sum(len(material.textures) for material in scene.materials.values())
+def _textures(scene: Scene, tables: Tables) -> Iterator[str]:
+    textured = tables.textures is not None
+    count = sum(len(material.textures) for material in scene.materials.values()) if textured else 0
     yield f"{_count(count, 'textured value')}, from {_count(len(scene.images), 'image')}" if count else "no textures"
 
 

@@ -116,7 +116,7 @@ def plan(
     with nullcontext(scene) if isinstance(scene, Renderer) else prepared(scene) as renderer:
         given = renderer.scene
         decided = renderer.decide(wrt, max_depth=max_depth, bounces=bounces, field_edges=field_edges) if wrt else ()
-        picture = picture_plan(given, renderer.picture_facts(settled=bool(wrt)), max_depth)
+        picture = picture_plan(given, renderer.tables, renderer.picture_facts(settled=bool(wrt)), max_depth)
         if not wrt:
             return Plan(picture, (), ())
         words = SceneWords.of(given, renderer.tables, decided)

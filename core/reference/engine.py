@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..derivatives.decisions import Decision, Decisions, EdgeCounts
-from ..derivatives.table_derivatives import Requested, TableDerivative
+from ..derivatives.decisions import Decision, Decisions, EdgeCounts, Effects
+from ..derivatives.table_derivatives import ParameterRows, Requested, TableDerivative
 from ..geometry.topology import Edges
 from ..rendering.options import RenderOptions
 from ..tables.lights import RADIANCE
@@ -156,7 +155,7 @@ class Engine:
         )
 
     def decide(
-        self, tables: Tables, requested: Requested, options: RenderOptions, parameters: Sequence[Requested] = ()
+        self, tables: Tables, requested: Requested, options: RenderOptions, parameters: ParameterRows | None = None
     ) -> Decisions:
         """Decide what a derivative with respect to the `requested` tables consists of."""
         moves = "vertices" in requested
@@ -168,10 +167,11 @@ class Engine:
             "shadow": ("light shadows", still if options.max_depth > 1 else "not rendered"),
             "indirect": ("edges between surfaces", "not rendered"),
         }
-        effects = tuple(("needed", False) if parameter else ("unread", True) for parameter in parameters)
+        counts = [] if parameters is None else np.diff(parameters.last, prepend=0).tolist()
+        effects = Effects((("needed", False), ("unread", True)), bytes(count == 0 for count in counts))
         return tuple(
             Decision(part, term, "computed" if reason == "needed" else "zero", reason, edges,
-                     by_parameter=effects if term == "interior" else ())
+                     by_parameter=effects if term == "interior" else Effects())
             for term, (part, reason) in reasons.items() if term in options.terms
         )
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 
 from .._check import shown
 from ..derivatives.decisions import Decisions
-from ..derivatives.table_derivatives import Requested, TableDerivative
+from ..derivatives.table_derivatives import ParameterRows, Requested, TableDerivative
 from ..geometry.topology import Edges
 from ..tables import tables as flat
 from ..tables.picture_facts import PictureFacts
@@ -61,7 +60,7 @@ class EngineLike(Protocol):
     ) -> TableDerivative: ...
     def picture_facts(self, tables: flat.Tables) -> PictureFacts: ...
     def decide(
-        self, tables: flat.Tables, requested: Requested, options: RenderOptions, parameters: Sequence[Requested]
+        self, tables: flat.Tables, requested: Requested, options: RenderOptions, parameters: ParameterRows
     ) -> Decisions: ...
 
 

@@ -9,7 +9,7 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _native
-from ..derivatives.decisions import Decision, Decisions, EdgeCounts
-from ..derivatives.table_derivatives import Requested, TableDerivative, shapes
+from ..derivatives.decisions import Decision, Decisions, EdgeCounts, Effects
+from ..derivatives.table_derivatives import ParameterRows, Requested, TableDerivative, shapes
 from ..geometry.topology import Edges
 from ..tables.picture_facts import PictureFacts
 from ..tables.tables import Tables
@@ -196,7 +196,7 @@ class Engine:
     ) -> NDArray[np.float32]:
         """Return the (H, W, 3) derivative of the picture along `tangent`."""
         floats = {name: np.ascontiguousarray(values, np.float64).ravel() for name, values in tangent.items()}
-        (spans,) = _float_spans(tables, requested)
+        spans = _float_spans(tables, requested)
         with self._turns.lock():
             self._hold_to_trace(tables)
             image, dropped, decided = self._scene.forward(floats, spans, options, learned, progress)
@@ -215,7 +215,7 @@ class Engine:
         progress: Progress | None = None,
     ) -> TableDerivative:
         """Return the gradient of sum(adjoint * picture) with respect to the `requested` tables."""
-        (spans,) = _float_spans(tables, requested)
+        spans = _float_spans(tables, requested)
         with self._turns.lock():
             self._hold_to_trace(tables)
             found, dropped, decided = self._scene.backward(adjoint, spans, options, learned, progress)
@@ -231,10 +231,13 @@ class Engine:
             return PictureFacts(**self._scene.picture_facts())
 
     def decide(
-        self, tables: Tables, requested: Requested, options: RenderOptions, parameters: Sequence[Requested]
+        self, tables: Tables, requested: Requested, options: RenderOptions, parameters: ParameterRows
     ) -> Decisions:
         """Decide what a derivative with respect to the `requested` tables consists of, without computing it."""
-        spans, *each = _float_spans(tables, requested, *parameters)
+        spans = _float_spans(tables, requested)
+        widths = _widths(tables)
+        width = np.array([widths[name] for name in parameters.tables], np.int64)
+        each = parameters._replace(spans=parameters.spans * width[parameters.table][:, None])
         with self._turns.lock():
             self._hold(tables)
             return _decisions(self._scene.decide(spans, options, each))
@@ -270,12 +273,18 @@ class Engine:
 
 
 def _decisions(rows: list[_native.DecisionRow]) -> Decisions:
-    return tuple(Decision(part, term, outcome, reason, EdgeCounts(*edges), *found)
-                 for part, term, outcome, reason, edges, *found in rows)
+    return tuple(Decision(part, term, outcome, reason, EdgeCounts(*edges), meshes, lights, materials, pairs, pierced,
+                          limit, samples, seconds, Effects(*effects))
+                 for (part, term, outcome, reason, edges, meshes, lights, materials, pairs, pierced,
+                      limit, samples, seconds, effects) in rows)
 
 
-def _float_spans(tables: Tables, *requested: Requested) -> list[dict[str, NDArray[np.int64]]]:
+def _widths(tables: Tables) -> dict[str, int]:
+    """Return the numbers of floats in a row of each table."""
+    return {name: math.prod(shape[1:]) for name, shape in shapes(tables).items()}
+
+
+def _float_spans(tables: Tables, requested: Requested) -> dict[str, NDArray[np.int64]]:
     """Convert spans of rows to spans of floats."""
-    width = {name: math.prod(shape[1:]) for name, shape in shapes(tables).items()}
-    return [{name: np.ascontiguousarray(spans * width[name], np.int64) for name, spans in each.items()}
-            for each in requested]
+    width = _widths(tables)
+    return {name: np.ascontiguousarray(spans * width[name], np.int64) for name, spans in requested.items()}

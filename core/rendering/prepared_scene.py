@@ -8,13 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .._check import names
-from ..derivatives.table_derivatives import shows_environment, with_requested
+from ..derivatives.decisions import Decisions
+from ..derivatives.table_derivatives import ParameterMap, shows_environment, with_requested
 from ..geometry.topology import Edges
 from ..reference.simplify import obstacles
 from ..scene import parameters
@@ -24,8 +26,32 @@ from ..scene.placement import is_moved
 from ..scene.scene import Scene
 from ..tables import tables as flat
 from .engine import EngineLike
+from .options import RenderOptions
 from .scene_edges import SceneEdges
 from .taken_over import TakenOver
+
+
+@dataclass(frozen=True)
+class Derivative:
+    """The derivative by some parameters of a scene after a number of changes.
+
+    Attributes
+    ----------
+    wrt, scene, changes
+        The parameters; the scene, and the number of its changes.
+    tables, map
+        The tables that the derivative needs, and their derivative by the parameters.
+    decisions
+        What the engine has decided on it, by the options of the call.
+    """
+
+    wrt: tuple[str, ...]
+    scene: Scene
+    changes: int
+    tables: flat.Tables
+    map: ParameterMap
+    decisions: dict[RenderOptions, Decisions]
+
 
 # Parameters that neither change textures nor are changed by them.
 _UNTEXTURED = ("camera.", "world.", "lights.")
@@ -50,6 +76,9 @@ class PreparedScene:
         self._engine_edges: Edges | None = None  # those that the engine has
         self._copies: NDArray[np.int64] | None = None  # pairs of vertices that were welded at first
         self._obstacles: list[str] | None = None
+        self._derivative: Derivative | None = None  # of the last call, until a change
+        self._moving: tuple[tuple[str, ...], list[int]] = (), []  # parameters, and the meshes that move by them
+        self._changes = 0  # number of changes of the engine
         self._moved = False  # the engine has vertex positions that the tables lack
         self._unfinished = False  # an update has failed half-way, so the engine's state is inconsistent
         self._engine_class, self._threads = kind, threads
@@ -84,8 +113,7 @@ class PreparedScene:
             self._engine_edges = None
         elif wrt is None and self._engine_edges is not None:
             return
-        names_of_moving = _moving(wrt or ())
-        moving = [k for k, name in enumerate(self._tables.mesh_names) if name in names_of_moving]
+        moving = self._moving_by(tuple(wrt or ()))
         if self._moved and not self._edges.are_for(moving):
             self.update()  # the tables lack positions
             self.find_edges(wrt)
@@ -94,6 +122,23 @@ class PreparedScene:
         if edges is not self._engine_edges:
             self._engine.set_edges(edges)
             self._engine_edges = edges
+
+    def _moving_by(self, wrt: tuple[str, ...]) -> list[int]:
+        """Return the numbers of the meshes whose vertices or placements are parameters."""
+        if self._moving[0] != wrt:
+            numbers = self._tables.mesh_number
+            self._moving = wrt, sorted(numbers[name] for name in _moving(wrt) if name in numbers)
+        return self._moving[1]
+
+    def _derivative_by(self, wrt: tuple[str, ...]) -> Derivative:
+        """Return the derivative with respect to `wrt`, which is kept until a change: there may be many parameters."""
+        known, changes = self._derivative, self._changes
+        if known is None or known.scene is not self.scene or known.changes != changes or known.wrt != wrt:
+            self._derivative = None  # it may be large
+            tables = with_requested(self.scene, self._tables, (*self._wrt, *wrt))
+            known = Derivative(wrt, self.scene, changes, tables, ParameterMap(self.scene, tables, wrt), {})
+            self._derivative = known
+        return known
 
     def adopt(self, scene: Scene) -> bool:
         """Switch to another scene if its geometry has the same bits; otherwise change nothing and return False."""
@@ -161,6 +206,9 @@ class PreparedScene:
         except BaseException:
             self._unfinished = True
             raise
+        finally:
+            self._changes += 1  # other threads may be at work on a derivative
+            self._derivative = None
 
     @property
     def watched(self) -> bool:

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._check import array, flag, instance, mapping, names, whole
 from ..derivatives.decisions import Decisions, joined
-from ..derivatives.table_derivatives import ParameterMap, with_requested
+from ..derivatives.table_derivatives import ParameterMap
 from ..reference import diffuse_tables
 from ..scene.bounces import MAX_DEPTH, Bounces
 from ..scene.camera import Camera
@@ -39,7 +39,7 @@ from .options import (
     checked_progress,
     checked_terms,
 )
-from .prepared_scene import PreparedScene
+from .prepared_scene import Derivative, PreparedScene
 
 # Largest path length with derivatives in the reference engine: emission seen directly, and direct illumination.
 MAX_DERIVATIVE_DEPTH = 2
@@ -268,12 +268,15 @@ class Renderer(PreparedScene):
         """
         wrt = names("decide", "wrt", wrt, "parameter paths")
         self._settle(None)
-        tables, derivative = self._requested(wrt, None)
-        self.find_edges(wrt)
+        known = self._derivative_of(wrt)
         options = replace(checked_options(1, max_depth, 0, bounces), terms=checked_terms(terms),
                           field_edges=checked_field_edges(field_edges))
-        each = [derivative.requested_by(path) for path in wrt]
-        return self._engine.decide(tables, derivative.requested, options, each)
+        if options not in known.decisions:
+            self.find_edges(wrt)
+            known = self._derivative_of(wrt)  # another one, if the edges needed an update
+            known.decisions[options] = self._engine.decide(
+                known.tables, known.map.requested, options, known.map.rows)
+        return known.decisions[options]
 
     @property
     def kernels(self) -> str:
@@ -289,12 +292,16 @@ class Renderer(PreparedScene):
         if self._learning is not None:
             self._learning.restore(state)
 
-    def _requested(self, wrt: Collection[str], camera: Camera | None) -> tuple[flat.Tables, ParameterMap]:
-        """Return the tables for derivatives with respect to `wrt`, seen by a camera, and their derivative by `wrt`."""
-        tables = with_requested(self.scene, self._tables, (*self._wrt, *wrt))
-        derivative = ParameterMap(self.scene, tables, wrt)
+    def _derivative_of(self, wrt: Collection[str]) -> Derivative:
+        known = self._derivative_by(tuple(wrt))
         if self._engine.narrow:
             diffuse_tables.check(wrt)
+        return known
+
+    def _requested(self, wrt: Collection[str], camera: Camera | None) -> tuple[flat.Tables, ParameterMap]:
+        """Return the tables for derivatives with respect to `wrt`, seen by a camera, and their derivative by `wrt`."""
+        known = self._derivative_of(wrt)
+        tables, derivative = known.tables, known.map
         if "camera" in derivative.requested and not self._own(camera):
             raise ValueError("camera: derivatives with respect to the camera need a picture of the scene's own "
                              "camera; leave out the argument camera")

@@ -176,7 +176,7 @@ class Material(Checked):
     @property
     def emits(self) -> bool:
         """Whether the surface may give light; a texture of the emission may be black."""
-        return "emission" in self.textures or bool(np.any(self.emission > 0.0))
+        return "emission" in self.textures or any(x > 0.0 for x in self.emission.tolist())
 
     def validate(self, name: str) -> None:
         """Raise ``ValueError`` with one sentence that names the material and the wrong field."""

@@ -10,14 +10,20 @@ MOST_NAMED = 10
 MOST_SENTENCES = 100
 
 
-def listed(names: Sequence[str]) -> str:
-    """Join names with commas; with more than `MOST_NAMED` names, only the first ones and the count of the others."""
-    if len(names) <= MOST_NAMED:
+def listed(names: Sequence[str], count: int | None = None) -> str:
+    """Join names with commas; with more than `MOST_NAMED` names, only the first ones and the count of the others.
+
+    `count`: the number of all names, if `names` has only the first `MOST_NAMED` of them.
+    """
+    count = len(names) if count is None else count
+    if count <= MOST_NAMED:
         return ", ".join(names)
-    return f"{', '.join(names[: MOST_NAMED - 1])} and {len(names) - MOST_NAMED + 1:,} others"
+    return f"{', '.join(names[: MOST_NAMED - 1])} and {count - MOST_NAMED + 1:,} others"
 
 
-def sentence_each(names: Sequence[str], sentence: Callable[[str], str], others: str) -> list[str]:
+def sentence_each(
+    names: Sequence[str], sentence: Callable[[str], str], others: str, count: int | None = None
+) -> list[str]:
     """Make one sentence for each name; with more than `MOST_NAMED` names, the last sentence covers all others.
 
     Parameters
@@ -26,8 +32,11 @@ def sentence_each(names: Sequence[str], sentence: Callable[[str], str], others: 
         Makes a sentence from a name, or from "12 other `others`".
     others
         What the names stand for, in the plural: "meshes".
+    count
+        As in `listed`.
     """
-    if len(names) <= MOST_NAMED:
+    count = len(names) if count is None else count
+    if count <= MOST_NAMED:
         return [sentence(name) for name in names]
     shown = names[: MOST_NAMED - 1]
-    return [*(sentence(name) for name in shown), sentence(f"{len(names) - len(shown):,} other {others}")]
+    return [*(sentence(name) for name in shown), sentence(f"{count - len(shown):,} other {others}")]

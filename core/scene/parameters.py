@@ -92,7 +92,11 @@ def owner(scene: Scene, path: str) -> tuple[Any, str]:
 
 def get(scene: Scene, path: str) -> Any:
     """Return the value of the parameter: a float array, or a float."""
-    held, fieldname = owner(scene, path)
+    return value_of(*owner(scene, path))
+
+
+def value_of(held: Any, fieldname: str) -> Any:
+    """Return the value of a field of a dataclass that holds it, both as `owner` returns them."""
     if (layer := layer_of(fieldname)) is not None:
         return getattr(held, layer[0])[layer[1]]
     if fieldname.startswith(TEXTURES):

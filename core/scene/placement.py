@@ -40,8 +40,10 @@ def stands_in_world(scene: Scene, mesh: Mesh) -> bool:
     are turned as normals are, which no frame of world-space vectors can express under uneven scale. Meshes that give
     light always stand in the world; their frames are `placed_tangents`.
     """
+    if mesh.instances is None and not is_moved(mesh):
+        return True
     closures = [closure for name in mesh.materials for closure in scene.closures(name)]
-    if mesh.instances is None and not (is_moved(mesh) and any(map(has_tangent_frame, closures))):
+    if mesh.instances is None and not any(map(has_tangent_frame, closures)):
         return True
     return any(closure.emits for closure in closures)
 

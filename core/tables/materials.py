@@ -72,6 +72,7 @@ class MaterialTable:
     kind: NDArray[np.int32]  # (L,) place in material.KINDS
     flags: NDArray[np.int32]  # (L,) bits above
     params: NDArray[np.float32]  # (L, WIDTH)
+    emits: NDArray[np.bool_]  # (L,) whether it may emit light
     closures_of: Mapping[str, tuple[int, ...]]  # by name: a shader's closures, also in mixtures; a mixture's parts
 
 
@@ -113,6 +114,7 @@ def material_table(
         np.array([flags(closure) & kept | _below(closure, scene.images, least_blue) for closure, _, _ in closures],
                  np.int32),
         params,
+        np.array([closure.emits for closure, _, _ in closures], np.bool_),
         {name: tuple(rows) for name, rows in closures_of.items()},
     )
 

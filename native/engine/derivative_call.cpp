@@ -29,31 +29,32 @@ constexpr double kManySegments = 0.25;
 // A light's strength has a derivative even where it is zero.
 bool requests_dark_lights(const Requested& requested) {
     constexpr uint64_t emission = Requested::columns(kEmission, kEmission + 3);
-    return requested.any("light_params") ||
-           (requested.any("closure_params") && (requested.span("closure_params").columns & emission) != 0);
+    return requested.any(FloatTable::kLights) ||
+           (requested.any(FloatTable::kClosures) &&
+            (requested.span(FloatTable::kClosures).columns & emission) != 0);
 }
 
 // If only strengths of lights of the table and of the environment are requested, light of all other sources
 // has no derivative. Returns the requested rows, on which all samples are spent; else nothing.
 std::vector<uint8_t> lights_alone(const SceneTables& tables, const Requested& requested) {
     const auto& spans = requested.spans();
-    const bool alone = requested.any("light_params") && !requested.moves_lights() &&
-                       spans.size() == 1 + static_cast<size_t>(requested.any("environment"));
+    const bool alone = requested.any(FloatTable::kLights) && !requested.moves_lights() &&
+                       spans.size() == 1 + static_cast<size_t>(requested.any(FloatTable::kEnvironment));
     std::vector<uint8_t> rows(alone ? tables.lights.kind.size() : 0);
     for (size_t k = 0; k < rows.size(); ++k)
-        rows[k] = requested.any("light_params", k * kLightParams, (k + 1) * kLightParams);
+        rows[k] = requested.any(FloatTable::kLights, k * kLightParams, (k + 1) * kLightParams);
     return rows;
 }
 
 // The requested motion, as boundary terms read it.
 RequestedMotion requested_motion(const CameraView& camera, const Requested& requested, FieldEdges edges) {
-    const bool own = moves_rays(camera, requested), warped = edges == FieldEdges::kReparameterised;
+    const bool own = moves_rays(camera, requested.floats()), warped = edges == FieldEdges::kReparameterised;
     return {requested.moving(),
             own || warped,
-            requested.any("instance_to_world"),
+            requested.any(FloatTable::kInstances),
             requested.moves_lights(),
-            requested.any("environment_rotation"),
-            requested.any("environment") || requested.any("environment_pixels"),
+            requested.any(FloatTable::kEnvironmentRotation),
+            requested.any(FloatTable::kEnvironment) || requested.any(FloatTable::kEnvironmentPixels),
             requested.moving_fields(),
             warped,
             own};
@@ -92,16 +93,15 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
       scene(prepared.view()),
       tables(differentiable_tables(scene, e.tables_)),
       recording(path_recording(scene, e.tables_, requested, geometry)),
+      shading(scene, e.tables_, options.max_depth),
+      rims_turn(options.terms[kInteriorTerm] && rims_move(scene, e.tables_, requested)),
       learns(learned) {
     if (options.terms[kInteriorTerm]) begin_interior(options, of_term(options, learned, kInteriorTerm));
     const bool between = options.terms[kIndirectTerm] && options.max_depth >= 3;
-    const BoundaryFacts facts{scene,
-                              e.tables_,
-                              options,
-                              motion,
-                              chains,
-                              bends_chains(e.tables_, requested),
-                              between && e.hides_no_surface(),
+    const BoundaryFacts facts{scene,     e.tables_,
+                              options,   motion,
+                              chains,    bends_chains(e.tables_, requested),
+                              rims_turn, between && e.hides_no_surface(),
                               e.kept_};
     decide_boundaries(facts, decided);
     note_missing(facts, requested, e.closed_, e.threads_, decided);
@@ -133,14 +133,14 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
 
 void Engine::DerivativeCall::begin_interior(const RenderOptions& options, const RenderOptions& own) {
     const SceneTables& t = engine.tables_;
-    if (decided.decide(Part::kInterior, constant_shading(scene, t, requested, options.max_depth)))
+    if (decided.decide(Part::kInterior, shading.constant(requested.floats())))
         interior =
             std::make_unique<InteriorTerm>(interior_plan(own), recording, requested.values_alone(scene));
     decided.decide(Part::kFavouredLobes,
                    interior && recording.surfaces.lobes != 0 ? Reason::kNeeded : Reason::kNone);
     if (interior && !recording.surfaces.everywhere) list_requested_surfaces(decided[Part::kInterior]);
     const Rims found = rims_that_count(scene, t);
-    Reason reason = interior && rims_move(scene, t, requested) ? Reason::kNeeded : Reason::kStill;
+    Reason reason = interior && rims_turn ? Reason::kNeeded : Reason::kStill;
     if (found == Rims::kNone) reason = Reason::kNone;
     if (decided.decide(Part::kRims, options.max_depth < 2 ? Reason::kNotRendered : reason)) {
         rims = std::make_unique<RimTerm>(scene.camera, own, found, recording);
@@ -187,10 +187,21 @@ void Engine::DerivativeCall::list_requested_surfaces(Decision& shading) const {
 
 void Engine::DerivativeCall::sample_edge_on_faces() {
     if (!interior || !geometry) return;
-    edge_on = EdgeOnTerm::of(scene, engine.tables_, sides, interior->plan().options, motion, recording,
-                             engine.threads_);
-    interior->weigh_beside(edge_on.get());
-    decided.decide(Part::kEdgeOn, edge_on ? Reason::kNeeded : Reason::kNone);
+    const SceneTables& t = engine.tables_;
+    const RenderOptions& options = interior->plan().options;
+    if (!decided.alone()) {
+        edge_on = EdgeOnTerm::of(scene, t, sides, options, motion, recording, engine.threads_);
+        interior->weigh_beside(edge_on.get());
+    }
+    // Decisions alone need no list of these faces, and no search if a call has known before whether there are
+    // any
+    const auto exist = [&] {
+        return decided.alone() ? any_edge_on_face(scene, t, sides, motion, engine.threads_)
+                               : edge_on != nullptr;
+    };
+    const bool found =
+        edge_on_matters(scene, options) && *engine.kept_.edge_on.get({CameraKey{t.camera}, motion}, exist);
+    decided.decide(Part::kEdgeOn, found ? Reason::kNeeded : Reason::kNone);
 }
 
 void Engine::DerivativeCall::add_samples_on_outlines(uint32_t seed) {
@@ -291,8 +302,9 @@ Dropped Engine::DerivativeCall::all_dropped() const {
 bool Engine::DerivativeCall::reuses_picture() const {
     constexpr uint64_t values =
         Requested::columns(kBaseColor, kBaseColor + 3) | Requested::columns(kEmission, kEmission + 3);
-    return requested.any("light_params") || requested.any("environment") ||
-           (requested.any("closure_params") && (requested.span("closure_params").columns & values) != 0);
+    return requested.any(FloatTable::kLights) || requested.any(FloatTable::kEnvironment) ||
+           (requested.any(FloatTable::kClosures) &&
+            (requested.span(FloatTable::kClosures).columns & values) != 0);
 }
 
 ImagePlan Engine::DerivativeCall::interior_plan(const RenderOptions& options) const {
@@ -313,16 +325,21 @@ bool Engine::DerivativeCall::any_sharp_material() const {
 }
 
 Decisions Engine::decide(const RenderOptions& options, const Requested& requested,
-                         const std::vector<Requested>& parameters) const {
+                         const ParameterFloats& parameters) const {
     require_settled();
     DerivativeCall call(*this, options, requested, nullptr, true);
     if (!call.decided.at(Part::kInterior)) return call.decided;
     const bool boundaries = call.decided.any_boundary();
-    for (const Requested& parameter : parameters) {
-        const Reason shading = constant_shading(call.scene, tables_, parameter, options.max_depth);
-        const bool moves = requested_motion(tables_.camera, parameter, FieldEdges::kOutlines).any();
-        call.decided[Part::kInterior].by_parameter.push_back(
-            {shading, shading != Reason::kNeeded && !(moves && boundaries)});
+    std::vector<FloatSpan> own;
+    auto next = parameters.spans.begin();
+    for (const size_t last : parameters.last) {
+        own.assign(next, parameters.spans.begin() + static_cast<std::ptrdiff_t>(last));
+        next += static_cast<std::ptrdiff_t>(own.size());
+        unite(own);
+        const FloatSpans floats(tables_, own);
+        const Reason shading = call.shading.constant(floats);
+        const bool stays = shading != Reason::kNeeded && !(boundaries && moves_anything(tables_, floats));
+        call.decided[Part::kInterior].by_parameter.push_back({shading, stays});
     }
     return call.decided;
 }

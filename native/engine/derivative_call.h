@@ -7,6 +7,7 @@
 #include "engine/call_scene.h"
 #include "engine/decisions/decisions.h"
 #include "engine/decisions/field_edges.h"
+#include "engine/decisions/shading_rules.h"
 #include "engine/derivative_tables.h"
 #include "engine/engine.h"
 #include "engine/image_tasks.h"
@@ -85,7 +86,7 @@ struct Engine::DerivativeCall {
     void sample_edge_on_faces();
     // The tangents or gradients of boundary terms; null where they are not requested.
     DerivativeView boundary_view(const GradientGroups::View& v) const {
-        const auto first = static_cast<int32_t>(requested.span("vertices").first / 3);
+        const auto first = static_cast<int32_t>(requested.span(FloatTable::kVertices).first / 3);
         return {v.vertices,       first,         v.camera,        v.instances,
                 v.lights,         v.rotation,    v.tables.fields, motion.own_camera,
                 motion.instances, motion.lights, motion.rotation, motion.warped};
@@ -105,6 +106,8 @@ struct Engine::DerivativeCall {
     const SceneView& scene;
     const std::vector<NamedTable> tables;
     const PathRecording recording;
+    ShadingRules shading;
+    const bool rims_turn;  // whether rims of lobes may move in the interior term
     const bool learns;
     std::unique_ptr<InteriorTerm> interior;
     std::unique_ptr<HorizonTerm> horizon;

@@ -10,35 +10,35 @@
 namespace edgegrad {
 
 std::vector<NamedTable> differentiable_tables(const SceneView& scene, const SceneTables& t) {
-    const auto table = [](const char* name, const std::vector<float>& values) {
+    const auto table = [](FloatTable name, const std::vector<float>& values) {
         return NamedTable{name, values.data(), values.size()};
     };
-    const auto shared = [](const char* name, const SharedFloats& values) {
+    const auto shared = [](FloatTable name, const SharedFloats& values) {
         return NamedTable{name, values.data(), values.size()};
     };
     std::vector<NamedTable> all = {
-        table("vertices", t.vertices),
-        table("normals", t.normals),
-        table("instance_to_world", t.instance_to_world),
-        table("closure_params", t.closure_params),
-        shared("texture_pixels", t.textures.pixels),
-        shared("texture_attributes", t.textures.attributes),
-        table("texture_lookups", t.textures.lookups),
-        table("texture_constants", t.textures.constants),
-        table("light_params", t.lights.params),
-        {"environment", scene.environment, 3},
-        {"environment_rotation", scene.environment_rotation, 9},
-        {"camera", scene.camera.position, kCameraFloats},
+        table(FloatTable::kVertices, t.vertices),
+        table(FloatTable::kNormals, t.normals),
+        table(FloatTable::kInstances, t.instance_to_world),
+        table(FloatTable::kClosures, t.closure_params),
+        shared(FloatTable::kTexturePixels, t.textures.pixels),
+        shared(FloatTable::kTextureAttributes, t.textures.attributes),
+        table(FloatTable::kTextureLookups, t.textures.lookups),
+        table(FloatTable::kTextureConstants, t.textures.constants),
+        table(FloatTable::kLights, t.lights.params),
+        {FloatTable::kEnvironment, scene.environment, 3},
+        {FloatTable::kEnvironmentRotation, scene.environment_rotation, 9},
+        {FloatTable::kCamera, scene.camera.position, kCameraFloats},
     };
     if (scene.environment_image.pixels)
-        all.push_back({"environment_pixels", scene.environment_image.pixels,
+        all.push_back({FloatTable::kEnvironmentPixels, scene.environment_image.pixels,
                        3 * static_cast<size_t>(scene.environment_image.width) *
                            static_cast<size_t>(scene.environment_image.height)});
     // Sweeps find these by their fields, not by addresses (sdf/field_derivatives.h).
     size_t coefficients = 0;
     for (const FieldTable& field : t.fields) coefficients += field.values.size();
-    all.push_back({"field_values", nullptr, coefficients});
-    all.push_back({"field_to_world", nullptr, 12 * t.fields.size()});
+    all.push_back({FloatTable::kFieldValues, nullptr, coefficients});
+    all.push_back({FloatTable::kFieldPlaces, nullptr, 12 * t.fields.size()});
     return all;
 }
 
@@ -52,31 +52,25 @@ void add_span(DifferentiableTables& to, const NamedTable& table, const Requested
         return;
     }
     FieldDerivatives::Span& fields =
-        std::string(table.name) == "field_values" ? to.fields.values : to.fields.places;
+        table.table == FloatTable::kFieldValues ? to.fields.values : to.fields.places;
     fields = {static_cast<int64_t>(span.first), static_cast<int64_t>(span.last), gradient, tangent, met};
 }
 
 // Number of floats per row, for tables whose columns are requested separately.
-size_t row_width(const std::string& table) {
-    if (table == "closure_params") return kMaterialParams;
-    if (table == "environment") return 3;
-    return table == "light_params" ? kLightParams : 1;
-}
-
-// The columns that the floats [first, last) are in.
-uint64_t columns_of(size_t first, size_t last, size_t width) {
-    uint64_t columns = 0;
-    for (size_t k = first; k < std::min(last, first + width); ++k) columns |= uint64_t{1} << (k % width);
-    return columns;
+size_t row_width(FloatTable table) {
+    if (table == FloatTable::kClosures) return kMaterialParams;
+    if (table == FloatTable::kEnvironment) return 3;
+    return table == FloatTable::kLights ? kLightParams : 1;
 }
 
 }  // namespace
 
-Requested::Requested(const SceneTables& tables, const std::vector<TableSpan>& spans)
-    : requested_(spans),
+Requested::Requested(const SceneTables& tables, std::vector<FloatSpan> spans)
+    : requested_((unite(spans), std::move(spans))),
+      floats_(tables, requested_),
       moving_(tables.mesh_first_vertex.size() - 1, 0),
       moving_fields_(tables.fields.size(), 0) {
-    const auto add = [this](const std::string& table, size_t first, size_t last) {
+    const auto add = [this](FloatTable table, size_t first, size_t last) {
         if (first >= last) return;
         const size_t width = row_width(table);
         Span span{first / width * width, (last + width - 1) / width * width, static_cast<int32_t>(width),
@@ -87,88 +81,61 @@ Requested::Requested(const SceneTables& tables, const std::vector<TableSpan>& sp
         all.first = std::min(all.first, span.first), all.last = std::max(all.last, span.last);
         all.columns |= span.columns;
     };
-    for (const TableSpan& s : spans) {
+    for (const FloatSpan& s : requested_) {
         // Boundary terms index these tables from their start.
-        if (s.table == "camera")
+        if (s.table == FloatTable::kCamera)
             add(s.table, 0, kCameraFloats);
-        else if (s.table == "field_to_world")  // blocks add to whole maps
+        else if (s.table == FloatTable::kFieldPlaces)  // blocks add to whole maps
             add(s.table, s.first / 12 * 12, (s.last + 11) / 12 * 12);
-        else if (s.table == "instance_to_world")
+        else if (s.table == FloatTable::kInstances)
             add(s.table, 0, tables.instance_to_world.size());
         else
             add(s.table, s.first, s.last);
-        if (s.table == "light_params") {
-            Span& rows = spans_.at(s.table);
-            rows.first = 0, rows.last = tables.lights.params.size();
-        }
-        size_t first_value = 0;
-        for (size_t k = 0; k < moving_fields_.size(); ++k) {
-            const size_t next = first_value + tables.fields[k].values.size();
-            moving_fields_[k] |= (s.table == "field_values" && s.first < next && s.last > first_value) ||
-                                 (s.table == "field_to_world" && s.first < 12 * k + 12 && s.last > 12 * k);
-            first_value = next;
-        }
-        if (s.table != "vertices") continue;
-        for (size_t m = 0; m < moving_.size(); ++m) {
-            const auto first = 3 * static_cast<size_t>(tables.mesh_first_vertex[m]);
-            const auto last = 3 * static_cast<size_t>(tables.mesh_first_vertex[m + 1]);
-            if (s.first >= last || s.last <= first) continue;
-            moving_[m] = 1;
-            if (m + 1 < tables.mesh_first_normal.size() && !tables.mesh_custom[m])
-                add("normals", 3 * static_cast<size_t>(tables.mesh_first_normal[m]),
-                    3 * static_cast<size_t>(tables.mesh_first_normal[m + 1]));
-        }
     }
-}
-
-bool Requested::moves_lights() const {
-    constexpr uint64_t radiance = columns(kLightRadiance, kLightRadiance + 3);
-    return any("light_params") && (span("light_params").columns & ~radiance) != 0;
-}
-
-bool Requested::geometry() const {
-    constexpr std::array geometric = {
-        "vertices",     "normals",       "instance_to_world", "camera", "environment_rotation",
-        "field_values", "field_to_world"};
-    return moves_lights() ||
-           std::any_of(geometric.begin(), geometric.end(), [this](const char* name) { return any(name); });
-}
-
-bool Requested::any(const std::string& table, size_t first, size_t last) const {
-    return std::any_of(requested_.begin(), requested_.end(), [&](const TableSpan& s) {
-        return s.table == table && s.first < last && s.last > first;
+    if (const auto rows = spans_.find(FloatTable::kLights); rows != spans_.end())
+        rows->second.first = 0, rows->second.last = tables.lights.params.size();
+    any_moving_field(tables, floats_, [&](size_t k) {
+        moving_fields_[k] = 1;
+        return false;
+    });
+    any_moving_mesh(tables, floats_, [&](size_t m) {
+        moving_[m] = 1;
+        if (m + 1 < tables.mesh_first_normal.size() && !tables.mesh_custom[m])
+            add(FloatTable::kNormals, 3 * static_cast<size_t>(tables.mesh_first_normal[m]),
+                3 * static_cast<size_t>(tables.mesh_first_normal[m + 1]));
+        return false;
     });
 }
 
-uint64_t Requested::row_columns(const std::string& table, size_t row) const {
-    const size_t width = row_width(table), begin = row * width;
-    uint64_t out = 0;
-    for (const TableSpan& s : requested_)
-        if (s.table == table && s.first < begin + width && s.last > begin)
-            out |= columns(static_cast<int>(std::max(s.first, begin) - begin),
-                           static_cast<int>(std::min(s.last, begin + width) - begin));
-    return out;
+bool Requested::geometry() const {
+    constexpr std::array geometric = {FloatTable::kVertices,           FloatTable::kNormals,
+                                      FloatTable::kInstances,          FloatTable::kCamera,
+                                      FloatTable::kFieldValues,        FloatTable::kFieldPlaces,
+                                      FloatTable::kEnvironmentRotation};
+    return moves_lights() ||
+           std::any_of(geometric.begin(), geometric.end(), [this](FloatTable table) { return any(table); });
 }
 
 bool Requested::values_alone(const SceneView& scene) const {
     constexpr uint64_t color = columns(kBaseColor, kBaseColor + 3),
                        emission = columns(kEmission, kEmission + 3);
     const bool known = std::all_of(spans_.begin(), spans_.end(), [](const auto& span) {
-        return span.first == "closure_params" || span.first == "light_params" || span.first == "environment";
+        return span.first == FloatTable::kClosures || span.first == FloatTable::kLights ||
+               span.first == FloatTable::kEnvironment;
     });
     if (!known || geometry() || (scene.all_flags & kHasAbsorption)) return false;
-    const Span rows = span("closure_params");
-    if (!any("closure_params")) return true;
+    const Span rows = span(FloatTable::kClosures);
+    if (!any(FloatTable::kClosures)) return true;
     if ((rows.columns & ~(color | emission)) != 0) return false;
     if ((rows.columns & emission) != 0 && scene.emission_varies) return false;
     for (size_t k = rows.first; k < rows.last; k += kMaterialParams)
-        if (any("closure_params", k + kBaseColor, k + kBaseColor + 3) &&
+        if (any(FloatTable::kClosures, k + kBaseColor, k + kBaseColor + 3) &&
             !(scene.closure_flags[k / kMaterialParams] & kLambertian))
             return false;
     return true;
 }
 
-Requested::Span Requested::span(const std::string& table) const {
+Requested::Span Requested::span(FloatTable table) const {
     const auto at = spans_.find(table);
     return at == spans_.end() ? Span{} : at->second;
 }
@@ -183,12 +150,13 @@ GradientGroups::GradientGroups(std::vector<NamedTable> tables, const Requested& 
     : spare_(spare) {
     size_t known = 0;
     for (const NamedTable& table : tables) {
-        if (!requested.any(table.name)) continue;
-        const Requested::Span span = requested.span(table.name);
+        if (!requested.any(table.table)) continue;
+        const Requested::Span span = requested.span(table.table);
         if (span.last > table.size)
-            throw std::invalid_argument(std::string("more of the table '") + table.name +
+            throw std::invalid_argument(std::string("more of the table '") +
+                                        kFloatTableNames[static_cast<size_t>(table.table)] +
                                         "' is asked for than it has");
-        parts_.push_back({table, span, size_, std::string(table.name) == "field_values"});
+        parts_.push_back({table, span, size_, table.table == FloatTable::kFieldValues});
         size_ += span.last - span.first;
         ++known;
     }
@@ -226,13 +194,13 @@ GradientGroups::View GradientGroups::again(int64_t group) {
     for (const Part& p : parts_) {
         add_span(v.tables, p.table, p.span, values + p.offset, nullptr,
                  met_[static_cast<size_t>(group)].data());
-        const std::pair<const char*, double**> singles[] = {{"vertices", &v.vertices},
-                                                            {"camera", &v.camera},
-                                                            {"instance_to_world", &v.instances},
-                                                            {"light_params", &v.lights},
-                                                            {"environment_rotation", &v.rotation}};
+        const std::pair<FloatTable, double**> singles[] = {{FloatTable::kVertices, &v.vertices},
+                                                           {FloatTable::kCamera, &v.camera},
+                                                           {FloatTable::kInstances, &v.instances},
+                                                           {FloatTable::kLights, &v.lights},
+                                                           {FloatTable::kEnvironmentRotation, &v.rotation}};
         for (const auto& [name, place] : singles)
-            if (std::string(p.table.name) == name) *place = values + p.offset;
+            if (p.table.table == name) *place = values + p.offset;
     }
     return v;
 }
@@ -242,7 +210,7 @@ TableValues GradientGroups::reduce(int threads) {
     const bool kept = size_ <= kMostSpare;
     const bool in_place = summed_in_place() && groups_[0] && groups_[0].use_count() == 1;
     for (const Part& p : parts_) {
-        Zeros& sum = out[p.table.name];
+        Zeros& sum = out[p.table.table];
         if (in_place) sum = std::move(*groups_[0]), groups_[0].reset();
         sum.resize(p.table.size);
         // The sums of a part fit in a core's cache. Memory is allocated in pages.
@@ -278,11 +246,12 @@ DifferentiableTables with_tangents(const std::vector<NamedTable>& tables, const 
                                    const TableValues& tangents) {
     DifferentiableTables out;
     for (const NamedTable& table : tables) {
-        if (!requested.any(table.name)) continue;
-        const Requested::Span span = requested.span(table.name);
-        const Zeros& tangent = tangents.at(table.name);
+        if (!requested.any(table.table)) continue;
+        const Requested::Span span = requested.span(table.table);
+        const Zeros& tangent = tangents.at(table.table);
         if (tangent.size() != table.size)
-            throw std::invalid_argument(std::string("the tangent of the table '") + table.name +
+            throw std::invalid_argument(std::string("the tangent of the table '") +
+                                        kFloatTableNames[static_cast<size_t>(table.table)] +
                                         "' has the wrong size");
         add_span(out, table, span, nullptr, tangent.data() + span.first);
     }

@@ -3,9 +3,9 @@
 
 #include <map>
 #include <memory>
-#include <string>
 #include <vector>
 
+#include "engine/float_spans.h"
 #include "scene/differentiable_tables.h"
 #include "scene/tables.h"
 #include "util/object_pool.h"
@@ -13,18 +13,12 @@
 
 namespace edgegrad {
 
-// Tangents or gradients of whole tables, by name (core/derivatives/table_derivatives.py).
-using TableValues = std::map<std::string, Zeros>;
-
-// Floats [first, last) of a table.
-struct TableSpan {
-    std::string table;
-    size_t first, last;
-};
+// Tangents or gradients of whole tables.
+using TableValues = std::map<FloatTable, Zeros>;
 
 // A table in the memory that kernels read through a scene's view.
 struct NamedTable {
-    const char* name;
+    FloatTable table;
     const float* data;  // null for those of distance fields
     size_t size;
 };
@@ -33,17 +27,18 @@ std::vector<NamedTable> differentiable_tables(const SceneView& scene, const Scen
 // The requested derivatives of a call.
 class Requested {
  public:
-    // Spans of unknown tables are an error (std::invalid_argument). Where vertices move, so do the shading
-    // normals that follow them.
-    Requested(const SceneTables& tables, const std::vector<TableSpan>& spans);
+    // Where vertices move, so do the shading normals that follow them.
+    Requested(const SceneTables& tables, std::vector<FloatSpan> spans);
+    Requested(const Requested&) = delete;
+    Requested& operator=(const Requested&) = delete;
 
-    bool any(const std::string& table) const { return spans_.count(table) > 0; }
+    // The requested floats, without the normals that follow vertices.
+    const FloatSpans& floats() const { return floats_; }
+    bool any(FloatTable table) const { return spans_.contains(table); }
     // Whether some of a table's floats [first, last) are requested.
-    bool any(const std::string& table, size_t first, size_t last) const;
-    // The requested columns (bits) of one row of a table.
-    uint64_t row_columns(const std::string& table, size_t row) const;
+    bool any(FloatTable table, size_t first, size_t last) const { return floats_.any(table, first, last); }
     // Whether anything but the strength of a light is requested.
-    bool moves_lights() const;
+    bool moves_lights() const { return floats_.moves_lights(); }
     // Whether positions, directions or normals of anything change.
     bool geometry() const;
     // Whether only strengths of lights and colours of Lambertian surfaces are requested, in which radiance is
@@ -57,26 +52,27 @@ class Requested {
         int32_t width = 1;
         uint64_t columns = 1;
     };
-    Span span(const std::string& table) const;
+    Span span(FloatTable table) const;
     // Columns [first, last) as bits.
     static constexpr uint64_t columns(int first, int last) {
         return (uint64_t{1} << last) - (uint64_t{1} << first);
     }
-    const std::map<std::string, Span>& spans() const { return spans_; }
+    const std::map<FloatTable, Span>& spans() const { return spans_; }
     // By mesh: whether its vertices are requested.
     const std::vector<uint8_t>& moving() const { return moving_; }
     // By distance field: whether its coefficients or its place are requested.
     const std::vector<uint8_t>& moving_fields() const { return moving_fields_; }
     // Whether what textures compute is requested.
     bool textures() const {
-        return any("texture_pixels") || any("texture_attributes") || any("texture_lookups") ||
-               any("texture_constants");
+        return any(FloatTable::kTexturePixels) || any(FloatTable::kTextureAttributes) ||
+               any(FloatTable::kTextureLookups) || any(FloatTable::kTextureConstants);
     }
-    bool moves_fields() const { return any("field_values") || any("field_to_world"); }
+    bool moves_fields() const { return floats_.moves_fields(); }
 
  private:
-    std::vector<TableSpan> requested_;
-    std::map<std::string, Span> spans_;
+    std::vector<FloatSpan> requested_;
+    FloatSpans floats_;
+    std::map<FloatTable, Span> spans_;
     std::vector<uint8_t> moving_, moving_fields_;
 };
 

@@ -15,21 +15,22 @@ void Engine::forward(const RenderOptions& options, const Requested& requested, T
     DerivativeCall call(*this, options, requested, learned);
     const SceneView& scene = call.scene;
     std::fill_n(image, 3 * static_cast<int64_t>(scene.camera.width) * scene.camera.height, 0.0f);
-    if (requested.any("normals")) {
-        Zeros& normals = tangents["normals"];
+    if (requested.any(FloatTable::kNormals)) {
+        Zeros& normals = tangents[FloatTable::kNormals];
         normals.resize(tables_.normals.size());
-        if (requested.any("vertices"))
-            push_shading_normals(tables_, threads_, tangents.at("vertices").data(), normals.data());
+        if (requested.any(FloatTable::kVertices))
+            push_shading_normals(tables_, threads_, tangents.at(FloatTable::kVertices).data(),
+                                 normals.data());
     }
     const DifferentiableTables tables = with_tangents(call.tables, requested, tangents);
-    const auto values = [&](const char* name) {
-        return requested.any(name) ? tangents.at(name).data() : nullptr;
+    const auto values = [&](FloatTable table) {
+        return requested.any(table) ? tangents.at(table).data() : nullptr;
     };
-    double* vertices = values("vertices");
-    if (vertices) vertices += requested.span("vertices").first;
+    double* vertices = values(FloatTable::kVertices);
+    if (vertices) vertices += requested.span(FloatTable::kVertices).first;
     const DerivativeView d =
-        call.boundary_view({tables, vertices, values("camera"), values("instance_to_world"),
-                            values("light_params"), values("environment_rotation")});
+        call.boundary_view({tables, vertices, values(FloatTable::kCamera), values(FloatTable::kInstances),
+                            values(FloatTable::kLights), values(FloatTable::kEnvironmentRotation)});
 
     auto memory = thread_memory();
     const int64_t all = call.chunks();
@@ -127,9 +128,9 @@ TableValues Engine::backward(const RenderOptions& options, const Requested& requ
     call.note_effort();
     decided = std::move(call.decided);
     TableValues gradients = groups.reduce(threads_);
-    if (requested.any("normals") && requested.any("vertices"))
-        pull_shading_normals(tables_, threads_, gradients.at("normals").data(),
-                             gradients.at("vertices").data());
+    if (requested.any(FloatTable::kNormals) && requested.any(FloatTable::kVertices))
+        pull_shading_normals(tables_, threads_, gradients.at(FloatTable::kNormals).data(),
+                             gradients.at(FloatTable::kVertices).data());
     return gradients;
 }
 

@@ -40,6 +40,7 @@ using Dropped = std::vector<DroppedTerm>;
 struct LearnedSampling;
 class Decisions;
 struct PictureFacts;
+struct ParameterFloats;
 
 class Engine {
  public:
@@ -87,7 +88,7 @@ class Engine {
     // Decides what such a call computes, and what each of some parameters changes (`Decision::by_parameter`).
     // The call reuses the results of the searches that this needs.
     Decisions decide(const RenderOptions& options, const Requested& requested,
-                     const std::vector<Requested>& parameters) const;
+                     const ParameterFloats& parameters) const;
 
     // Returns the facts by which pictures skip work.
     PictureFacts picture_facts() const;

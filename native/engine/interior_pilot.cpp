@@ -51,12 +51,11 @@ template <typename Fill>
 TableValues motion_of(const std::vector<NamedTable>& tables, const Requested& requested, const Fill& fill) {
     TableValues out;
     for (const NamedTable& table : tables) {
-        if (!requested.any(table.name)) continue;
-        Zeros& values = out[table.name];
+        if (!requested.any(table.table)) continue;
+        Zeros& values = out[table.table];
         values.assign(table.size, 0.0);
-        const std::string name = table.name;
-        if (name == "vertices") fill(values);
-        if (name == "camera")
+        if (table.table == FloatTable::kVertices) fill(values);
+        if (table.table == FloatTable::kCamera)
             for (size_t k = 0; k < 3; ++k) values[k] = sign_of(k + 1);
     }
     return out;
@@ -88,22 +87,24 @@ TableValues random_motion(const std::vector<NamedTable>& tables, const Requested
 
 bool Engine::DerivativeCall::requests_motion_alone() const {
     for (const auto& span : requested.spans())
-        if (span.first != "vertices" && span.first != "normals" && span.first != "camera") return false;
-    return requested.any("vertices") || !requested.any("normals");
+        if (span.first != FloatTable::kVertices && span.first != FloatTable::kNormals &&
+            span.first != FloatTable::kCamera)
+            return false;
+    return requested.any(FloatTable::kVertices) || !requested.any(FloatTable::kNormals);
 }
 
 bool Engine::DerivativeCall::may_thin_interior() const {
     if (!requests_motion_alone()) return false;
-    const bool vertices = requested.any("vertices");
+    const bool vertices = requested.any(FloatTable::kVertices);
     const bool dense = vertices && engine.tables_.vertices.size() > kMostVertexFloats;
     return !learns && !dense && !divided && interior && interior->plan().chunks >= kLeastChunks &&
            interior->plan().options.samples >= 4;
 }
 
 DifferentiableTables Engine::DerivativeCall::along_motion(TableValues& motion) const {
-    if (requested.any("normals"))
-        push_shading_normals(engine.tables_, engine.threads_, motion.at("vertices").data(),
-                             motion.at("normals").data());
+    if (requested.any(FloatTable::kNormals))
+        push_shading_normals(engine.tables_, engine.threads_, motion.at(FloatTable::kVertices).data(),
+                             motion.at(FloatTable::kNormals).data());
     return with_tangents(tables, requested, motion);
 }
 

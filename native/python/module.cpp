@@ -44,6 +44,24 @@ const char* reason_name(edgegrad::Reason reason) {
     return edgegrad::kReasonNames[static_cast<size_t>(reason)];
 }
 
+// The effects that occur, and the place of each parameter's effect among them.
+nb::tuple effects(const std::vector<edgegrad::ParameterEffect>& by_parameter) {
+    constexpr size_t reasons = static_cast<size_t>(edgegrad::Reason::kReasons);
+    std::array<int, 2 * reasons> place;
+    place.fill(-1);
+    nb::list kinds;
+    std::string places;
+    for (const edgegrad::ParameterEffect& p : by_parameter) {
+        int& at = place[2 * static_cast<size_t>(p.shading) + p.picture_stays];
+        if (at < 0) {
+            at = static_cast<int>(nb::len(kinds));
+            kinds.append(nb::make_tuple(reason_name(p.shading), p.picture_stays));
+        }
+        places.push_back(static_cast<char>(at));
+    }
+    return nb::make_tuple(nb::tuple(kinds), nb::bytes(places.data(), places.size()));
+}
+
 // The decision on each part of a derivative, as tuples (core/derivatives/decisions.py).
 nb::list decision_list(const edgegrad::Decisions& decided) {
     constexpr const char* kOutcomes[] = {"computed", "zero", "missing"};
@@ -58,15 +76,12 @@ nb::list decision_list(const edgegrad::Decisions& decided) {
         const auto& d = decided.at(static_cast<edgegrad::Part>(k));
         if (!d) continue;
         const edgegrad::EdgeCounts& e = d->edges;
-        nb::list by_parameter;
-        for (const edgegrad::ParameterEffect& p : d->by_parameter)
-            by_parameter.append(nb::make_tuple(reason_name(p.shading), p.picture_stays));
         out.append(nb::make_tuple(
             edgegrad::kPartTable[k].name, edgegrad::kTermNames[edgegrad::kPartTable[k].term],
             kOutcomes[static_cast<size_t>(d->outcome)], reason_name(d->reason),
             nb::make_tuple(e.of, e.kept, e.flat, e.seams, e.still), indices(d->meshes), indices(d->lights),
             indices(d->materials), index_pairs(d->pairs), index_pairs(d->pierced), d->limit, d->samples,
-            d->seconds, nb::tuple(by_parameter)));
+            d->seconds, effects(d->by_parameter)));
     }
     return out;
 }
@@ -193,9 +208,9 @@ class Scene {
         for (const auto& [name, values] : tangent) {
             const std::string table = text(name);
             const InputArray<double> floats(values, table.c_str());
-            tangents[table].assign(floats.data(), floats.data() + floats.size());
+            tangents[edgegrad::float_table(table)].assign(floats.data(), floats.data() + floats.size());
         }
-        const edgegrad::Requested what = read_requested(requested);
+        const edgegrad::Requested what(engine_->tables(), read_spans(requested));
         const Progress report = edgegrad::make_progress(std::move(progress));
         edgegrad::Dropped dropped;
         edgegrad::Decisions decided;
@@ -211,7 +226,7 @@ class Scene {
         const edgegrad::CameraView& c = engine_->tables().camera;
         const InputArray<float> image(adjoint, "adjoint", {c.height, c.width, 3});
         const RenderOptions options = read_options(given);
-        const edgegrad::Requested what = read_requested(requested);
+        const edgegrad::Requested what(engine_->tables(), read_spans(requested));
         const Progress report = edgegrad::make_progress(std::move(progress));
         edgegrad::Dropped dropped;
         edgegrad::Decisions decided;
@@ -219,17 +234,18 @@ class Scene {
             return engine_->backward(options, what, image.data(), learned, report, dropped, decided);
         });
         nb::dict out;
-        for (auto& [name, values] : gradients)
-            out[name.c_str()] = edgegrad::zeros_to_numpy(std::move(values));
+        for (auto& [table, values] : gradients)
+            out[edgegrad::kFloatTableNames[static_cast<size_t>(table)]] =
+                edgegrad::zeros_to_numpy(std::move(values));
         return nb::make_tuple(out, dropped_list(dropped), decision_list(decided));
     }
 
     // Decides what such a call computes, and what each of some parameters changes.
-    nb::list decide(nb::dict requested, nb::handle given, nb::list parameters) {
+    // `parameters` (core/derivatives/table_derivatives.py, ParameterRows).
+    nb::list decide(nb::dict requested, nb::handle given, nb::handle parameters) {
         const RenderOptions options = read_options(given);
-        const edgegrad::Requested what = read_requested(requested);
-        std::vector<edgegrad::Requested> each;
-        for (const nb::handle spans : parameters) each.push_back(read_requested(nb::cast<nb::dict>(spans)));
+        const edgegrad::Requested what(engine_->tables(), read_spans(requested));
+        const edgegrad::ParameterFloats each = read_parameters(parameters);
         return decision_list(without_interpreter([&] { return engine_->decide(options, what, each); }));
     }
 
@@ -252,16 +268,36 @@ class Scene {
 
  private:
     // Reads the requested spans of floats by table.
-    edgegrad::Requested read_requested(const nb::dict& requested) const {
-        std::vector<edgegrad::TableSpan> spans;
+    static std::vector<edgegrad::FloatSpan> read_spans(const nb::dict& requested) {
+        std::vector<edgegrad::FloatSpan> spans;
         for (const auto& [name, rows] : requested) {
             const std::string table = text(name);
             const InputArray<int64_t> ends(rows, table.c_str(), {-1, 2});
             for (size_t k = 0; k < ends.size(); k += 2)
-                spans.push_back(
-                    {table, static_cast<size_t>(ends.data()[k]), static_cast<size_t>(ends.data()[k + 1])});
+                spans.push_back({edgegrad::float_table(table), static_cast<size_t>(ends.data()[k]),
+                                 static_cast<size_t>(ends.data()[k + 1])});
         }
-        return {engine_->tables(), spans};
+        return spans;
+    }
+    // Reads the spans of floats of each of some parameters.
+    static edgegrad::ParameterFloats read_parameters(nb::handle given) {
+        std::vector<edgegrad::FloatTable> tables;
+        for (const nb::handle name : given.attr("tables"))
+            tables.push_back(edgegrad::float_table(text(name)));
+        const std::vector<int64_t> table = column<int64_t>(given, "table");
+        const InputArray<int64_t> ends(given.attr("spans"), "spans", {static_cast<int64_t>(table.size()), 2});
+        edgegrad::ParameterFloats out;
+        for (size_t k = 0; k < table.size(); ++k)
+            out.spans.push_back({tables.at(static_cast<size_t>(table[k])),
+                                 static_cast<size_t>(ends.data()[2 * k]),
+                                 static_cast<size_t>(ends.data()[2 * k + 1])});
+        for (const int64_t last : column<int64_t>(given, "last")) {
+            const size_t end = static_cast<size_t>(last);
+            if (end > table.size() || (!out.last.empty() && end < out.last.back()))
+                throw std::invalid_argument("the spans of parameters must follow each other");
+            out.last.push_back(end);
+        }
+        return out;
     }
 
     const edgegrad::KernelTable& kernels_;

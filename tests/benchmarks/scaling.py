@@ -26,6 +26,7 @@ SIZES = {
     "meshes": (1, 100, 10_000, 100_000),
     "touching meshes": (1_000, 10_000, 100_000),
     "boxes on a floor": (100, 1_000),
+    "moving meshes": (1_000, 10_000),
     "crossing balls": (768, 12_288, 196_608),
     "touching sheets": (1_000, 10_000, 100_000),
     "materials": (100, 1_000, 10_000),
@@ -56,6 +57,11 @@ def of_meshes(count: int, gap: float = 3.0) -> tuple[Scene, list[str]]:
     at = places(count, gap)
     return (scene({f"box{k}": Mesh(vertices + at[k], faces, ("clay",)) for k in range(count)}, float(at.max())),
             ["meshes.box0.vertices"])
+
+
+def all_moving(count: int) -> tuple[Scene, list[str]]:
+    made, _ = of_meshes(count)
+    return made, [f"meshes.{name}.vertices" for name in made.meshes]
 
 
 def on_floor(count: int) -> tuple[Scene, list[str]]:
@@ -124,8 +130,9 @@ def of_instances(count: int) -> tuple[Scene, list[str]]:
 
 MAKE: dict[str, Callable[[int], tuple[Scene, list[str]]]] = {
     "meshes": of_meshes, "touching meshes": lambda count: of_meshes(count, 2.0),
-    "boxes on a floor": on_floor, "crossing balls": of_balls, "touching sheets": of_sheets, "materials": of_materials,
-    "nodes": of_nodes, "texels": of_texels, "instances": of_instances,
+    "boxes on a floor": on_floor, "moving meshes": all_moving, "crossing balls": of_balls,
+    "touching sheets": of_sheets, "materials": of_materials, "nodes": of_nodes, "texels": of_texels,
+    "instances": of_instances,
 }  # fmt: skip
 STEPS = ("validate", "flatten", "compile", "renderer", "render", "decide", "gradient", "again", "check",
          "plan", "replan", "alone", "plan/gradient", "replan/gradient")

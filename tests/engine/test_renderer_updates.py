@@ -94,13 +94,29 @@ def test_gradients_forget_what_earlier_ones_have_found(path: str) -> None:
         return renderer.render_backward(adjoint, wrt, spp=2, max_depth=3)
 
     before = gradient(used)
+    used.decide(wrt, max_depth=3)
     parameters.put(scene, path, CHANGES[path](parameters.get(scene, path)))
     used.update([path])
     unused.update([path])
+    assert used.decide(wrt, max_depth=3) == unused.decide(wrt, max_depth=3)
     after, expected = gradient(used), gradient(unused)
     for name in wrt:
         np.testing.assert_array_equal(after[name], expected[name])
     assert any((after[name] != before[name]).any() for name in wrt)
+
+
+def test_decisions_forget_what_they_have_been() -> None:
+    scene = scene_of_all()
+    renderer = Renderer(scene, threads=1)
+
+    def outcome() -> str:
+        decided = renderer.decide(["meshes.solid.vertices"], max_depth=2)
+        return next(d.outcome for d in decided if d.part == "environment shadows")
+
+    assert outcome() == "computed"
+    scene.world.strength = 0.0
+    renderer.update(["world.strength"])
+    assert outcome() == "zero"
 
 
 @pytest.mark.parametrize("named", [True, False], ids=["named", "found"])

@@ -14,12 +14,15 @@ from numpy.typing import NDArray
 
 from edgegrad import Bounces, Image, Material, Mesh, Renderer, Scene, SunLight, expression, plan
 from edgegrad.derivatives.decisions import Decision, Decisions
+from edgegrad.derivatives.table_derivatives import without_derivative
 from edgegrad.rendering import one_shot
 from edgegrad.rendering import renderer as module
 from edgegrad.rendering.engine import engine_class
 from edgegrad.rendering.options import checked_options
+from edgegrad.scene import parameters
 from tests.support import shapes
 from tests.support.distributions import student_to_normal
+from tests.support.rich_scene import everything
 from tests.support.small_scenes import camera, glowing, need, standing_box
 from tests.torture.checks import LIMITS, directions
 from tests.torture.scenes import Case, case, paths_of
@@ -306,3 +309,22 @@ def test_many_meshes_that_pass_through_one_are_all_found() -> None:
     paths = [f"meshes.box {k}.vertices" for k in range(12)]
     decided = next(d for d in Renderer(scene).decide(paths) if d.part == "seen intersections")
     assert [sorted(pair) for pair in decided.pairs] == [[0, k] for k in range(1, 13)]
+
+
+@pytest.mark.parametrize("depth", [1, 3])
+def test_each_of_many_parameters_changes_what_it_changes_alone(depth: int) -> None:
+    need("native")
+    scene = everything()
+    renderer = Renderer(scene, threads=1)
+    # Requested emission makes all surfaces ones that may emit
+    paths = [path for path in parameters.paths(scene)
+             if without_derivative(path) is None and not path.endswith(".emission")]
+
+    def reasons(wrt: list[str]) -> list[str]:
+        shading = next(d for d in renderer.decide(wrt, max_depth=depth) if d.part == "shading")
+        kinds, places = shading.by_parameter
+        return [kinds[place][0] for place in places]
+
+    together = reasons(paths)
+    assert len(together) == len(paths) and {"needed", "unread"} <= {*together}
+    assert together == [reason for path in paths for reason in reasons([path])]

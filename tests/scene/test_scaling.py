@@ -78,6 +78,20 @@ def test_plans_cost_a_fixed_number_of_calls_per_mesh(gap: float, which: str) -> 
     assert more - many < 1.2 * (many - few)
 
 
+def test_a_plan_after_a_gradient_makes_no_calls_per_parameter() -> None:
+    def cost(count: int) -> int:
+        scene = boxes(count)
+        slots = [f"m{k}" for k in range(count)]
+        scene.materials = {"clay": Material(), **{name: Material(np.full(3, 0.5)) for name in slots}}
+        wrt = [f"meshes.{name}.vertices" for name in scene.meshes] + [f"materials.{name}.base_color" for name in slots]
+        renderer = edgegrad.Renderer(scene, watched=False)
+        renderer.render_backward(np.ones((8, 8, 3)), wrt, spp=1, max_depth=3)
+        return calls(lambda: edgegrad.plan(renderer, wrt, max_depth=3))
+
+    cost(100)
+    assert cost(400) == cost(200)
+
+
 def test_the_plan_of_many_meshes_names_few() -> None:
     scene = boxes(300, gap=1.5)
     for k, mesh in enumerate(scene.meshes.values()):

@@ -77,6 +77,7 @@ struct EdgeCache {
     // Key: whether the camera moves, whether instances move, which meshes move.
     Kept<std::tuple<bool, bool, std::vector<uint8_t>>, Intersections> intersections;
     Kept<std::pair<CameraKey, RequestedMotion>, Candidates> primary;
+    Kept<std::pair<CameraKey, RequestedMotion>, bool> edge_on;  // whether there is any face seen edge-on
     Kept<std::pair<std::shared_ptr<const LightList>, Sides>, Candidates> shadow;
     Kept<Sides, Candidates> silhouettes;  // for the environment and for light between surfaces
     Kept<Sides, Candidates> borders;      // of faces near contact
@@ -112,7 +113,7 @@ struct EdgeCache {
     // Call after vertices have changed.
     void clear() {
         mesh_sizes.clear(), intersections.clear(), boxes.clear(), not_star_shaped.clear(), carriers.clear();
-        touching.clear(), trees.clear(), seen_outlines.clear(), patches.clear();
+        touching.clear(), trees.clear(), seen_outlines.clear(), patches.clear(), edge_on.clear();
         clear_values();
     }
     // Call after other values have changed. What depends on vertices alone stays valid.

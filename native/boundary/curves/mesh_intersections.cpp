@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <mutex>
-#include <numeric>
 #include <optional>
+#include <utility>
 
 #include "boundary/meshes/face_cut.h"
 #include "scene/mesh_instances.h"
@@ -21,15 +21,15 @@ std::vector<BoxPair> meeting_pairs(const std::vector<PlacedMesh>& meshes, const 
     int axis = 0;
     for (int c = 1; c < 3; ++c)
         if (middles.high[c] - middles.low[c] > middles.high[axis] - middles.low[axis]) axis = c;
-    std::vector<size_t> order(meshes.size());
-    std::iota(order.begin(), order.end(), size_t{0});
-    std::stable_sort(order.begin(), order.end(),
-                     [&](size_t a, size_t b) { return meshes[a].box.low[axis] < meshes[b].box.low[axis]; });
+    // Instances are large, so their bounds are sorted apart from them
+    std::vector<std::pair<float, size_t>> order;
+    for (size_t k = 0; k < meshes.size(); ++k) order.emplace_back(meshes[k].box.low[axis], k);
+    std::sort(order.begin(), order.end());
     std::vector<Box> boxes;
-    for (size_t k : order) boxes.push_back(meshes[k].box);
+    for (const auto& [low, k] : order) boxes.push_back(meshes[k].box);
     std::vector<BoxPair> out = BoxPairs(boxes).pairs(
-        [&](size_t a, size_t b) { return requested(meshes[order[a]], meshes[order[b]]); });
-    for (auto& [one, other] : out) one = order[one], other = order[other];
+        [&](size_t a, size_t b) { return requested(meshes[order[a].second], meshes[order[b].second]); });
+    for (auto& [one, other] : out) one = order[one].second, other = order[other].second;
     return out;
 }
 

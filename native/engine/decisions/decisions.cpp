@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <set>
 
 #include "boundary/curves/texture_borders.h"
 #include "boundary/meshes/trees/mesh_trees.h"
@@ -261,55 +260,72 @@ void decide_boundaries(const BoundaryFacts& f, Decisions& decided) {
     decide_caustics(f, partly_met, decided);
 }
 
+namespace {
+
+// Adds a pair, unless it is the last one: lines come in the order of their surfaces.
+void add_pair(MeshPairs& pairs, const std::array<int32_t, 2>& pair) {
+    if (pairs.empty() || pairs.back() != pair) pairs.push_back(pair);
+}
+
+// Sorts pairs, and keeps each once.
+MeshPairs each_once(MeshPairs pairs) {
+    std::sort(pairs.begin(), pairs.end());
+    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+    return pairs;
+}
+
+}  // namespace
+
 bool Decisions::found(Part part, const SceneTables& tables, const Intersections& lines) {
     if (lines.size() == 0) {
         none(part, Reason::kNone);
         return false;
     }
-    std::set<std::array<int32_t, 2>> pairs, lights;
+    MeshPairs pairs, lights;
     for (size_t k = 0; k < static_cast<size_t>(lines.size()); ++k) {
         const LineSurface one(lines.faces[2 * k]), other(lines.faces[2 * k + 1]);
         const int32_t mesh = mesh_of(tables, one.face());
         if (other.is_light()) {
-            lights.insert({other.light_row(), mesh});
+            add_pair(lights, {other.light_row(), mesh});
         } else {
             const int32_t second = mesh_of(tables, other.face());
-            pairs.insert({std::min(mesh, second), std::max(mesh, second)});
+            add_pair(pairs, {std::min(mesh, second), std::max(mesh, second)});
         }
     }
     Decision& d = (*this)[part];
-    d.pairs.assign(pairs.begin(), pairs.end());
-    d.pierced.assign(lights.begin(), lights.end());
+    d.pairs = each_once(std::move(pairs));
+    d.pierced = each_once(std::move(lights));
     return true;
 }
 
 void Decisions::found_coincident(const SceneTables& tables, const Intersections& lines,
                                  const RequestedMotion& motion) {
-    std::set<std::array<int32_t, 2>> pairs;
+    MeshPairs pairs;
     for (const auto& faces : lines.coincident) {
         const int32_t a = mesh_of(tables, faces[0]), b = mesh_of(tables, faces[1]);
         if (motion.camera || motion.moving[static_cast<size_t>(a)] || motion.moving[static_cast<size_t>(b)])
-            pairs.insert({std::min(a, b), std::max(a, b)});
+            add_pair(pairs, {std::min(a, b), std::max(a, b)});
     }
-    if (!pairs.empty()) missing(Part::kCoincidentFaces).pairs.assign(pairs.begin(), pairs.end());
+    if (!pairs.empty()) missing(Part::kCoincidentFaces).pairs = each_once(std::move(pairs));
 }
 
 void Decisions::found_parting(const BoundaryFacts& facts, const Requested& requested, int threads) {
     const SceneTables& tables = facts.tables;
     MovingMeshes moving{facts.motion.moving, std::vector<uint8_t>(tables.instance_mesh.size(), 0)};
-    for (size_t k = 0; k < moving.instances.size(); ++k)
-        moving.instances[k] = requested.any("instance_to_world", 12 * k, 12 * k + 12);
-    std::set<std::array<int32_t, 2>> pairs;
+    for (const FloatSpan& s : requested.floats().of(FloatTable::kInstances))
+        for (size_t k = s.first / 12; k < moving.instances.size() && 12 * k < s.last; ++k)
+            moving.instances[k] = 1;
+    MeshPairs pairs;
     for (const auto& [a, b] : tables.touching_meshes)
         if (moving.meshes[static_cast<size_t>(a)] != moving.meshes[static_cast<size_t>(b)])
-            pairs.insert({std::min(a, b), std::max(a, b)});
+            pairs.push_back({std::min(a, b), std::max(a, b)});
     const auto boxes = facts.kept.boxes.get(true, [&] { return MeshBoxes(tables); });
     const auto touching = facts.kept.touching.get(moving, [&] {
         const auto trees = facts.kept.trees.get(true, [&] { return MeshTrees(tables); });
         return touching_meshes(tables, moving, *boxes, *trees, threads);
     });
-    pairs.insert(touching->begin(), touching->end());
-    if (!pairs.empty()) missing(Part::kPartingMeshes).pairs.assign(pairs.begin(), pairs.end());
+    pairs.insert(pairs.end(), touching->begin(), touching->end());
+    if (!pairs.empty()) missing(Part::kPartingMeshes).pairs = each_once(std::move(pairs));
 }
 
 bool Decisions::lists_materials(Part part, std::vector<int32_t> materials) {
@@ -336,8 +352,10 @@ std::vector<int32_t> partly_met_meshes(const SceneTables& tables, int32_t rays) 
     return out;
 }
 
-bool moves_rays(const CameraView& camera, const Requested& requested) {
-    const auto any = [&](size_t first, size_t last) { return requested.any("camera", first, last); };
+bool moves_rays(const CameraView& camera, const FloatSpans& requested) {
+    const auto any = [&](size_t first, size_t last) {
+        return requested.any(FloatTable::kCamera, first, last);
+    };
     if (any(kCameraPosition, kCameraFocal)) return true;
     if (camera.kind == kEquirectangular) return any(kCameraPanorama, kCameraFisheye);
     if (is_fisheye(camera.kind))

@@ -210,7 +210,7 @@ constexpr int kShadowSegments = 4;
 
 // Whether the requested parameters turn or shift the camera's rays. The focus of a pinhole and the rotation
 // of a round aperture do not.
-bool moves_rays(const CameraView& camera, const Requested& requested);
+bool moves_rays(const CameraView& camera, const FloatSpans& requested);
 
 // The facts from which boundary terms are decided.
 struct BoundaryFacts {
@@ -220,6 +220,7 @@ struct BoundaryFacts {
     const RequestedMotion& motion;
     bool chains;           // edges move, or directions of rays change (moves_chains)
     bool bends;            // directions of rays change by values or normals (bends_chains)
+    bool rims_turn;        // the interior term is requested, and rims of lobes may move
     bool nothing_between;  // no surface is between two others (Engine::hides_no_surface)
     EdgeCache& kept;
 };

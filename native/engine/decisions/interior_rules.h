@@ -1,4 +1,5 @@
-// Where the interior term is zero, so that no path is recorded, and which paths are recorded elsewhere.
+// Which paths the interior term records, and which of its parts are computed. Where the whole term is zero:
+// engine/decisions/shading_rules.h.
 #pragma once
 
 #include <vector>
@@ -9,10 +10,6 @@
 #include "scene/view.h"
 
 namespace edgegrad {
-
-// The reason why the requested values change no shading; kNeeded: they may change it.
-Reason constant_shading(const SceneView& scene, const SceneTables& tables, const Requested& requested,
-                        int max_depth);
 
 // Whether a material scatters no light.
 bool is_black(const SceneView& scene, int32_t material);

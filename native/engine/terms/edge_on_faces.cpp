@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <tuple>
 #include <utility>
@@ -204,21 +205,9 @@ void keep_largest(std::vector<Run>& runs, const SceneTables& tables, const Camer
     runs = std::move(kept);
 }
 
-// Whether radiance may vary within a face; otherwise the motion of hits along it changes nothing. Direct
-// light of the environment is constant over a flat face.
-bool varies_over_faces(const SceneView& scene, const RenderOptions& options) {
-    return scene.lights.count > 0 || options.max_depth > 2 || scene.corner_normal ||
-           scene.textures.closure_program || scene.textures.closure_weight_program ||
-           (scene.all_flags & kHasNormalMap);
-}
-
-}  // namespace
-
-EdgeOnList edge_on_faces(const SceneView& scene, const SceneTables& tables, const std::vector<int8_t>& sides,
-                         const RenderOptions& options, const RequestedMotion& motion, int threads) {
-    EdgeOnList out;
-    const CameraView& camera = scene.camera;
-    if (is_panorama(camera.kind) || !varies_over_faces(scene, options)) return out;
+// The ranges of faces to examine.
+std::vector<Run> examined(const SceneView& scene, const SceneTables& tables, const std::vector<int8_t>& sides,
+                          const RequestedMotion& motion) {
     const auto instances = mesh_instances(tables);
     std::vector<Run> runs;
     int64_t faces = 0;
@@ -233,16 +222,59 @@ EdgeOnList edge_on_faces(const SceneView& scene, const SceneTables& tables, cons
                 faces += runs.back().last - first;
             }
     }
-    if (faces > kMostFaces) keep_largest(runs, tables, camera);
-    const FramePlanes frame(camera);
-    const double pixels = static_cast<double>(camera.width) * camera.height;
+    if (faces > kMostFaces) keep_largest(runs, tables, scene.camera);
+    return runs;
+}
+
+double pixels_of(const CameraView& camera) { return static_cast<double>(camera.width) * camera.height; }
+
+// Adds the faces of a range that the camera sees edge-on, until done(part).
+template <typename Done>
+void add_run(const FramePlanes& frame, const SceneView& scene, const Run& run, Chunk& part,
+             const Done& done) {
+    const Placement place = Placement::of(scene, run.instance);
+    const double most = kMostOfFace * pixels_of(scene.camera);
+    for (int64_t face = run.first; face < run.last && !done(part); ++face)
+        add_face(frame, scene, place, static_cast<int32_t>(face), run.instance, run.side, most, part);
+}
+
+}  // namespace
+
+bool edge_on_matters(const SceneView& scene, const RenderOptions& options) {
+    return !is_panorama(scene.camera.kind) &&
+           (scene.lights.count > 0 || options.max_depth > 2 || scene.corner_normal ||
+            scene.textures.closure_program || scene.textures.closure_weight_program ||
+            (scene.all_flags & kHasNormalMap));
+}
+
+bool any_edge_on_face(const SceneView& scene, const SceneTables& tables, const std::vector<int8_t>& sides,
+                      const RequestedMotion& motion, int threads) {
+    const std::vector<Run> runs = examined(scene, tables, sides, motion);
+    const FramePlanes frame(scene.camera);
+    std::atomic<bool> found = false;
+    parallel_for(threads, static_cast<int64_t>(runs.size()), nullptr, [&](int, int64_t k) {
+        Chunk part;
+        const auto done = [&](const Chunk& p) {
+            if (!p.entries.empty()) found = true;
+            return found.load();
+        };
+        add_run(frame, scene, runs[static_cast<size_t>(k)], part, done);
+        done(part);
+    });
+    return found;
+}
+
+EdgeOnList edge_on_faces(const SceneView& scene, const SceneTables& tables, const std::vector<int8_t>& sides,
+                         const RenderOptions& options, const RequestedMotion& motion, int threads) {
+    EdgeOnList out;
+    if (!edge_on_matters(scene, options)) return out;
+    const std::vector<Run> runs = examined(scene, tables, sides, motion);
+    const FramePlanes frame(scene.camera);
+    const double pixels = pixels_of(scene.camera);
     std::vector<Chunk> parts(runs.size());
     parallel_for(threads, static_cast<int64_t>(runs.size()), nullptr, [&](int, int64_t k) {
-        const Run& run = runs[static_cast<size_t>(k)];
-        const Placement place = Placement::of(scene, run.instance);
-        for (int64_t face = run.first; face < run.last; ++face)
-            add_face(frame, scene, place, static_cast<int32_t>(face), run.instance, run.side,
-                     kMostOfFace * pixels, parts[static_cast<size_t>(k)]);
+        const auto at = static_cast<size_t>(k);
+        add_run(frame, scene, runs[at], parts[at], [](const Chunk&) { return false; });
     });
     std::vector<Entry> entries;
     out.cumulative.push_back(0.0);

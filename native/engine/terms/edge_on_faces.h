@@ -24,4 +24,12 @@ struct EdgeOnList {
 EdgeOnList edge_on_faces(const SceneView& scene, const SceneTables& tables, const std::vector<int8_t>& sides,
                          const RenderOptions& options, const RequestedMotion& motion, int threads);
 
+// Whether radiance may vary within a face, in a picture that has edge-on faces. Otherwise the motion of hits
+// along a face changes nothing: direct light of the environment is constant over a flat face.
+bool edge_on_matters(const SceneView& scene, const RenderOptions& options);
+
+// If they matter: whether there are such faces.
+bool any_edge_on_face(const SceneView& scene, const SceneTables& tables, const std::vector<int8_t>& sides,
+                      const RequestedMotion& motion, int threads);
+
 }  // namespace edgegrad

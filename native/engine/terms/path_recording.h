@@ -22,11 +22,11 @@ struct PathRecording {
         AdjointTask sweep = run.memory.adjoint.task(task, work);
         sweep.tables = &run.tables;
         sweep.geometry = geometry;
-        sweep.camera_moves = requested.any("camera");
+        sweep.camera_moves = requested.any(FloatTable::kCamera);
         work.vertices->geometry = sweep.geometry;
         // Light of rays without a hit has a derivative by its own parameters, or by the ray's direction.
         work.vertices->misses = run.scene.lights.all_sized() > 0 || run.scene.environment_image.pixels ||
-                                requested.any("environment");
+                                requested.any(FloatTable::kEnvironment);
         work.vertices->requested = surfaces;
         work.vertices->passed.closures = passed.empty() ? nullptr : passed.data();
         return sweep;

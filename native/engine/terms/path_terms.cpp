@@ -40,11 +40,12 @@ ValueTask InteriorTerm::record_values(const TermRun& run, const ImageTask& task)
     const Requested& requested = recording_.requested;
     ValueMemory& values = *sweep.values;
     constexpr uint64_t emission = Requested::columns(kEmission, kEmission + 3);
-    const uint64_t columns = requested.any("closure_params") ? requested.span("closure_params").columns : 0;
+    const uint64_t columns =
+        requested.any(FloatTable::kClosures) ? requested.span(FloatTable::kClosures).columns : 0;
     values.emission = (columns & emission) != 0;
     values.colors = (columns & ~emission) != 0;
-    values.rows = requested.any("light_params");
-    values.environment = requested.any("environment");
+    values.rows = requested.any(FloatTable::kLights);
+    values.environment = requested.any(FloatTable::kEnvironment);
     values.requested = recording_.surfaces;
     values.requested.everywhere = values.emission || values.rows || values.environment;
     run.kernels.record_values(run.scene, task, work);

@@ -19,16 +19,16 @@ constexpr double kLines = 0.14;
 }  // namespace
 
 bool moves_chains(const SceneTables& t, const Requested& requested) {
-    return requested.any("vertices") || requested.any("camera") || requested.any("instance_to_world") ||
-           requested.moves_fields() || bends_chains(t, requested);
+    return requested.any(FloatTable::kVertices) || requested.any(FloatTable::kCamera) ||
+           requested.any(FloatTable::kInstances) || requested.moves_fields() || bends_chains(t, requested);
 }
 
 bool bends_chains(const SceneTables& t, const Requested& requested) {
-    if (requested.any("normals")) return true;
+    if (requested.any(FloatTable::kNormals)) return true;
     // Of a closure's floats, the index and the normal map change the directions of rays.
     constexpr uint64_t bending =
         Requested::columns(kIor, kIor + 1) | Requested::columns(kNormalMap, kNormalStrength + 1);
-    const Requested::Span rows = requested.span("closure_params");
+    const Requested::Span rows = requested.span(FloatTable::kClosures);
     const bool bends = (rows.columns & bending) != 0;
     const bool textures = requested.textures();
     for (size_t closure = 0; closure < t.closure_flags.size(); ++closure) {

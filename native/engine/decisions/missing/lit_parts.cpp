@@ -20,7 +20,7 @@ void absorbing_surfaces(const MissingSearch& s) {
                     const size_t values = kMaterialParams * k + kAbsorption;
                     const int32_t flags = s.tables.closure_flags[k];
                     return (flags & kHasAbsorption) && (flags & kHasTransparency) &&
-                           (s.any_moves || s.requested.any("closure_params", values, values + 3));
+                           (s.any_moves || s.requested.any(FloatTable::kClosures, values, values + 3));
                 }));
 }
 

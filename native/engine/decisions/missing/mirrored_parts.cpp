@@ -14,8 +14,8 @@ namespace {
 
 // Whether shading normals may turn, or the normals of faces.
 bool normals_turn(const MissingSearch& s) {
-    return s.requested.any("normals") || s.requested.textures() ||
-           (s.requested.span("closure_params").columns &
+    return s.requested.any(FloatTable::kNormals) || s.requested.textures() ||
+           (s.requested.span(FloatTable::kClosures).columns &
             Requested::columns(kNormalMap, kNormalStrength + 1)) != 0;
 }
 
@@ -23,9 +23,7 @@ bool normals_turn(const MissingSearch& s) {
 void rim_lines(const MissingSearch& s) {
     constexpr int32_t kSeen = 1 << kTransmissionRay | 1 << kDiffuseRay | 1 << kGlossyRay;
     std::vector<int32_t> found = lights_without_size(s.tables, kSeen);
-    if (found.empty() || !s.facts.options.terms[kInteriorTerm] ||
-        !rims_move(s.facts.scene, s.tables, s.requested))
-        return;
+    if (found.empty() || !s.facts.rims_turn) return;
     s.lights(Part::kRimLines, std::move(found));
     s.decided[Part::kRimLines].materials = used_materials(
         s.tables, [&](size_t k) { return may_have_rim(s.tables, k, s.facts.scene.least_alpha > 0.0f); });

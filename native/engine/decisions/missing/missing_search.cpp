@@ -59,7 +59,7 @@ std::vector<int32_t> MissingSearch::sized_lights(int32_t seen_by) const {
 
 bool MissingSearch::light_moves(int32_t row) const {
     const size_t first = kLightParams * static_cast<size_t>(row);
-    return requested.any("light_params", first + kLightPosition, first + kLightParams);
+    return requested.any(FloatTable::kLights, first + kLightPosition, first + kLightParams);
 }
 
 }  // namespace edgegrad

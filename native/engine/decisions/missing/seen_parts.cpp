@@ -37,7 +37,9 @@ void wide_lens(const MissingSearch& s) {
 // The picture is black beyond a fisheye's disc.
 void disc_border(const MissingSearch& s) {
     const CameraView& c = s.facts.scene.camera;
-    const auto any = [&](size_t first, size_t last) { return s.requested.any("camera", first, last); };
+    const auto any = [&](size_t first, size_t last) {
+        return s.requested.any(FloatTable::kCamera, first, last);
+    };
     if (!is_fisheye(c.kind) ||
         !(any(kCameraPixelAspect, kCameraPanorama) || any(kCameraDisc, kCameraDisc + 1)))
         return;
@@ -60,9 +62,10 @@ void beyond_poles(const MissingSearch& s) {
 // Textures with jumps that move over static meshes. Pixels of images move those that depend on their
 // values.
 void slid_textures(const MissingSearch& s) {
-    const bool moves = s.requested.any("texture_attributes") || s.requested.any("texture_lookups") ||
-                       s.requested.any("texture_constants");
-    if (!moves && !s.requested.any("texture_pixels")) return;
+    const bool moves = s.requested.any(FloatTable::kTextureAttributes) ||
+                       s.requested.any(FloatTable::kTextureLookups) ||
+                       s.requested.any(FloatTable::kTextureConstants);
+    if (!moves && !s.requested.any(FloatTable::kTexturePixels)) return;
     const auto reads = [&](const TextureInstruction& step) {
         return reads_requested(s.facts.scene.textures, s.requested, step);
     };

@@ -74,13 +74,12 @@ bool rims_move(const SceneView& scene, const SceneTables& tables, const Requeste
 }
 
 Rims rims_that_count(const SceneView& scene, const SceneTables& tables) {
-    // For lights without size the rims of gloss are lines.
-    Rims out = Rims::kNone;
-    for (size_t closure = 0; closure < tables.closure_flags.size(); ++closure) {
-        if (may_have_lobe_rim(tables, closure, scene.least_alpha > 0.0f)) return Rims::kAll;
-        if (scene.lights.all_sized() > 0 && may_have_gloss_rim(tables, closure)) out = Rims::kOfGloss;
-    }
-    return out;
+    const bool blurs = scene.least_alpha > 0.0f, sized = scene.lights.all_sized() > 0;
+    const auto is_used = [&](const auto& is) { return !used_materials(tables, is).empty(); };
+    if (is_used([&](size_t closure) { return may_have_lobe_rim(tables, closure, blurs); })) return Rims::kAll;
+    // For lights without size the rims of gloss are lines
+    const bool gloss = sized && is_used([&](size_t closure) { return may_have_gloss_rim(tables, closure); });
+    return gloss ? Rims::kOfGloss : Rims::kNone;
 }
 
 bool changes_densities(const Requested& requested) {

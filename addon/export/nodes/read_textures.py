@@ -53,15 +53,17 @@ def _interpolates_codes(reader: Reader, node: Any) -> bool:
 
 @reads("TEX_IMAGE")
 def _image(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    if _missing(reader, node, groups):
+    missing = _missing(reader, node, groups)
+    if missing and node.extension != "CLIP":  # without an end, a single pixel is a constant
         return 1.0 if output.identifier == "Alpha" else MISSING
-    codes = _interpolates_codes(reader, node)
-    name = read_image(reader, node, groups, codes)
+    codes = not missing and _interpolates_codes(reader, node)
+    name = reader.images.missing() if missing else read_image(reader, node, groups, codes)
     box = node.projection == "BOX"
     vector = _image_vector(reader, node, groups)
     value = e.ImageTexture(
         name, vector, INTERPOLATIONS[node.interpolation], node.extension, node.projection,
-        alpha_mode(node.image, _uses_alpha(reader, node, groups, vector)), node.projection_blend,
+        "CHANNEL_PACKED" if missing else alpha_mode(node.image, _uses_alpha(reader, node, groups, vector)),
+        node.projection_blend,
         object_normal() if box else (0.0, 0.0, 1.0),
     )  # fmt: skip
     if output.identifier == "Alpha":

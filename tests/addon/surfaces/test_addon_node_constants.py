@@ -95,6 +95,10 @@ def clipped(tree: Any) -> Any:
     return alpha
 
 
+def missing(tree: Any) -> Any:
+    return node(tree, "TexImage", {0: coordinates(tree)}, extension="CLIP").outputs["Color"]
+
+
 def of_world(tree: Any) -> Any:
     bpy.context.scene.world["tone"] = 0.7
     return node(tree, "Attribute", attribute_type="VIEW_LAYER", attribute_name="tone").outputs["Color"]
@@ -152,6 +156,7 @@ CASES: dict[str, tuple[Value, bool]] = {
     "box": (lambda tree: picture(tree, projection="BOX", place="Object"), False),
     "box, back": (lambda tree: picture(tree, projection="BOX", place="Object"), True),
     "clipped alpha": (clipped, False),
+    "missing image, clipped": (missing, False),
     "world": (of_world, False),
     "pair": (lambda tree: node(tree, "Attribute", attribute_name="UVMap").outputs["Fac"], False),
     "number": (lambda tree: node(tree, "Attribute", attribute_name="Number").outputs["Fac"], False),
@@ -185,6 +190,30 @@ def test_values_are_those_of_cycles(case: str, tmp_path: Path) -> None:
     theirs = bs.cycles(tmp_path)[..., :3]
     apart = np.abs(ours - theirs).max(axis=2) > 0.06 * (theirs.mean() + theirs.max(axis=2))
     assert apart.mean() < 0.1, (ours.mean(axis=(0, 1)), theirs.mean(axis=(0, 1)))
+    assert all(case.startswith("missing") and "has no image" in line for line in export.report.lines)
+
+
+def test_constant_emission_may_be_negative(tmp_path: Path) -> None:
+    """Beside positive emission, from which it is subtracted."""
+    scene = bs.empty(16)
+    scene.cycles.samples = 16
+    bs.camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0))
+    stage.lamp("POINT", "Lamp", 1.0, (0.0, 0.0, 9.0))
+
+    def surface(tree: Any) -> Any:
+        less = node(tree, "Emission", {"Color": (0.3, 0.1, 0.2), "Strength": -1.0})
+        more = node(tree, "Emission", {"Color": (0.8, 0.7, 0.9)})
+        dark = node(tree, "Value")
+        dark.outputs[0].default_value = -0.15
+        half = node(tree, "MixShader", {0: 0.5, 1: dark, 2: less})
+        return node(tree, "AddShader", {0: half, 1: more})
+
+    bs.add("Plane", stage.plane("Plane", stage.material("M", surface), size=4.0))
+    export = bs.export()
+    ours = edgegrad.Renderer(export.scene).render(spp=16, max_depth=1)
+    wanted = np.array([0.8, 0.7, 0.9]) - 0.5 * np.array([0.3, 0.1, 0.2]) - 0.5 * 0.15
+    assert np.allclose(ours, wanted, atol=1e-4)
+    assert np.allclose(bs.cycles(tmp_path)[..., :3], wanted, atol=1e-3)
     assert export.report.lines == []
 
 

@@ -53,16 +53,16 @@ def _interpolates_codes(reader: Reader, node: Any) -> bool:
 
 @reads("TEX_IMAGE")
 def _image(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    missing = _missing(reader, node, groups)
-    if missing and node.extension != "CLIP":  # without an end, a single pixel is a constant
+    pixel = reader.images if _missing(reader, node, groups) else None
+    if pixel is not None and node.extension != "CLIP":  # without an end, a single pixel is a constant
         return 1.0 if output.identifier == "Alpha" else MISSING
-    codes = not missing and _interpolates_codes(reader, node)
-    name = reader.images.missing() if missing else read_image(reader, node, groups, codes)
+    codes = pixel is None and _interpolates_codes(reader, node)
+    name = read_image(reader, node, groups, codes) if pixel is None else pixel.missing()
     box = node.projection == "BOX"
     vector = _image_vector(reader, node, groups)
     value = e.ImageTexture(
         name, vector, INTERPOLATIONS[node.interpolation], node.extension, node.projection,
-        "CHANNEL_PACKED" if missing else alpha_mode(node.image, _uses_alpha(reader, node, groups, vector)),
+        alpha_mode(node.image, _uses_alpha(reader, node, groups, vector)) if pixel is None else "CHANNEL_PACKED",
         node.projection_blend,
         object_normal() if box else (0.0, 0.0, 1.0),
     )  # fmt: skip

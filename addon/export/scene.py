@@ -98,7 +98,8 @@ def export_evaluated(evaluation: Evaluation, more_cameras: Sequence[Any], bake: 
     views = [] if view is None else [view]
     views += [export_camera(camera.evaluated_get(depsgraph), scene, report) for camera in cameras]
     view = views[0]
-    seen = CameraView.of(view, lambda name: property_of((depsgraph.view_layer, scene), name))
+    owners = [one for one in (depsgraph.view_layer, scene, scene.world) if one is not None]
+    seen = CameraView.of(view, lambda name: property_of(owners, name))
     out = Export(edgegrad.Scene(camera=view), read_settings(scene), report=report, views=views)
     if evaluation.unread_layers:
         names = ", ".join(f"'{name}'" for name in evaluation.unread_layers)

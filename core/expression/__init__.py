@@ -57,7 +57,7 @@ from .nodes import (
     operands,
     replaced,
 )
-from .normals import Bump, DisplacedBump, DisplacedPosition, NormalMap
+from .normals import AtHitPoint, Bump, DisplacedBump, DisplacedPosition, NormalMap
 from .procedural import (
     DIMENSIONS,
     GRADIENTS,
@@ -92,6 +92,7 @@ __all__ = [
     "VECTOR_OPERATIONS",
     "VORONOI_FEATURES",
     "VORONOI_METRICS",
+    "AtHitPoint",
     "Attribute",
     "Average",
     "Backfacing",

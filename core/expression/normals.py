@@ -41,6 +41,16 @@ class Bump(Expression):
 
 
 @dataclass(frozen=True)
+class AtHitPoint(Expression):
+    """A value at the hit point, also where a bump evaluates its height at points beside it.
+
+    So a height that depends on this value alone has no slope. Cycles has it so for Camera Data and Tangent nodes.
+    """
+
+    value: Operand
+
+
+@dataclass(frozen=True)
 class DisplacedBump(Expression):
     """The normal of a mesh whose vertices are displaced, bent by the same displacement: *Displacement and Bump*.
 

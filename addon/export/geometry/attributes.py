@@ -47,6 +47,8 @@ BEFORE = "(position before displacement)"
 # Alpha that an Attribute node reads of a layer, before the layer's name: 1 if the layer has none, or does not exist; or
 # of a property or an attribute of the instancer: 1 if that has none, and 0 if it does not exist.
 ALPHA = "(alpha) "
+# Number of components of a layer, before its name; 0: it does not exist.
+COMPONENTS = "(components) "
 PROPERTY = "(object property) "
 INSTANCER = "(instancer) "
 PARTICLE = "(particle) "
@@ -69,7 +71,7 @@ OF_OBJECT = (RANDOM, INDEX, COLOR, LOCATION, SCALE, SIDE, *AXES, *INVERSE_ROWS)
 
 def layer(name: str) -> Attribute:
     """Expression that reads a layer; 0 on meshes without the layer, as in Blender."""
-    return Attribute(name, required=False, is_position=name == OBJECT)
+    return Attribute(name, required=False, is_position=name in (OBJECT, EDGE_DISTANCES))
 
 
 def is_of_object(name: str) -> bool:
@@ -163,6 +165,9 @@ def _read(mesh: Any, arrays: MeshArrays, name: str, of: ObjectValues) -> Any:
         value = _read(mesh, arrays, name.removeprefix(ALPHA), of)
         has_alpha = value is not None and value.shape[2] == 4
         return value[..., 3:] if has_alpha else np.ones((*arrays.faces.shape, 1), np.float32)
+    if name.startswith(COMPONENTS):
+        value = _read(mesh, arrays, name.removeprefix(COMPONENTS), of)
+        return np.full((*arrays.faces.shape, 1), 0.0 if value is None else value.shape[2], np.float32)
     if name == ACTIVE_COLOR:
         index = mesh.color_attributes.render_color_index
         return _layer(mesh.color_attributes[index], mesh, arrays) if 0 <= index < len(mesh.color_attributes) else None

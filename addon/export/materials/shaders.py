@@ -160,9 +160,11 @@ class Closure:
         assert found is not None
         if field not in COLORS:
             found = found[:1]
-        if field == "base_color" and field not in self.material.textures and found.max() > 1.0:
-            # Only an expression may be above 1.
-            self.material.textures = {**self.material.textures, field: e.Combine(*map(float, np.maximum(found, 0.0)))}
+        # Only an expression of a colour may be above 1, and one of emission below 0.
+        wide = np.maximum(found, 0.0) if field == "base_color" else found
+        beyond = (field == "base_color" and found.max() > 1.0) or (field == "emission" and found.min() < 0.0)
+        if beyond and field not in self.material.textures:
+            self.material.textures = {**self.material.textures, field: e.Combine(*map(float, wide))}
         clipped = np.clip(found, *RANGES.get(field, (0.0, 1.0)))
         # `np.allclose` would take a fourth of an export's time
         if field not in self.material.textures and (np.abs(clipped - found) > 1e-5 * np.abs(found) + 1e-8).any():
@@ -184,10 +186,7 @@ class Closure:
         if factor == 0.0 or (constant is not None and not constant.any()):
             return
         if constant is not None and factor is not None:
-            value = constant * factor
-            if value.min() < 0.0:
-                self.note("negative emission is treated as zero")
-            self.material.emission = np.maximum(value, 0.0)
+            self.put("emission", tuple(map(float, constant * factor)), 0.0)
             return
         radiance = e.VectorMath("MULTIPLY", a, b)
         if any(isinstance(part, e.LightPath) and part.kind in BY_SAMPLING for part in nodes_of(radiance)):

@@ -22,10 +22,11 @@ from edgegrad.tables.textures.ops import Builder
 from ..inventory.naming import node_sentences
 from .camera_view import CameraView
 from .images import Images
-from .links import Groups, by_identifier, feed, is_implicit, label, upstream
+from .links import Groups, by_identifier, feed, is_computed_by_blender, is_implicit, label, upstream
 
 SCALARS = ("VALUE", "INT", "BOOLEAN")
-# Whether Blender resolves groups before Cycles sees them, whose sockets then convert nothing.
+# Whether Blender resolves groups before Cycles sees them. Their sockets then convert constants that Blender itself
+# computes, and nothing else.
 INLINES = bpy.app.version >= (5, 0, 0)
 REC709_LUMINANCE = (0.2126, 0.7152, 0.0722)
 
@@ -118,7 +119,10 @@ class Reader:
             value, kind = own_value(found.input), found.input.type
         else:
             return 0.0
-        for target in (*(() if INLINES else reversed(found.through)), socket.type):
+        given = found.output is None or is_computed_by_blender(found.output.node, found.groups)
+        for target in (*(reversed(found.through) if given or not INLINES else ()), socket.type):
+            if given and INLINES:
+                value = whole(folded(value), kind, target)
             value, kind = converted(value, kind, target), target
         return value
 
@@ -220,6 +224,17 @@ def converted(value: Operand, source: str, target: str) -> Operand:
     if not isinstance(value, Expression):
         return value
     return e.Luminance(value) if source == "RGBA" else e.Average(value)
+
+
+def whole(value: Operand, source: str, target: str) -> Operand:
+    """Round a constant to the whole number, or the truth value, that Blender makes of it; others stay."""
+    if target == source or target not in ("INT", "BOOLEAN") or isinstance(value, Expression):
+        return value
+    if target == "BOOLEAN" and source == "VECTOR" and isinstance(value, tuple):
+        return float(any(value[:3]))
+    found = converted(value, source, "VALUE")
+    one = float(found[0] if isinstance(found, tuple) else found)  # type: ignore[arg-type]
+    return float(one > 0.0) if target == "BOOLEAN" else float(int(one))
 
 
 def folded(value: Operand) -> Operand:

@@ -66,6 +66,13 @@ class Images:
             self.found[name] = edgegrad.Image(_pixels(image, codes, self.limit, self._scratch))
         return name
 
+    def missing(self) -> str:
+        """Return the name of the single pixel that Cycles has for a missing image."""
+        name = "(missing image)"
+        if name not in self.found:
+            self.found[name] = edgegrad.Image(np.array([[MISSING[:3]]], np.float32))
+        return name
+
 
 def name_of_codes(name: str) -> str:
     """Name, in the scene, of an image that is read as code values."""

@@ -10,6 +10,12 @@ import bpy
 # Nodes that Cycles does not have, among them those of add-ons. It ignores their links, so that a linked input keeps its
 # own value.
 NOT_IN_CYCLES = ("SHADERTORGB", "UVALONGSTROKE", "SQUEEZE", "CUSTOM", "UNDEFINED")
+# Nodes that Blender 5 computes itself if all their inputs are constant. Cycles gets the number in their place.
+COMPUTED_BY_BLENDER = frozenset((
+    "BLACKBODY", "CLAMP", "COMBXYZ", "CURVE_FLOAT", "CURVE_RGB", "CURVE_VEC", "GAMMA", "MAP_RANGE", "MATH", "MIX",
+    "MIX_RGB", "SEPXYZ", "TEX_BRICK", "TEX_CHECKER", "TEX_GABOR", "TEX_GRADIENT", "TEX_MAGIC", "TEX_NOISE",
+    "TEX_VORONOI", "TEX_WAVE", "TEX_WHITE_NOISE", "VALTORGB", "VALUE", "VECTOR_ROTATE", "VECT_MATH",
+))  # fmt: skip
 PASSED_THROUGH = 256  # largest number of reroutes, muted nodes and groups that are followed
 
 Groups = tuple[Any, ...]  # group nodes around a node, outermost first
@@ -101,6 +107,25 @@ def is_implicit(socket: Any, found: Feed) -> bool:
     if bpy.app.version < (5, 0, 0):  # Cycles drops any value of a group that is not linked
         return True
     return bool(found.input.hide_value and all(kind == socket.type for kind in found.through))
+
+
+def is_computed_by_blender(node: Any, groups: Groups) -> bool:
+    """Whether Blender replaces a node by the constants that its outputs have, before Cycles sees it."""
+    todo, seen = [(node, groups)], set()
+    while todo:
+        node, groups = todo.pop()
+        if node.type not in COMPUTED_BY_BLENDER:
+            return False
+        for socket in node.inputs:
+            if (node, groups, socket) in seen or not socket.enabled or socket.is_unavailable:
+                continue
+            seen.add((node, groups, socket))
+            found = feed(socket, groups)
+            if found.output is not None:
+                todo.append((found.output.node, found.groups))
+            elif found.input == socket and socket.hide_value and node.type.startswith("TEX_"):
+                return False  # texture coordinates
+    return True
 
 
 def upstream(node: Any, groups: Groups) -> Iterator[tuple[Any, Groups]]:

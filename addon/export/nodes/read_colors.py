@@ -9,8 +9,8 @@ import numpy as np
 from edgegrad import expression as e
 from edgegrad.expression import Operand
 
-from .expressions import Reader, folded, number, reads
-from .links import Groups
+from .expressions import INLINES, Reader, folded, number, reads, rgb
+from .links import Groups, is_computed_by_blender
 from .object_space import from_object, to_object
 from .read_inputs import rows, unreadable
 
@@ -55,11 +55,11 @@ def _vector_transform(reader: Reader, node: Any, groups: Groups, output: Any) ->
 
 @reads("NORMAL")
 def _normal(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    direction = tuple(float(c) for c in node.outputs["Normal"].default_value)
+    direction = e.VectorMath("NORMALIZE", tuple(float(c) for c in node.outputs["Normal"].default_value))
     if output.identifier == "Normal":
         return direction
     given = e.VectorMath("NORMALIZE", reader.get(node, "Normal", groups))
-    return e.VectorMath("DOT_PRODUCT", given, e.VectorMath("NORMALIZE", direction))
+    return e.VectorMath("DOT_PRODUCT", given, direction)
 
 
 @reads("MIX")
@@ -89,7 +89,7 @@ def _ramp(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     table: Any = tuple(tuple(map(float, row)) for row in colors)
     factor = reader.get(node, "Fac", groups)
     fixed = number(folded(factor))
-    if fixed is not None:
+    if fixed is not None and INLINES and is_computed_by_blender(node, groups):
         color = tuple(map(float, ramp.evaluate(min(max(fixed, 0.0), 1.0))))
         return color[3] if output.identifier == "Alpha" else color
     value = e.Ramp(factor, table, ramp.interpolation != "CONSTANT")
@@ -106,17 +106,27 @@ def _curves(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     high = high if high > low else low + 1.0
     places = np.linspace(low, high, TABLE)
 
+    computed = INLINES and is_computed_by_blender(node, groups)
+
     def row(x: float) -> Any:
         if len(curves) == 1:
-            return (mapping.evaluate(curves[0], x),) * 3
+            y = mapping.evaluate(curves[0], x)
+            if computed and mapping.use_clip:  # Cycles' table goes beyond the limits
+                y = min(max(y, mapping.clip_min_y), mapping.clip_max_y)
+            return (y,) * 3
         if len(curves) == 4:  # the last curve is applied first, to all channels
             x = mapping.evaluate(curves[3], x)
         return tuple(mapping.evaluate(c, x) for c in curves[:3])
 
     name = {"CURVE_RGB": "Color", "CURVE_VEC": "Vector", "CURVE_FLOAT": "Value"}[node.type]
     factor = "Factor" if node.type == "CURVE_FLOAT" else "Fac"
-    return e.Curves(reader.get(node, name, groups), tuple(row(float(x)) for x in places),
-                    reader.get(node, factor, groups), low, high, mapping.extend == "EXTRAPOLATED")  # fmt: skip
+    value, mixed = reader.get(node, name, groups), reader.get(node, factor, groups)
+    fixed = rgb(folded(value)) if computed else None
+    if fixed is not None:
+        exact = tuple(row(float(x))[k] for k, x in enumerate(fixed))
+        return e.Mix(mixed, value, exact, clamp_factor=False)
+    return e.Curves(value, tuple(row(float(x)) for x in places), mixed, low, high,
+                    mapping.extend == "EXTRAPOLATED")  # fmt: skip
 
 
 @reads("MAP_RANGE")

@@ -38,6 +38,12 @@ def _uv_map(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     return attributes.layer(node.uv_map or attributes.ACTIVE_UV)
 
 
+def object_normal() -> Operand:
+    """Smooth normal in the object's space, a unit vector on the viewer's side, as all normals of Cycles."""
+    front = e.Math("MULTIPLY_ADD", e.Backfacing(), -2.0, 1.0)
+    return e.VectorMath("SCALE", e.VectorMath("NORMALIZE", attributes.layer(attributes.OBJECT_NORMAL)), scale=front)
+
+
 @reads("TEX_COORD")
 def _texture_coordinate(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     if node.from_instancer and output.identifier in ("Generated", "UV"):
@@ -48,8 +54,7 @@ def _texture_coordinate(reader: Reader, node: Any, groups: Groups, output: Any) 
     if name == "UV":
         return attributes.layer(attributes.ACTIVE_UV)
     if name == "Normal":
-        front = e.Math("MULTIPLY_ADD", e.Backfacing(), -2.0, 1.0)  # Cycles' normals are on the viewer's side
-        return e.VectorMath("SCALE", e.VectorMath("NORMALIZE", attributes.layer(attributes.OBJECT_NORMAL)), scale=front)
+        return object_normal()
     if name == "Object":
         if node.object is None:
             return attributes.layer(attributes.OBJECT)
@@ -92,6 +97,10 @@ def _attribute(reader: Reader, node: Any, groups: Groups, output: Any) -> Operan
     value = _layer(reader, node, groups, node.attribute_name) if kind is None else attributes.layer(
         kind + node.attribute_name)  # fmt: skip
     if output.identifier == "Fac":
+        if kind is None and isinstance(value, e.Attribute):
+            # Of two components, as of a UV map, Cycles takes the first.
+            count = attributes.layer(attributes.COMPONENTS + value.name)
+            return e.Mix(e.Math("COMPARE", count, 2.0, 0.5), e.Average(value), e.Channel(value, 0))
         return e.Average(value)
     if output.identifier == "Alpha":
         # What a mesh does not have is black, but opaque.
@@ -262,7 +271,7 @@ def _seen_pixel_size(size: Operand) -> Operand:
 def _camera_data(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     if reader.view is None:
         raise unreadable(node, groups, output.identifier, bakeable=False)
-    place = e.Transform(e.Coordinates("POSITION"), rows(reader.view.world_to_camera))
+    place = e.AtHitPoint(e.Transform(e.Coordinates("POSITION"), rows(reader.view.world_to_camera)))
     if output.identifier == "View Distance":
         return e.VectorMath("LENGTH", place)
     return e.Channel(place, 2) if output.identifier == "View Z Depth" else e.VectorMath("NORMALIZE", place)

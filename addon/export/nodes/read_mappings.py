@@ -23,6 +23,9 @@ def _mapping(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     vector, scale, angles = (reader.get(node, name, groups) for name in ("Vector", "Scale", "Rotation"))
     location = reader.get(node, "Location", groups) if kind in ("POINT", "TEXTURE") else (0.0, 0.0, 0.0)
     fixed = [rgb(folded(value)) for value in (location, angles, scale)]
+    varies = any(rgb(folded(value)) is None for value in (vector, location, angles))
+    if varies and fixed[2] is not None and not fixed[2].any():
+        return (0.0, 0.0, 0.0)  # Cycles drops the location, too, unless it computes a constant
     if all(value is not None for value in fixed):
         return e.Transform(vector, rows(mapping_matrix(kind, *fixed)), kind == "NORMAL")
     if kind == "TEXTURE":

@@ -11,7 +11,7 @@ from edgegrad.expression import Expression, Operand, nodes_of, replaced
 
 from ..geometry import attributes
 from .expressions import Reader, Unreadable, UnreadableNormal, folded, number, reads
-from .links import Feed, Groups, by_identifier, feed, label
+from .links import Feed, Groups, by_identifier, feed, label, upstream
 from .object_space import to_object
 
 # Distance of the points at which heights are evaluated, in pixels: Cycles' for displacement, and for all bumps where
@@ -27,11 +27,18 @@ def _step(reader: Reader, width: Operand) -> Operand:
 @reads("BUMP")
 def _bump(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     normal = reader.get_or(node, "Normal", groups, e.Coordinates("NORMAL"))
-    if feed(by_identifier(node.inputs, "Height"), groups).output is None:
+    found = feed(by_identifier(node.inputs, "Height"), groups)
+    if found.output is None:
         return normal
     height, strength = reader.get(node, "Height", groups), reader.get(node, "Strength", groups)
-    if number(folded(height)) is not None or number(folded(strength)) == 0.0:
+    if number(folded(height)) is not None:
         return normal
+    if number(folded(strength)) == 0.0:
+        return normal if normal == e.Coordinates("NORMAL") else e.VectorMath("NORMALIZE", normal)
+    before = [found.output.node, *(one.node for one, _ in upstream(found.output.node, found.groups))]
+    for one in dict.fromkeys(one for one in before if one.type == "WIREFRAME"):
+        reader.note(f"the edges of the lines of node '{label(one)}' are steps of another slope in the height of node "
+                    f"'{label(node, groups)}' than in Cycles, which divides it by the size of a pixel")  # fmt: skip
     wide = by_identifier(node.inputs, "Filter Width")
     width: Operand = FILTER_WIDTH if wide is None else reader.value(wide, groups)
     return e.Bump(height, strength, reader.get(node, "Distance", groups), _step(reader, width), normal, node.invert)

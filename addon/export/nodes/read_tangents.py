@@ -33,4 +33,4 @@ def _in_surface(direction: Operand) -> Expression:
     normal = e.Coordinates("NORMAL")
     turned = e.VectorMath("NORMALIZE", from_object(direction, "NORMAL"))
     across = e.VectorMath("NORMALIZE", e.VectorMath("CROSS_PRODUCT", turned, normal))
-    return e.VectorMath("CROSS_PRODUCT", normal, across)
+    return e.AtHitPoint(e.VectorMath("CROSS_PRODUCT", normal, across))

@@ -9,9 +9,10 @@ from edgegrad.expression import Operand
 from edgegrad.expression import procedural as p
 
 from ..geometry import attributes
-from .expressions import Reader, Unreadable, constant, reads
+from .expressions import INLINES, Reader, Unreadable, reads
 from .images import FROM_SRGB, MISSING, UnreadableImage, alpha_mode, is_missing
-from .links import Groups, by_identifier, feed, is_implicit, label
+from .links import Groups, by_identifier, feed, is_computed_by_blender, is_implicit, label
+from .read_inputs import object_normal
 
 INTERPOLATIONS = {"Linear": "LINEAR", "Closest": "CLOSEST", "Cubic": "CUBIC", "Smart": "CUBIC"}
 
@@ -52,16 +53,18 @@ def _interpolates_codes(reader: Reader, node: Any) -> bool:
 
 @reads("TEX_IMAGE")
 def _image(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    if _missing(reader, node, groups):
+    pixel = reader.images if _missing(reader, node, groups) else None
+    if pixel is not None and node.extension != "CLIP":  # without an end, a single pixel is a constant
         return 1.0 if output.identifier == "Alpha" else MISSING
-    codes = _interpolates_codes(reader, node)
-    name = read_image(reader, node, groups, codes)
+    codes = pixel is None and _interpolates_codes(reader, node)
+    name = read_image(reader, node, groups, codes) if pixel is None else pixel.missing()
     box = node.projection == "BOX"
     vector = _image_vector(reader, node, groups)
     value = e.ImageTexture(
         name, vector, INTERPOLATIONS[node.interpolation], node.extension, node.projection,
-        alpha_mode(node.image, _uses_alpha(reader, node, groups, vector)), node.projection_blend,
-        e.VectorMath("NORMALIZE", attributes.layer(attributes.OBJECT_NORMAL)) if box else (0.0, 0.0, 1.0),
+        alpha_mode(node.image, _uses_alpha(reader, node, groups, vector)) if pixel is None else "CHANNEL_PACKED",
+        node.projection_blend,
+        object_normal() if box else (0.0, 0.0, 1.0),
     )  # fmt: skip
     if output.identifier == "Alpha":
         return e.Channel(value, 3)
@@ -108,11 +111,7 @@ def _place(reader: Reader, node: Any, groups: Groups) -> Operand:
     Blender evaluates a texture whose inputs are all constant, where the vector of a group counts with its value.
     """
     socket = by_identifier(node.inputs, "Vector")
-    found = feed(socket, groups)
-    if not is_implicit(socket, found):
-        return reader.value(socket, groups)
-    others = (one for one in node.inputs if one.enabled and one != socket)
-    if found.input != socket and all(constant(one, groups) is not None for one in others):
+    if not is_implicit(socket, feed(socket, groups)) or (INLINES and is_computed_by_blender(node, groups)):
         return reader.value(socket, groups)
     return attributes.layer(attributes.GENERATED)
 

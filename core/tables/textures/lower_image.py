@@ -22,7 +22,8 @@ def _image_texture(low: Lowering, node: e.ImageTexture) -> Components:
 def _lookup(low: Lowering, node: e.ImageTexture, u: Value, v: Value) -> Components:
     image = low.resources.image(node.image, node.interpolation, node.extension, node.alpha)
     x, y, z, w = low.build.emit_all("IMAGE", u, v, data=image)
-    return (x, y, z, 1.0 if node.alpha == "NONE" else w)
+    # Also an image without alpha is transparent outside its borders.
+    return (x, y, z, 1.0 if node.alpha == "NONE" and node.extension != "CLIP" else w)
 
 
 def _centred(low: Lowering, v: Components) -> tuple[Value, ...]:

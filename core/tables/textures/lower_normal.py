@@ -31,8 +31,14 @@ def _bump(low: Lowering, node: n.Bump) -> Components:
             beside = low.number(node.height)
         slopes.append(0.0 if beside == height else low.mul(low.sub(beside, height), scale))
     if slopes == [0.0, 0.0]:
-        return vector(*normal)
+        return vector(*normal) if node.normal is None else low.normalized(vector(*normal))
     return vector(*low.build.emit_all("BUMP", *normal, *slopes, strength, count=3))
+
+
+@rule(n.AtHitPoint)
+def _at_hit_point(low: Lowering, node: n.AtHitPoint) -> Components:
+    with low.at(None):
+        return low.components(node.value)
 
 
 @rule(n.DisplacedBump)

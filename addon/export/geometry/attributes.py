@@ -43,6 +43,8 @@ SCALE, SIDE = "(object scale)", "(object side)"
 # Columns of the object's matrix without its location, and rows of the inverse.
 AXES = ("(object axis X)", "(object axis Y)", "(object axis Z)")
 INVERSE_ROWS = ("(object inverse X)", "(object inverse Y)", "(object inverse Z)")
+# Coordinates of the place on the instancer, which are constant on an instance; 0 on objects that are none.
+INSTANCER_GENERATED, INSTANCER_UV = "(instancer's generated)", "(instancer's UV)"
 BEFORE = "(position before displacement)"
 # Alpha that an Attribute node reads of a layer, before the layer's name: 1 if the layer has none, or does not exist; or
 # of a property or an attribute of the instancer: 1 if that has none, and 0 if it does not exist.
@@ -64,7 +66,7 @@ AROUND = {"X": "(around X)", "Y": "(around Y)", "Z": "(around Z)"}
 POINT_RADIUS, RANDOM_POINT = "(point radius)", "(point random)"
 
 # Values of one object or instance: instances that share a mesh have their own.
-OF_OBJECT = (RANDOM, INDEX, COLOR, LOCATION, SCALE, SIDE, *AXES, *INVERSE_ROWS)
+OF_OBJECT = (RANDOM, INDEX, COLOR, LOCATION, SCALE, SIDE, *AXES, *INVERSE_ROWS, INSTANCER_GENERATED, INSTANCER_UV)
 
 
 def layer(name: str) -> Attribute:
@@ -121,6 +123,10 @@ class ObjectValues:
             return (float(np.cbrt(abs(np.linalg.det(self.matrix[:3, :3])))),)
         if name == SIDE:
             return (-1.0 if np.linalg.det(self.matrix[:3, :3]) < 0.0 else 1.0,)
+        if name == INSTANCER_GENERATED:
+            return (0.0, 0.0, 0.0) if self.instancer is None else self.instancer.generated
+        if name == INSTANCER_UV:
+            return (0.0, 0.0) if self.instancer is None else self.instancer.uv
         if name.startswith(PARTICLE):
             return output({} if self.instancer is None else self.instancer.particle, name.removeprefix(PARTICLE))
         if name.startswith(INSTANCER):

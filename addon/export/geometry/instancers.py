@@ -141,8 +141,11 @@ class Instancers:
             rows.append((inner, row))
             inner = inner.within(row)
         system = instance.particle_system
+        # Blender's coordinates range from -1 to 1, Cycles' from -1 to 0.
+        generated = tuple(0.5 * float(c) - 0.5 for c in instance.orco)
         return InstancerValues(self.report, instance.parent, rows[::-1], None if system is None else system.settings,
-                               particle_of(instance, self.depsgraph.scene.frame_current_final))
+                               particle_of(instance, self.depsgraph.scene.frame_current_final), generated,
+                               tuple(map(float, instance.uv)))  # fmt: skip
 
     def _outermost(self, instancer: Any) -> _Set | _Collection | None:
         key = instancer.name_full
@@ -165,6 +168,8 @@ class InstancerValues:
         Those of the particle system that made it, or None.
     particle
         Values of the particle that it is.
+    generated, uv
+        Coordinates of its place on the instancer.
     """
 
     report: Report
@@ -172,6 +177,8 @@ class InstancerValues:
     rows: list[tuple[_Set | _Collection, int | None]]
     settings: Any
     particle: dict[str, tuple[float, ...]]
+    generated: tuple[float, ...]
+    uv: tuple[float, ...]
 
     def value(self, name: str) -> tuple[float, ...] | None:
         """Return the attribute of the instance, or else a property of the particle system or instancer, or None."""

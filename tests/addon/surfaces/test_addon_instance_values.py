@@ -168,3 +168,24 @@ def test_object_values_of_bakes_and_displacements_keep_instances_apart() -> None
     tree.surface(tree.shader.outputs[0])
     tree.export()
     assert list(tree.made.scene.meshes) == ["Cube"] and len(tree.made.scene.meshes["Cube"].instances) == 2
+
+
+@pytest.mark.parametrize("kind, output", [("TexCoord", "Generated"), ("TexCoord", "UV"), ("UVMap", "UV")])
+def test_instances_have_the_coordinates_of_their_place_on_the_instancer(kind: str, output: str) -> None:
+    """Blender gives the middle of the carrier as generated coordinates of vertices, where Cycles' are -0.5."""
+    tree = Tree()
+    tree.link(tree.node(kind, from_instancer=True).outputs[output], "Base Color")
+    carrier = bpy.data.meshes.new("Carrier")
+    carrier.from_pydata([(3, 0, 0), (6, 0, 0), (6, 4, 0), (3, 4, 0)], [], [(0, 1, 2, 3)])
+    carrier.uv_layers.new(name="UVMap").uv.foreach_set("vector", [0.1, 0.2, 0.7, 0.2, 0.7, 0.6, 0.1, 0.6])
+    holder = bs.add("Carrier", carrier)
+    holder.instance_type = "FACES" if output == "UV" else "VERTS"
+    tree.object.parent = holder
+    bs.add("Alone", tree.object.data, (0, 5, 0))
+    tree.export()
+    assert not [line for line in tree.made.report.lines if "instancer" in line]
+    name, alone = (attributes.INSTANCER_UV, [0, 0]) if output == "UV" else (attributes.INSTANCER_GENERATED, [0, 0, 0])
+    (mesh,) = (mesh for mesh in tree.made.scene.meshes.values() if mesh.instances is not None)
+    expected = [(0.4, 0.4)] if output == "UV" else [(-0.5, -0.5, -0.5)] * 4
+    found = sorted(map(tuple, mesh.instance_attributes[name].tolist()))
+    np.testing.assert_allclose(found, sorted([*expected, tuple(alone)]), atol=1e-6)

@@ -117,6 +117,20 @@ def test_normals_of_curved_and_stretched_meshes(scale: Any) -> None:
     assert ((corner.mean(axis=1) - center) * outwards).sum(axis=1).min() > 0.0
 
 
+@pytest.mark.parametrize("domain", ["POINT", "FACE", "CORNER"])
+def test_free_normals(domain: str) -> None:
+    """As in Cycles: those of faces are averaged at the vertices, and only those of corners override flat faces."""
+    data = smooth(bs.cube("Thing"))
+    bs.add("Thing", data)
+    data.polygons[0].use_smooth = False
+    free = data.attributes.new("custom_normal", "FLOAT_VECTOR", domain)
+    free.data.foreach_set("vector", np.tile(np.float32([0.0, 0.6, 0.8]), len(free.data)))
+    mesh = exported()
+    is_flat = (mesh.smoothing < 0).all(axis=1)
+    assert is_flat.sum() == (0 if domain == "CORNER" else 2)
+    np.testing.assert_allclose(normals_of(mesh)[~is_flat], np.tile([0.0, 0.6, 0.8], ((~is_flat).sum(), 3, 1)), atol=1e-4)
+
+
 def test_custom_normals() -> None:
     ob = bs.add("Thing", smooth(bs.cube("Thing")))
     ob.data.normals_split_custom_set_from_vertices([(0.6, 0.0, 0.8)] * 8)

@@ -44,7 +44,9 @@ def read_normals(mesh: Any, positions: F32, vertex: I32, faces: I32, corners: I3
     if mesh.normals_domain == "FACE" and not custom:
         return None
     exact = len(corners) == len(mesh.polygons) and not custom
-    flat = np.zeros(len(mesh.polygons), bool) if custom else flags(mesh, "sharp_face", len(mesh.polygons))
+    flat = flags(mesh, "sharp_face", len(mesh.polygons))
+    if custom and mesh.normals_domain == "CORNER":
+        flat[:] = False
     if shares_normals(mesh):
         normals = vertex_normals(mesh)
         smoothing, exact = faces.copy(), exact and not flat.any()
@@ -149,10 +151,12 @@ def shading_normals(positions: F32, faces: I32, smoothing: I32 | None, normals: 
 def shares_normals(mesh: Any) -> bool:
     """Whether all smooth faces around a vertex have its normal, which is that of all its faces, also of flat ones.
 
-    As in Cycles, where this differs from Blender's window: there, a flat face parts the smooth faces beside it.
+    As in Cycles, where this differs from Blender's window: there, a flat face parts the smooth faces beside it, and
+    custom normals of faces make them flat, whose means over the faces around a vertex Cycles shows.
     """
-    custom = bool(mesh.has_custom_normals)
-    return mesh.normals_domain == "POINT" or not (custom or flags(mesh, "sharp_edge", len(mesh.edges)).any())
+    if mesh.has_custom_normals:
+        return bool(mesh.normals_domain != "CORNER")
+    return mesh.normals_domain == "POINT" or not flags(mesh, "sharp_edge", len(mesh.edges)).any()
 
 
 def given_normals(vertices: F64, faces: I32, smoothing: I32, normals: F64, exact: bool,

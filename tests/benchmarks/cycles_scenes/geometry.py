@@ -43,6 +43,21 @@ def _bent_normals(one: Any) -> Any:
     return board
 
 
+@case("Free normals of points, faces and corners, on meshes with some flat faces")
+def free_normals() -> None:
+    """Blender's window shows those of faces as flat faces; Cycles shows their means at the vertices."""
+    stage.studio()
+    plastic = stage.principled("Plastic", (0.3, 0.5, 0.7), Roughness=0.35)
+    for k, domain in enumerate(("POINT", "FACE", "CORNER")):
+        drum = stage.cylinder(domain, plastic, radius=0.6, depth=1.3, segments=9, smooth=True)
+        drum.polygons.foreach_set("use_smooth", np.arange(len(drum.polygons)) % 4 > 0)
+        owners = {"POINT": drum.vertex_normals, "FACE": drum.polygon_normals, "CORNER": drum.corner_normals}[domain]
+        own = np.array([one.vector for one in owners])
+        free = drum.attributes.new("custom_normal", "FLOAT_VECTOR", domain)
+        free.data.foreach_set("vector", (own + (0.2, -0.1, 0.3)).astype(np.float32).ravel())
+        stage.add(domain, drum, (1.7 * k - 1.7, 0, 0.7), (0.3, 0.2, 0))
+
+
 @case("Instances: collections, geometry nodes-free parenting on faces, mirrored and scaled")
 def instances() -> None:
     """A collection that is placed many times, and an object on the vertices of another."""

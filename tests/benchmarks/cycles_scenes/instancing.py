@@ -96,7 +96,8 @@ def instancer_coordinates() -> None:
     generated = at("ShaderNodeTexCoord", "Generated")
     ways = (("VERTS", generated), ("FACES", at("ShaderNodeTexCoord", "UV")), ("FACES", at("ShaderNodeUVMap", "UV")))
     for k, (kind, material) in enumerate(ways):
-        board = stage.add(f"Board {k}", stage.grid(f"Board {k}", material, size=1.4, cells=3), (1.9 * k - 1.9, -0.4, 0.3))
+        board = stage.add(f"Board {k}", stage.grid(f"Board {k}", material, size=1.4, cells=3),
+                          (1.9 * k - 1.9, -0.4, 0.3))  # fmt: skip
         board.instance_type = kind
         child = stage.add(f"Child {k}", stage.cube(f"Child {k}", material, size=0.25))
         child.parent = board

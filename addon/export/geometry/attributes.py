@@ -112,7 +112,8 @@ class ObjectValues:
         if name == INDEX:
             return (float(ob.pass_index),)
         if name == COLOR:
-            return tuple(ob.color)
+            # Blender gives an instance the colour of its outermost instancer.
+            return tuple(ob.color if self.instancer is None else self.instancer.instancer.color)
         if name == LOCATION:
             return tuple(self.matrix[:3, 3])
         if name in AXES:

@@ -189,3 +189,19 @@ def test_instances_have_the_coordinates_of_their_place_on_the_instancer(kind: st
     expected = [(0.4, 0.4)] if output == "UV" else [(-0.5, -0.5, -0.5)] * 4
     found = sorted(map(tuple, mesh.instance_attributes[name].tolist()))
     np.testing.assert_allclose(found, sorted([*expected, tuple(alone)]), atol=1e-6)
+
+
+def test_instances_have_the_colour_of_their_outermost_instancer() -> None:
+    tree = Tree()
+    tree.link(tree.node("ObjectInfo").outputs["Color"], "Base Color")
+    kit, outer = bpy.data.collections.new("Kit"), bpy.data.collections.new("Outer")
+    kit.objects.link(tree.object)
+    inner = bpy.data.objects.new("Inner", None)
+    outer.objects.link(inner)
+    holder = bs.add("Holder", None, (3, 0, 0))
+    for ob, instanced in ((inner, kit), (holder, outer)):
+        ob.instance_type, ob.instance_collection = "COLLECTION", instanced
+    tree.object.color, inner.color, holder.color = (1, 0, 0, 1), (0, 1, 0, 1), (0, 0, 1, 0.5)
+    tree.export()
+    (mesh,) = tree.made.scene.meshes.values()
+    assert sorted(mesh.instance_attributes[attributes.COLOR].tolist()) == [[0, 0, 1, 0.5], [1, 0, 0, 1]]

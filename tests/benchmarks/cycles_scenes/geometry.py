@@ -53,6 +53,10 @@ def free_normals() -> None:
         drum.polygons.foreach_set("use_smooth", np.arange(len(drum.polygons)) % 4 > 0)
         owners = {"POINT": drum.vertex_normals, "FACE": drum.polygon_normals, "CORNER": drum.corner_normals}[domain]
         own = np.array([one.vector for one in owners])
+        if domain == "CORNER":  # not all alike around a vertex
+            own += np.random.default_rng(1).normal(0.0, 0.2, own.shape)
+            edges = drum.attributes.new("sharp_edge", "BOOLEAN", "EDGE")
+            edges.data.foreach_set("value", np.arange(len(edges.data)) % 3 == 0)
         free = drum.attributes.new("custom_normal", "FLOAT_VECTOR", domain)
         free.data.foreach_set("vector", (own + (0.2, -0.1, 0.3)).astype(np.float32).ravel())
         stage.add(domain, drum, (1.7 * k - 1.7, 0, 0.7), (0.3, 0.2, 0))

@@ -17,7 +17,8 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 
 from edgegrad_addon.export.geometry import attributes
 from edgegrad_addon.export.geometry.mesh import read_mesh, triangle_corners
-from edgegrad_addon.export.geometry.normals import SHARED_FREE_NORMALS, corner_normals
+from edgegrad_addon.export.geometry.normals import corner_normals
+from edgegrad_addon.export.geometry.splits import SPLITS
 from edgegrad_addon.look.derivative import derivative_of_names
 from edgegrad_addon.look.plan import planned
 from edgegrad_addon.parameters import Names
@@ -131,7 +132,7 @@ def test_free_normals(domain: str) -> None:
     assert normals_of(mesh)[~is_flat] == pytest.approx(np.tile([0.0, 0.6, 0.8], ((~is_flat).sum(), 3, 1)), abs=1e-4)
 
 
-@pytest.mark.skipif(not SHARED_FREE_NORMALS, reason="Cycles has normals of corners from Blender 5.1 on")
+@pytest.mark.skipif(not SPLITS, reason="Cycles has normals of corners from Blender 5.1 on")
 def test_free_normals_of_corners_are_shared_unless_edges_are_sharp() -> None:
     data = smooth(bs.cube("Thing"))
     bs.add("Thing", data)

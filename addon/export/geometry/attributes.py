@@ -21,7 +21,7 @@ from .instancers import InstancerValues
 from .islands import island_randoms
 from .layers import layer_values, property_of
 from .mesh import MeshArrays
-from .normals import shading_normals
+from .normals import as_rendered, shading_normals
 from .particles import output
 from .pointiness import pointiness
 
@@ -159,7 +159,7 @@ def _read(mesh: Any, arrays: MeshArrays, name: str, of: ObjectValues) -> Any:
     if name == POINTINESS:
         return pointiness(mesh).take(arrays.faces, axis=0)
     if name == ISLAND:
-        return island_randoms(mesh).take(arrays.faces, axis=0)
+        return island_randoms(mesh).take(arrays.corners, axis=0)
     if name == EDGE_DISTANCES:
         return _edge_distances(arrays.positions.take(arrays.faces, axis=0))
     if name == PARAMETRIC:
@@ -208,20 +208,20 @@ def _layer(layer: Any, mesh: Any, arrays: MeshArrays) -> Any:
     if layer.domain == "POINT":
         return values.take(arrays.faces, axis=0)
     if layer.domain == "EDGE":
-        return _at_vertices(mesh, values).take(arrays.faces, axis=0)
+        return _at_vertices(mesh, values).take(arrays.corners, axis=0)
     if layer.domain == "CORNER":
         return values.take(arrays.corners, axis=0)
     return np.broadcast_to(values[arrays.polygons][:, None], (*arrays.faces.shape, values.shape[1]))
 
 
 def _at_vertices(mesh: Any, values: F32) -> F32:
-    """(n, c) means over the edges at each vertex, as in Cycles."""
-    ends = np.empty((len(mesh.edges), 2), np.int32)
-    mesh.edges.foreach_get("vertices", ends.ravel())
-    count = np.maximum(np.bincount(ends.ravel(), minlength=len(mesh.vertices)), 1)
-    both = np.repeat(values, 2, axis=0)
-    total = [np.bincount(ends.ravel(), both[:, k], len(mesh.vertices)) for k in range(values.shape[1])]
-    return (np.stack(total, axis=1) / count[:, None]).astype(np.float32)
+    """(l, c) means over the edges at the vertex of each of l corners, as in Cycles."""
+    parts = as_rendered(mesh)
+    ends = parts.edges.ravel()
+    count = np.maximum(np.bincount(ends, minlength=parts.vertices), 1)
+    both = np.repeat(values[parts.origin], 2, axis=0)
+    total = [np.bincount(ends, both[:, k], parts.vertices) for k in range(values.shape[1])]
+    return (np.stack(total, axis=1) / count[:, None])[parts.corners].astype(np.float32)
 
 
 def _undeformed(mesh: Any) -> F32:

@@ -4,21 +4,17 @@ from __future__ import annotations
 
 from typing import Any
 
-import bpy
 import numpy as np
 from numpy.typing import NDArray
 
 from edgegrad import _native
 
-from .islands import representatives
+from .splits import SPLITS, Split, split, unsplit
 
 # Normals count as equal to the angle-weighted normals of the triangles if they differ by less. A larger tolerance
 # ignores custom normals; a smaller one keeps normals that differ by rounding only, and these do not follow moving
 # vertices.
 SAME_NORMAL = 2e-3
-# Whether Cycles has one normal at each vertex, after sharp edges and flat faces have been split off. Only free normals
-# of corners can differ where no edge is sharp. Later versions have normals of corners.
-SHARED_FREE_NORMALS = bpy.app.version < (5, 1, 0)
 CHUNK = 1 << 14  # rows that are looked at together: what is computed on the way stays in the cache
 
 F32 = NDArray[np.float32]
@@ -59,8 +55,8 @@ def read_normals(mesh: Any, positions: F32, vertex: I32, faces: I32, corners: I3
         smoothing[flat.take(polygon)] = -1
     else:
         of_corner = corner_normals(mesh)
-        if custom and SHARED_FREE_NORMALS and mesh.attributes["custom_normal"].data_type == "FLOAT_VECTOR":
-            of_corner = _shared(mesh, vertex, corners, of_corner)
+        if custom and SPLITS and mesh.attributes["custom_normal"].data_type == "FLOAT_VECTOR":
+            of_corner = _shared(mesh, corners, of_corner)
         group, first = _grouped(vertex, of_corner)
         smoothing, normals = group.take(corners), of_corner[first]
         if flat.any():
@@ -77,31 +73,16 @@ def read_normals(mesh: Any, positions: F32, vertex: I32, faces: I32, corners: I3
     return (smoothing, usable(normals), exact) if (smoothing >= 0).any() else None
 
 
-def _shared(mesh: Any, vertex: I32, corners: I32, normals: F32) -> F32:
-    """(c, 3) normal of each corner where all corners of a vertex have that of its last triangle.
+def as_rendered(mesh: Any) -> Split:
+    """The mesh as Cycles has it, which is split if it has normals of corners."""
+    flat = mesh.normals_domain == "FACE" and not mesh.has_custom_normals
+    return split(mesh) if SPLITS and not flat and not shares_normals(mesh) else unsplit(mesh)
 
-    Vertices count as several where sharp edges, or the edges of flat faces, part the faces around them.
-    """
-    count = len(vertex)
-    edge, start, size = np.empty(count, np.int32), *(np.empty(len(mesh.polygons), np.int32) for _ in range(2))
-    mesh.attributes[".corner_edge"].data.foreach_get("value", edge)
-    mesh.polygons.foreach_get("loop_start", start)
-    mesh.polygons.foreach_get("loop_total", size)
-    after = np.arange(1, count + 1)
-    after[start + size - 1] = start
-    split = flags(mesh, "sharp_edge", len(mesh.edges))
-    split[edge[np.repeat(flags(mesh, "sharp_face", len(size)), size)]] = True
-    parted = np.zeros(len(mesh.vertices), bool)
-    parted[vertex[split[edge]]] = parted[vertex[after[split[edge]]]] = True
-    # Corners at each end of an edge that is not split share a vertex.
-    along = np.flatnonzero(~split[edge])
-    along = along[np.argsort(edge[along], kind="stable")]
-    ends = np.stack([along, after[along]], axis=1)
-    ends = np.where((vertex[ends[:, 0]] > vertex[ends[:, 1]])[:, None], ends[:, ::-1], ends)
-    joined = np.flatnonzero(edge[along[1:]] == edge[along[:-1]])
-    pairs = np.concatenate([np.stack([ends[joined, k], ends[joined + 1, k]], axis=1) for k in range(2)])
-    place = np.where(parted[vertex], len(mesh.vertices) + representatives(pairs.astype(np.int32), count), vertex)
-    out = np.empty((len(mesh.vertices) + count, 3), np.float32)
+
+def _shared(mesh: Any, corners: I32, normals: F32) -> F32:
+    """(c, 3) normal of each corner where all corners of a vertex have that of its last triangle."""
+    place = split(mesh).corners
+    out = np.empty((place.max(initial=-1) + 1, 3), np.float32)
     out[place] = normals  # corners of no triangle
     out[place[corners.ravel()]] = normals[corners.ravel()]  # the last one counts
     return np.ascontiguousarray(out[place])

@@ -368,7 +368,9 @@ def test_suns_of_skies_become_lights(elevation: float, size: float, tmp_path: An
         sky.sun_disc = shown
         pictures.append(bs.cycles(tmp_path).mean(axis=(0, 1)))
     ours = edgegrad.render(edgegrad.Scene(made.scene.camera, made.scene.meshes, made.scene.materials, {"sun": sun}), 64)
-    assert ours.mean(axis=(0, 1)) == pytest.approx(pictures[1] - pictures[0], rel=0.01)
+    assert ours.mean() == pytest.approx(np.mean(pictures[1] - pictures[0]), rel=0.01)
+    # The light has one direction, and the disc is redder below.
+    assert ours.mean(axis=(0, 1)) == pytest.approx(pictures[1] - pictures[0], rel=0.01 if size < 0.1 else 0.05)
 
 
 def test_negative_lights_and_limits_of_bounces() -> None:

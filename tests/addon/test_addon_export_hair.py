@@ -244,6 +244,13 @@ def test_curves_objects(radius: Any, kind: str) -> None:
     assert mesh.materials == ("Curve",)
 
 
+def test_curves_without_a_curve_show_nothing() -> None:
+    """Geometry nodes may delete them all."""
+    bs.add("Curves", bpy.data.hair_curves.new("Curves"))
+    made = bs.export()
+    assert not made.scene.meshes and not made.report.lines
+
+
 def point_cloud() -> Any:
     """Four points, at the corners of a plane."""
     tree = bpy.data.node_groups.new("Points", "GeometryNodeTree")

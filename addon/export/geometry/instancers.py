@@ -14,6 +14,8 @@ from .particles import particle_of
 
 # What Blender fills the rest of an instance's numbers with.
 _NO_NUMBER = 2**31 - 1
+# Types of objects that nodes may place although they have no geometry.
+WITHOUT_GEOMETRY = ("EMPTY", "LIGHT", "CAMERA", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE")
 
 
 @dataclass
@@ -105,7 +107,8 @@ def _set_of(made_by: Any, depsgraph: Any) -> _Set | _Collection | None:
             return _Collection(list(made_by.instance_collection.all_objects), depsgraph)
         evaluated = made_by.evaluated_get(depsgraph)
         # Geometry owns what it returns. Before Blender 5.0, Python has none.
-        made_by = evaluated.evaluated_geometry() if hasattr(evaluated, "evaluated_geometry") else None
+        known = made_by.type not in WITHOUT_GEOMETRY and hasattr(evaluated, "evaluated_geometry")
+        made_by = evaluated.evaluated_geometry() if known else None
     if not hasattr(made_by, "instances_pointcloud") or made_by.instances_pointcloud() is None:
         return None
     return _Set(made_by, depsgraph)

@@ -205,3 +205,35 @@ def test_instances_have_the_colour_of_their_outermost_instancer() -> None:
     tree.export()
     (mesh,) = tree.made.scene.meshes.values()
     assert sorted(mesh.instance_attributes[attributes.COLOR].tolist()) == [[0, 0, 1, 0.5], [1, 0, 0, 1]]
+
+
+@pytest.mark.parametrize("kind", ["LIGHT", "EMPTY"])
+def test_nodes_may_instance_objects_without_geometry(kind: str) -> None:
+    """A tree places two lamps, or what an empty instances."""
+    tree = Tree()
+    if kind == "LIGHT":
+        placed = bs.light("POINT", "Lamp", location=(0, -20, 0))
+    else:
+        kit = bpy.data.collections.new("Kit")
+        kit.objects.link(tree.object)
+        placed = bs.add("Placed", None, (0, -20, 0))
+        placed.instance_type, placed.instance_collection = "COLLECTION", kit
+    points = bpy.data.meshes.new("Points")
+    points.from_pydata([(3, 0, 0), (6, 0, 0)], [], [])
+    group = bpy.data.node_groups.new("Group", "GeometryNodeTree")
+    for way in ("INPUT", "OUTPUT"):
+        group.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+    start, found, copies, end = (group.nodes.new(one) for one in (
+        "NodeGroupInput", "GeometryNodeObjectInfo", "GeometryNodeInstanceOnPoints", "NodeGroupOutput"))  # fmt: skip
+    found.inputs["Object"].default_value, found.inputs["As Instance"].default_value = placed, True
+    group.links.new(start.outputs[0], copies.inputs["Points"])
+    group.links.new(found.outputs["Geometry"], copies.inputs["Instance"])
+    group.links.new(copies.outputs[0], end.inputs[0])
+    bs.add("Points", points).modifiers.new("Copies", "NODES").node_group = group
+    tree.export()
+    if kind == "LIGHT":
+        places = [light.position.tolist() for light in tree.made.scene.lights.values() if light.position[0] > 2.0]
+        assert sorted(places) == [[3, 0, 0], [6, 0, 0]]
+    else:
+        (mesh,) = tree.made.scene.meshes.values()
+        assert {3.0, 6.0} <= set(mesh.instances[:, 0, 3].tolist())

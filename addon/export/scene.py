@@ -240,6 +240,7 @@ class _Walk:
             if ob.type == "MESH" and instance.show_self and self.depsgraph.view_layer.use_solid:
                 self.meshes.add(placed, set().union(*(needed[slot] for slot in slots)))
             self.others.add(instance, placed, needed, out.materials)
+        self.meshes.leave_out_unseen()
         out.scene.lights = lights
         return self.meshes
 

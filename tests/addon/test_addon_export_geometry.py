@@ -18,6 +18,7 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 from edgegrad_addon.export.geometry import attributes
 from edgegrad_addon.export.geometry.mesh import read_mesh, triangle_corners
 from edgegrad_addon.export.geometry.normals import corner_normals
+from edgegrad_addon.export.geometry.splits import SPLITS
 from edgegrad_addon.look.derivative import derivative_of_names
 from edgegrad_addon.look.plan import planned
 from edgegrad_addon.parameters import Names
@@ -115,6 +116,32 @@ def test_normals_of_curved_and_stretched_meshes(scale: Any) -> None:
     corner = mesh.vertices[mesh.faces]
     outwards = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     assert ((corner.mean(axis=1) - center) * outwards).sum(axis=1).min() > 0.0
+
+
+@pytest.mark.parametrize("domain", ["POINT", "FACE", "CORNER"])
+def test_free_normals(domain: str) -> None:
+    """As in Cycles: those of faces are averaged at the vertices, and only those of corners override flat faces."""
+    data = smooth(bs.cube("Thing"))
+    bs.add("Thing", data)
+    data.polygons[0].use_smooth = False
+    free = data.attributes.new("custom_normal", "FLOAT_VECTOR", domain)
+    free.data.foreach_set("vector", np.tile(np.float32([0.0, 0.6, 0.8]), len(free.data)))
+    mesh = exported()
+    is_flat = (mesh.smoothing < 0).all(axis=1)
+    assert is_flat.sum() == (0 if domain == "CORNER" else 2)
+    assert normals_of(mesh)[~is_flat] == pytest.approx(np.tile([0.0, 0.6, 0.8], ((~is_flat).sum(), 3, 1)), abs=1e-4)
+
+
+@pytest.mark.skipif(not SPLITS, reason="Cycles has normals of corners from Blender 5.1 on")
+def test_free_normals_of_corners_are_shared_unless_edges_are_sharp() -> None:
+    data = smooth(bs.cube("Thing"))
+    bs.add("Thing", data)
+    free = data.attributes.new("custom_normal", "FLOAT_VECTOR", "CORNER")
+    own = np.random.default_rng(1).normal(size=(24, 3)).astype(np.float32)
+    free.data.foreach_set("vector", own.ravel())
+    assert len(np.unique(normals_of(exported()).reshape(-1, 3).round(3), axis=0)) == 8
+    data.polygons[0].use_smooth = False  # its corners part from the others
+    assert len(np.unique(normals_of(exported()).reshape(-1, 3).round(3), axis=0)) == 12
 
 
 def test_custom_normals() -> None:

@@ -244,6 +244,23 @@ def test_curves_objects(radius: Any, kind: str) -> None:
     assert mesh.materials == ("Curve",)
 
 
+@pytest.mark.parametrize("shape", ["RIBBONS", "THICK"])
+def test_true_normals_of_ribbons_are_named(shape: str) -> None:
+    bpy.context.scene.cycles_curves.shape = shape
+    material = curves(0.1).data.materials[0]
+    geometry = material.node_tree.nodes.new("ShaderNodeNewGeometry")
+    material.node_tree.links.new(geometry.outputs["True Normal"], bs.shader(material).inputs["Color"])
+    named = [line for line in bs.export().report.lines if "true normal" in line and "object 'Curves'" in line]
+    assert len(named) == (shape == "RIBBONS")
+
+
+def test_curves_without_a_curve_show_nothing() -> None:
+    """Geometry nodes may delete them all."""
+    bs.add("Curves", bpy.data.hair_curves.new("Curves"))
+    made = bs.export()
+    assert not made.scene.meshes and not made.report.lines
+
+
 def point_cloud() -> Any:
     """Four points, at the corners of a plane."""
     tree = bpy.data.node_groups.new("Points", "GeometryNodeTree")

@@ -14,6 +14,7 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 from edgegrad_addon.export.inventory import nodes as inventory
 from edgegrad_addon.export.inventory.naming import name_settings, tables
 from edgegrad_addon.export.inventory.structs import STRUCTS
+from edgegrad_addon.export.inventory.table import Named, Table
 from edgegrad_addon.export.materials.shader_nodes import SHADERS
 from edgegrad_addon.export.nodes.expressions import READERS
 from edgegrad_addon.problem import Report
@@ -124,7 +125,10 @@ def test_settings_are_named_where_they_act(scene: Any) -> None:
     assert len(named) == 4
 
 
-def test_settings_of_nodes_are_named(scene: Any) -> None:
+def test_settings_of_nodes_are_named(scene: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not all versions of Blender have nodes with such settings, so the table gets one."""
+    named = {"from_instancer": Named("it is not the instancer's", False)}
+    monkeypatch.setitem(inventory.NODES, "UVMAP", Table("uv_map", named=named))
     made = bs.material("Grey")
     tree = made.node_tree
     uv = tree.nodes.new("ShaderNodeUVMap")

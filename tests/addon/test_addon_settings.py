@@ -161,6 +161,7 @@ def test_the_film_exposure_multiplies_the_picture(scene: Any) -> None:
     bs.light("SUN", "Sun", energy=0.5)
     lamp = bs.material("Lamp", node="ShaderNodeEmission", Strength=3.0)
     bs.add("Lamp", bs.cube("Lamp", lamp), (3, 0, 3), scale=(0.3, 0.3, 0.3))
+    bs.add("Holdout", bs.cube("Holdout", lamp), (-3, 0, 3), scale=(0.3, 0.3, 0.3)).is_holdout = True
     plain = mean(bs.export())
     scene.cycles.film_exposure = 2.5
     made = bs.export()

@@ -21,7 +21,7 @@ from .instancers import InstancerValues
 from .islands import island_randoms
 from .layers import layer_values, property_of
 from .mesh import MeshArrays
-from .normals import shading_normals
+from .normals import as_rendered, shading_normals
 from .particles import output
 from .pointiness import pointiness
 
@@ -43,6 +43,8 @@ SCALE, SIDE = "(object scale)", "(object side)"
 # Columns of the object's matrix without its location, and rows of the inverse.
 AXES = ("(object axis X)", "(object axis Y)", "(object axis Z)")
 INVERSE_ROWS = ("(object inverse X)", "(object inverse Y)", "(object inverse Z)")
+# Coordinates of the place on the instancer, which are constant on an instance; 0 on objects that are none.
+INSTANCER_GENERATED, INSTANCER_UV = "(instancer's generated)", "(instancer's UV)"
 BEFORE = "(position before displacement)"
 # Alpha that an Attribute node reads of a layer, before the layer's name: 1 if the layer has none, or does not exist; or
 # of a property or an attribute of the instancer: 1 if that has none, and 0 if it does not exist.
@@ -66,7 +68,7 @@ AROUND = {"X": "(around X)", "Y": "(around Y)", "Z": "(around Z)"}
 POINT_RADIUS, RANDOM_POINT = "(point radius)", "(point random)"
 
 # Values of one object or instance: instances that share a mesh have their own.
-OF_OBJECT = (RANDOM, INDEX, COLOR, LOCATION, SCALE, SIDE, *AXES, *INVERSE_ROWS)
+OF_OBJECT = (RANDOM, INDEX, COLOR, LOCATION, SCALE, SIDE, *AXES, *INVERSE_ROWS, INSTANCER_GENERATED, INSTANCER_UV)
 
 
 def layer(name: str) -> Attribute:
@@ -112,7 +114,8 @@ class ObjectValues:
         if name == INDEX:
             return (float(ob.pass_index),)
         if name == COLOR:
-            return tuple(ob.color)
+            # Blender gives an instance the colour of its outermost instancer.
+            return tuple(ob.color if self.instancer is None else self.instancer.instancer.color)
         if name == LOCATION:
             return tuple(self.matrix[:3, 3])
         if name in AXES:
@@ -123,6 +126,10 @@ class ObjectValues:
             return (float(np.cbrt(abs(np.linalg.det(self.matrix[:3, :3])))),)
         if name == SIDE:
             return (-1.0 if np.linalg.det(self.matrix[:3, :3]) < 0.0 else 1.0,)
+        if name == INSTANCER_GENERATED:
+            return (0.0, 0.0, 0.0) if self.instancer is None else self.instancer.generated
+        if name == INSTANCER_UV:
+            return (0.0, 0.0) if self.instancer is None else self.instancer.uv
         if name.startswith(PARTICLE):
             return output({} if self.instancer is None else self.instancer.particle, name.removeprefix(PARTICLE))
         if name.startswith(INSTANCER):
@@ -154,7 +161,7 @@ def _read(mesh: Any, arrays: MeshArrays, name: str, of: ObjectValues) -> Any:
     if name == POINTINESS:
         return pointiness(mesh).take(arrays.faces, axis=0)
     if name == ISLAND:
-        return island_randoms(mesh).take(arrays.faces, axis=0)
+        return island_randoms(mesh).take(arrays.corners, axis=0)
     if name == EDGE_DISTANCES:
         return _edge_distances(arrays.positions.take(arrays.faces, axis=0))
     if name == PARAMETRIC:
@@ -206,20 +213,20 @@ def _layer(layer: Any, mesh: Any, arrays: MeshArrays) -> Any:
     if layer.domain == "POINT":
         return values.take(arrays.faces, axis=0)
     if layer.domain == "EDGE":
-        return _at_vertices(mesh, values).take(arrays.faces, axis=0)
+        return _at_vertices(mesh, values).take(arrays.corners, axis=0)
     if layer.domain == "CORNER":
         return values.take(arrays.corners, axis=0)
     return np.broadcast_to(values[arrays.polygons][:, None], (*arrays.faces.shape, values.shape[1]))
 
 
 def _at_vertices(mesh: Any, values: F32) -> F32:
-    """(n, c) means over the edges at each vertex, as in Cycles."""
-    ends = np.empty((len(mesh.edges), 2), np.int32)
-    mesh.edges.foreach_get("vertices", ends.ravel())
-    count = np.maximum(np.bincount(ends.ravel(), minlength=len(mesh.vertices)), 1)
-    both = np.repeat(values, 2, axis=0)
-    total = [np.bincount(ends.ravel(), both[:, k], len(mesh.vertices)) for k in range(values.shape[1])]
-    return (np.stack(total, axis=1) / count[:, None]).astype(np.float32)
+    """(l, c) means over the edges at the vertex of each of l corners, as in Cycles."""
+    parts = as_rendered(mesh)
+    ends = parts.edges.ravel()
+    count = np.maximum(np.bincount(ends, minlength=parts.vertices), 1)
+    both = np.repeat(values[parts.origin], 2, axis=0)
+    total = [np.bincount(ends, both[:, k], parts.vertices) for k in range(values.shape[1])]
+    return (np.stack(total, axis=1) / count[:, None])[parts.corners].astype(np.float32)
 
 
 def _undeformed(mesh: Any) -> F32:

@@ -72,9 +72,10 @@ class Group:
     """Instances of one mesh with equal materials and settings.
 
     `attributes` has all attributes, with the values of the first object; `own` has those that differ between objects,
-    for each object. `corner_count` is the number of corners of Blender's mesh. `flattened`: a body with a scale of zero
-    along an axis; `shadowed`: one whose faces are all in each other's shadow in Cycles. `own_space`: Cycles renders the
-    mesh in its own space; `framed`: a material has a normal map in tangent space.
+    for each object. `corner_count` is the number of corners of Blender's mesh. `singular`: with a scale of zero along
+    an axis; `flattened`: a body with such a scale; `shadowed`: one whose faces are all in each other's shadow in
+    Cycles. `own_space`: Cycles renders the mesh in its own space; `framed`: a material has a normal map in tangent
+    space.
     """
 
     arrays: MeshArrays
@@ -87,6 +88,7 @@ class Group:
     holders: list[str] = field(default_factory=list)
     own: dict[str, list[tuple[float, ...]]] = field(default_factory=dict)
     corner_count: int = 0
+    singular: bool = False
     flattened: bool = False
     shadowed: bool = False
     own_space: bool = False

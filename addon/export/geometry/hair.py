@@ -85,7 +85,8 @@ class Hair:
 def hair_of(ob: Any, report: Report) -> Iterator[Hair]:
     """Yield the hair of an object that was evaluated for a render."""
     if ob.type == "CURVES":
-        yield Hair(ob, None, len(ob.data.curves))
+        if len(ob.data.curves):
+            yield Hair(ob, None, len(ob.data.curves))
         return
     if ob.type != "MESH" or not ob.particle_systems:
         return

@@ -14,6 +14,8 @@ from .particles import particle_of
 
 # What Blender fills the rest of an instance's numbers with.
 _NO_NUMBER = 2**31 - 1
+# Types of objects that nodes may place although they have no geometry.
+WITHOUT_GEOMETRY = ("EMPTY", "LIGHT", "CAMERA", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE")
 
 
 @dataclass
@@ -105,7 +107,8 @@ def _set_of(made_by: Any, depsgraph: Any) -> _Set | _Collection | None:
             return _Collection(list(made_by.instance_collection.all_objects), depsgraph)
         evaluated = made_by.evaluated_get(depsgraph)
         # Geometry owns what it returns. Before Blender 5.0, Python has none.
-        made_by = evaluated.evaluated_geometry() if hasattr(evaluated, "evaluated_geometry") else None
+        known = made_by.type not in WITHOUT_GEOMETRY and hasattr(evaluated, "evaluated_geometry")
+        made_by = evaluated.evaluated_geometry() if known else None
     if not hasattr(made_by, "instances_pointcloud") or made_by.instances_pointcloud() is None:
         return None
     return _Set(made_by, depsgraph)
@@ -141,8 +144,11 @@ class Instancers:
             rows.append((inner, row))
             inner = inner.within(row)
         system = instance.particle_system
+        # Blender's coordinates range from -1 to 1, Cycles' from -1 to 0.
+        generated = tuple(0.5 * float(c) - 0.5 for c in instance.orco)
         return InstancerValues(self.report, instance.parent, rows[::-1], None if system is None else system.settings,
-                               particle_of(instance, self.depsgraph.scene.frame_current_final))
+                               particle_of(instance, self.depsgraph.scene.frame_current_final), generated,
+                               tuple(map(float, instance.uv)))  # fmt: skip
 
     def _outermost(self, instancer: Any) -> _Set | _Collection | None:
         key = instancer.name_full
@@ -165,6 +171,8 @@ class InstancerValues:
         Those of the particle system that made it, or None.
     particle
         Values of the particle that it is.
+    generated, uv
+        Coordinates of its place on the instancer.
     """
 
     report: Report
@@ -172,6 +180,8 @@ class InstancerValues:
     rows: list[tuple[_Set | _Collection, int | None]]
     settings: Any
     particle: dict[str, tuple[float, ...]]
+    generated: tuple[float, ...]
+    uv: tuple[float, ...]
 
     def value(self, name: str) -> tuple[float, ...] | None:
         """Return the attribute of the instance, or else a property of the particle system or instancer, or None."""

@@ -8,19 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .hashes import WORD, hash_words
+from .normals import as_rendered
 
 
 def island_randoms(mesh: Any) -> NDArray[np.float32]:
-    """(n, 1) random number of the island of each vertex.
+    """(c, 1) random number of the island of each corner.
 
     Cycles hashes the vertex that represents an island. Which one that is depends on the order of the edges.
     """
-    edges = np.empty((len(mesh.edges), 2), np.int32)
-    mesh.edges.foreach_get("vertices", edges.ravel())
-    return (hash_words(representatives(edges, len(mesh.vertices))) / WORD)[:, None].astype(np.float32)
+    parts = as_rendered(mesh)
+    of_vertex = hash_words(representatives(parts.edges, parts.vertices)) / WORD
+    return of_vertex[parts.corners, None].astype(np.float32)
 
 
-def representatives(edges: NDArray[np.int32], count: int) -> NDArray[np.int64]:
+def representatives(edges: NDArray[np.int64], count: int) -> NDArray[np.int64]:
     """(count,) vertex that represents the island of each vertex: Cycles' disjoint sets, with union by rank."""
     parent, rank = list(range(count)), [0] * count
 

@@ -104,7 +104,7 @@ class PlacedMeshes:
             read |= {name: np.full((*arrays.faces.shape, len(value)), value, np.float32)
                      for name, value in own.items() if name in read}
             self._groups[key] = Group(arrays, read, placed.slots, placed.visible, terminator,
-                                      placed.holdout, corner_count=corner_count)  # fmt: skip
+                                      placed.holdout, corner_count=corner_count, singular=flat)  # fmt: skip
             if flat and np.ptp(arrays.positions, axis=0).min() > 0.0:
                 self._groups[key].flattened = True
                 self._groups[key].shadowed = _shadows_itself(placed, arrays)
@@ -113,6 +113,22 @@ class PlacedMeshes:
         self._groups[key].holders.append(placed.holder)
         for name, value in own.items():
             self._groups[key].own.setdefault(name, []).append(value)
+
+    def leave_out_unseen(self) -> None:
+        """Leave out meshes that Cycles renders in their own space, to which no ray leads if a scale is zero.
+
+        To be called when all meshes have been added.
+        """
+        for key, group in list(self._groups.items()):
+            if group.singular and self._in_own_space(key):
+                del self._groups[key]
+                self._report.warn(f"object '{group.sources[0].object}'", "has a scale of zero along an axis, and its "
+                                  "mesh is shared with other objects, displaced or scatters light below its surface: "
+                                  "it is left out, since Cycles does not show it")  # fmt: skip
+
+    def _in_own_space(self, key: tuple[Any, ...]) -> bool:
+        """Whether Cycles does not place the vertices of a mesh in the world before it renders."""
+        return self._uses[key[:2]] > 1 or not self.own_space.isdisjoint(key[1])
 
     def groups(self) -> list[Group]:
         """Return the collected meshes, each with all its instances."""
@@ -124,8 +140,7 @@ class PlacedMeshes:
         for key, group in self._groups.items():
             first = group.sources[0]
             group.framed = not self.framed.isdisjoint(group.slots)
-            # Cycles places the vertices of other meshes in the world before it renders.
-            group.own_space = self._uses[key[:2]] > 1 or not self.own_space.isdisjoint(group.slots)
+            group.own_space = self._in_own_space(key)
             self._warn_of_coarse(group)
             if len(group.sources) == 1:
                 name = unused_name(first, group.holders[0], out)

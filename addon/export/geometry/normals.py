@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from edgegrad import _native
 
+from .splits import SPLITS, Split, split, unsplit
+
 # Normals count as equal to the angle-weighted normals of the triangles if they differ by less. A larger tolerance
 # ignores custom normals; a smaller one keeps normals that differ by rounding only, and these do not follow moving
 # vertices.
@@ -44,13 +46,17 @@ def read_normals(mesh: Any, positions: F32, vertex: I32, faces: I32, corners: I3
     if mesh.normals_domain == "FACE" and not custom:
         return None
     exact = len(corners) == len(mesh.polygons) and not custom
-    flat = np.zeros(len(mesh.polygons), bool) if custom else flags(mesh, "sharp_face", len(mesh.polygons))
+    flat = flags(mesh, "sharp_face", len(mesh.polygons))
+    if custom and mesh.normals_domain == "CORNER":
+        flat[:] = False
     if shares_normals(mesh):
         normals = vertex_normals(mesh)
         smoothing, exact = faces.copy(), exact and not flat.any()
         smoothing[flat.take(polygon)] = -1
     else:
         of_corner = corner_normals(mesh)
+        if custom and SPLITS and mesh.attributes["custom_normal"].data_type == "FLOAT_VECTOR":
+            of_corner = _shared(mesh, corners, of_corner)
         group, first = _grouped(vertex, of_corner)
         smoothing, normals = group.take(corners), of_corner[first]
         if flat.any():
@@ -65,6 +71,21 @@ def read_normals(mesh: Any, positions: F32, vertex: I32, faces: I32, corners: I3
             one[face] = corner
             normals = np.concatenate([normals, of_corner[one[bent]]])
     return (smoothing, usable(normals), exact) if (smoothing >= 0).any() else None
+
+
+def as_rendered(mesh: Any) -> Split:
+    """The mesh as Cycles has it, which is split if it has normals of corners."""
+    flat = mesh.normals_domain == "FACE" and not mesh.has_custom_normals
+    return split(mesh) if SPLITS and not flat and not shares_normals(mesh) else unsplit(mesh)
+
+
+def _shared(mesh: Any, corners: I32, normals: F32) -> F32:
+    """(c, 3) normal of each corner where all corners of a vertex have that of its last triangle."""
+    place = split(mesh).corners
+    out = np.empty((place.max(initial=-1) + 1, 3), np.float32)
+    out[place] = normals  # corners of no triangle
+    out[place[corners.ravel()]] = normals[corners.ravel()]  # the last one counts
+    return np.ascontiguousarray(out[place])
 
 
 def _is_bent(triangles: F32, normals: F32) -> NDArray[np.bool_]:
@@ -149,10 +170,12 @@ def shading_normals(positions: F32, faces: I32, smoothing: I32 | None, normals: 
 def shares_normals(mesh: Any) -> bool:
     """Whether all smooth faces around a vertex have its normal, which is that of all its faces, also of flat ones.
 
-    As in Cycles, where this differs from Blender's window: there, a flat face parts the smooth faces beside it.
+    As in Cycles, where this differs from Blender's window: there, a flat face parts the smooth faces beside it, and
+    custom normals of faces make them flat, whose means over the faces around a vertex Cycles shows.
     """
-    custom = bool(mesh.has_custom_normals)
-    return mesh.normals_domain == "POINT" or not (custom or flags(mesh, "sharp_edge", len(mesh.edges)).any())
+    if mesh.has_custom_normals:
+        return bool(mesh.normals_domain != "CORNER")
+    return mesh.normals_domain == "POINT" or not flags(mesh, "sharp_edge", len(mesh.edges)).any()
 
 
 def given_normals(vertices: F64, faces: I32, smoothing: I32, normals: F64, exact: bool,

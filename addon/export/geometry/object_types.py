@@ -49,11 +49,16 @@ def _warn_about_points(placed: Placed, names: set[str], reading: MaterialReading
                     "sides are those of ellipsoids, in Cycles those of spheres")  # fmt: skip
 
 
-def _warn_about_strands(placed: Placed, names: set[str], report: Report) -> None:
+def _warn_about_strands(placed: Placed, names: set[str], reading: MaterialReading, ribbons: bool,
+                        report: Report) -> None:  # fmt: skip
     """Warn of what the material of hair reads and strands do not have as in Cycles."""
+    where = f"object '{placed.source.object}'"
     for name, what in ((PARAMETRIC, "the output 'Parametric'"), (ALONG, "the tangent")):
         if any(one.startswith(name) for one in names):
-            report.warn(f"object '{placed.source.object}'", f"{what} that the material of its hair reads is 0 there")
+            report.warn(where, f"{what} that the material of its hair reads is 0 there")
+    if ribbons and any(e.Coordinates("TRUE_NORMAL") in nodes_of(one) for one in reading.expressions()):
+        report.warn(where, "the true normal that the material of its hair reads is that of tubes; Cycles' ribbons face "
+                    "the viewer")  # fmt: skip
 
 
 def warn_about_type(ob: Any, report: Report) -> None:
@@ -108,7 +113,7 @@ class OtherGeometry:
         make = HairMeshes(self._camera, self._linear, self._report, self._strands, self._ribbons)
         for hair in self._hair(instance):
             slot = slots[hair.slot(len(slots))]
-            _warn_about_strands(placed, needed[slot], self._report)
+            _warn_about_strands(placed, needed[slot], materials[slot], self._ribbons, self._report)
             through = _lets_light_through(materials[slot])
             self._place(placed, hair.part, slot, needed[slot], partial(make.build, hair, translucent=through))
 

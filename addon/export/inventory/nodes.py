@@ -10,7 +10,6 @@ from __future__ import annotations
 from .table import PASSES, VOLUMES, Named, Table
 
 _LIGHTS = "only loops over lights use it, whose nodes are named where they are linked"
-_INSTANCER = Named("it uses the UV map of the object, not of its instancer", False)
 
 # Settings of all nodes of a kind: the colours of textures of Blender 2.7, which Cycles ignores, and a hidden input.
 COMMON = Table(without={"Cycles ignores it": "color_mapping Weight"})
@@ -117,7 +116,7 @@ NODES: dict[str, Table] = {
     "SCRIPT": Table("script filepath mode use_auto_update bytecode bytecode_hash"),
     "DISPLACEMENT": Table("space Height Midlevel Scale Normal"),
     "VECTOR_DISPLACEMENT": Table("space Vector Midlevel Scale"),
-    "UVMAP": Table("uv_map", named={"from_instancer": _INSTANCER}),
+    "UVMAP": Table("uv_map from_instancer"),
 }  # fmt: skip
 
 # Followed by `nodes.feed` and `shaders.parts`.

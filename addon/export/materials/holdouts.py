@@ -51,6 +51,7 @@ def _held_out(reading: MaterialReading, name: str) -> MaterialReading:
             layers.append((edgegrad.Material(np.ones(3), kind="TRANSPARENT"),
                            product(weight, e.Math("MULTIPLY", CAMERA, clear))))  # fmt: skip
     keys = [f"{name}{PART}{k}" for k in range(len(layers))]
-    parts = {key: part for key, (part, _) in zip(keys, layers, strict=True)}
+    # Exposure and switches of caustics change each material once.
+    parts = {key: replace(part) for key, (part, _) in zip(keys, layers, strict=True)}
     value = mixture({key: weight for key, (_, weight) in zip(keys, layers, strict=True)})
     return replace(reading, value=value, parts=parts)

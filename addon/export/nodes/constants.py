@@ -1,7 +1,7 @@
 """What the object of a bake does not have: values of the rendered object, its instancer and the view layer.
 
 They are constants for a whole object, so that the copied materials of a bake get them as constants. Object Info,
-Particle Info and Attribute nodes would read them from the bake's own object.
+Particle Info and Attribute nodes, and coordinates of the instancer, would be those of the bake's own object.
 """
 
 from __future__ import annotations
@@ -25,7 +25,10 @@ _NODES = ("OBJECT_INFO", "PARTICLE_INFO")
 _KINDS = ("OBJECT", "INSTANCER", "VIEW_LAYER")  # of attributes
 
 
-def _is_constant(node: Any) -> bool:
+def _is_constant(output: Any) -> bool:
+    node = output.node
+    if node.type in ("TEX_COORD", "UVMAP"):
+        return bool(node.from_instancer and output.identifier in ("Generated", "UV"))
     return node.type in _NODES or (node.type == "ATTRIBUTE" and node.attribute_type in _KINDS)
 
 
@@ -33,7 +36,7 @@ def constants_of(reader: Reader, output: Any, groups: Groups) -> dict[Place, Ope
     """Translate the constants that an output depends on; expressions may read attributes of the whole object."""
     found: dict[Place, Operand] = {}
     for one, around in [(output, groups), *upstream(output.node, groups)]:
-        if not _is_constant(one.node):
+        if not _is_constant(one):
             continue
         try:
             value = reader.output(one, around)

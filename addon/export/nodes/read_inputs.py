@@ -35,7 +35,7 @@ def _own_output(reader: Reader, node: Any, groups: Groups, output: Any) -> Opera
 
 @reads("UVMAP")
 def _uv_map(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    return attributes.layer(node.uv_map or attributes.ACTIVE_UV)
+    return attributes.layer(attributes.INSTANCER_UV if node.from_instancer else node.uv_map or attributes.ACTIVE_UV)
 
 
 def object_normal() -> Operand:
@@ -46,13 +46,11 @@ def object_normal() -> Operand:
 
 @reads("TEX_COORD")
 def _texture_coordinate(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    if node.from_instancer and output.identifier in ("Generated", "UV"):
-        reader.note(f"node '{label(node, groups)}' uses the coordinates of the object, not of its instancer")
     name = output.identifier
     if name == "Generated":
-        return attributes.layer(attributes.GENERATED)
+        return attributes.layer(attributes.INSTANCER_GENERATED if node.from_instancer else attributes.GENERATED)
     if name == "UV":
-        return attributes.layer(attributes.ACTIVE_UV)
+        return attributes.layer(attributes.INSTANCER_UV if node.from_instancer else attributes.ACTIVE_UV)
     if name == "Normal":
         return object_normal()
     if name == "Object":

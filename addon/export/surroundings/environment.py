@@ -208,7 +208,11 @@ class _WorldBaker(BakeScene):
         return fine if _is_smooth(coarse, fine) else self.panorama(width)
 
     def sun(self, sky: _Sky) -> edgegrad.SunLight | None:
-        """Make the sun light of a sky texture; its irradiance is that with the disc minus that without it."""
+        """Make the sun light of a sky texture; its light is that with the disc minus that without it.
+
+        A low sun is brighter on its upper side. Its light comes from its bright part, so that surfaces receive what
+        they do in Cycles.
+        """
         node = sky.node
         angle = float(node.sun_size)
         elevation, turn = float(node.sun_elevation), float(node.sun_rotation)
@@ -225,10 +229,17 @@ class _WorldBaker(BakeScene):
             pictures.append(self.picture(DISC_PIXELS, DISC_PIXELS).astype(np.float64))
         sky.disc(False)
         places = (np.arange(DISC_PIXELS) + 0.5) / DISC_PIXELS * 2.0 - 1.0
-        r2 = (half * places[:, None]) ** 2 + (half * places[None]) ** 2
-        solid = (2.0 * half / DISC_PIXELS) ** 2 / (1.0 + r2) ** 1.5
-        irradiance = ((pictures[1] - pictures[0]) * (solid / np.sqrt(1.0 + r2))[..., None]).sum(axis=(0, 1))
-        strength = float(irradiance.max())
-        if not strength > 0.0:
+        across, up = np.meshgrid(half * places, -half * places)
+        rays = np.stack([across, up, -np.ones_like(up)], axis=-1)
+        length = np.linalg.norm(rays, axis=-1, keepdims=True)
+        solid = (2.0 * half / DISC_PIXELS) ** 2 / length**3
+        # What a surface receives is the product of its normal and this vector, of each channel.
+        vectors = np.einsum("hwc,hwk->ck", (pictures[1] - pictures[0]) * solid, rays / length)
+        if not vectors.any():
             return None  # below the horizon
-        return edgegrad.SunLight(-to_sun, strength, angle, color=np.maximum(irradiance, 0.0) / strength)
+        axes = np.array(self.camera.rotation_euler.to_matrix(), np.float64)
+        direction = axes @ vectors.sum(axis=0)
+        direction /= np.linalg.norm(direction)
+        irradiance = vectors @ axes.T @ direction
+        strength = float(irradiance.max())
+        return edgegrad.SunLight(-direction, strength, angle, color=np.maximum(irradiance, 0.0) / strength)

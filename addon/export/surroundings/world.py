@@ -216,7 +216,7 @@ class _Directions(RayReader):
     def _read(self, output: Any, groups: nodes.Groups) -> e.Operand:
         node = output.node
         if node.type == "TEX_COORD" and output.identifier in ("Generated", "Object") and node.object is None:
-            return DIRECTION
+            return (0.0, 0.0, 0.0) if node.from_instancer and output.identifier == "Generated" else DIRECTION
         if node.type == "NEW_GEOMETRY" and output.identifier == "Position":
             return DIRECTION
         return super()._read(output, groups)

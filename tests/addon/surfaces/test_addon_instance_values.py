@@ -168,3 +168,72 @@ def test_object_values_of_bakes_and_displacements_keep_instances_apart() -> None
     tree.surface(tree.shader.outputs[0])
     tree.export()
     assert list(tree.made.scene.meshes) == ["Cube"] and len(tree.made.scene.meshes["Cube"].instances) == 2
+
+
+@pytest.mark.parametrize("kind, output", [("TexCoord", "Generated"), ("TexCoord", "UV"), ("UVMap", "UV")])
+def test_instances_have_the_coordinates_of_their_place_on_the_instancer(kind: str, output: str) -> None:
+    """Blender gives the middle of the carrier as generated coordinates of vertices, where Cycles' are -0.5."""
+    tree = Tree()
+    tree.link(tree.node(kind, from_instancer=True).outputs[output], "Base Color")
+    carrier = bpy.data.meshes.new("Carrier")
+    carrier.from_pydata([(3, 0, 0), (6, 0, 0), (6, 4, 0), (3, 4, 0)], [], [(0, 1, 2, 3)])
+    carrier.uv_layers.new(name="UVMap").uv.foreach_set("vector", [0.1, 0.2, 0.7, 0.2, 0.7, 0.6, 0.1, 0.6])
+    holder = bs.add("Carrier", carrier)
+    holder.instance_type = "FACES" if output == "UV" else "VERTS"
+    tree.object.parent = holder
+    bs.add("Alone", tree.object.data, (0, 5, 0))
+    tree.export()
+    assert not [line for line in tree.made.report.lines if "instancer" in line]
+    name, alone = (attributes.INSTANCER_UV, [0, 0]) if output == "UV" else (attributes.INSTANCER_GENERATED, [0, 0, 0])
+    (mesh,) = (mesh for mesh in tree.made.scene.meshes.values() if mesh.instances is not None)
+    expected = [(0.4, 0.4)] if output == "UV" else [(-0.5, -0.5, -0.5)] * 4
+    found = sorted(map(tuple, mesh.instance_attributes[name].tolist()))
+    np.testing.assert_allclose(found, sorted([*expected, tuple(alone)]), atol=1e-6)
+
+
+def test_instances_have_the_colour_of_their_outermost_instancer() -> None:
+    tree = Tree()
+    tree.link(tree.node("ObjectInfo").outputs["Color"], "Base Color")
+    kit, outer = bpy.data.collections.new("Kit"), bpy.data.collections.new("Outer")
+    kit.objects.link(tree.object)
+    inner = bpy.data.objects.new("Inner", None)
+    outer.objects.link(inner)
+    holder = bs.add("Holder", None, (3, 0, 0))
+    for ob, instanced in ((inner, kit), (holder, outer)):
+        ob.instance_type, ob.instance_collection = "COLLECTION", instanced
+    tree.object.color, inner.color, holder.color = (1, 0, 0, 1), (0, 1, 0, 1), (0, 0, 1, 0.5)
+    tree.export()
+    (mesh,) = tree.made.scene.meshes.values()
+    assert sorted(mesh.instance_attributes[attributes.COLOR].tolist()) == [[0, 0, 1, 0.5], [1, 0, 0, 1]]
+
+
+@pytest.mark.parametrize("kind", ["LIGHT", "EMPTY"])
+def test_nodes_may_instance_objects_without_geometry(kind: str) -> None:
+    """A tree places two lamps, or what an empty instances."""
+    tree = Tree()
+    if kind == "LIGHT":
+        placed = bs.light("POINT", "Lamp", location=(0, -20, 0))
+    else:
+        kit = bpy.data.collections.new("Kit")
+        kit.objects.link(tree.object)
+        placed = bs.add("Placed", None, (0, -20, 0))
+        placed.instance_type, placed.instance_collection = "COLLECTION", kit
+    points = bpy.data.meshes.new("Points")
+    points.from_pydata([(3, 0, 0), (6, 0, 0)], [], [])
+    group = bpy.data.node_groups.new("Group", "GeometryNodeTree")
+    for way in ("INPUT", "OUTPUT"):
+        group.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+    start, found, copies, end = (group.nodes.new(one) for one in (
+        "NodeGroupInput", "GeometryNodeObjectInfo", "GeometryNodeInstanceOnPoints", "NodeGroupOutput"))  # fmt: skip
+    found.inputs["Object"].default_value, found.inputs["As Instance"].default_value = placed, True
+    group.links.new(start.outputs[0], copies.inputs["Points"])
+    group.links.new(found.outputs["Geometry"], copies.inputs["Instance"])
+    group.links.new(copies.outputs[0], end.inputs[0])
+    bs.add("Points", points).modifiers.new("Copies", "NODES").node_group = group
+    tree.export()
+    if kind == "LIGHT":
+        places = [light.position.tolist() for light in tree.made.scene.lights.values() if light.position[0] > 2.0]
+        assert sorted(places) == [[3, 0, 0], [6, 0, 0]]
+    else:
+        (mesh,) = tree.made.scene.meshes.values()
+        assert {3.0, 6.0} <= set(mesh.instances[:, 0, 3].tolist())

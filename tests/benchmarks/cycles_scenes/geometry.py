@@ -43,6 +43,55 @@ def _bent_normals(one: Any) -> Any:
     return board
 
 
+@case("Free normals of points, faces and corners, on meshes with some flat faces")
+def free_normals() -> None:
+    """Blender's window shows those of faces as flat faces; Cycles shows their means at the vertices."""
+    stage.studio()
+    plastic = stage.principled("Plastic", (0.3, 0.5, 0.7), Roughness=0.35)
+    for k, domain in enumerate(("POINT", "FACE", "CORNER")):
+        drum = stage.cylinder(domain, plastic, radius=0.6, depth=1.3, segments=9, smooth=True)
+        drum.polygons.foreach_set("use_smooth", np.arange(len(drum.polygons)) % 4 > 0)
+        owners = {"POINT": drum.vertex_normals, "FACE": drum.polygon_normals, "CORNER": drum.corner_normals}[domain]
+        own = np.array([one.vector for one in owners])
+        if domain == "CORNER":  # not all alike around a vertex
+            own += np.random.default_rng(1).normal(0.0, 0.2, own.shape)
+            edges = drum.attributes.new("sharp_edge", "BOOLEAN", "EDGE")
+            edges.data.foreach_set("value", np.arange(len(edges.data)) % 3 == 0)
+        free = drum.attributes.new("custom_normal", "FLOAT_VECTOR", domain)
+        free.data.foreach_set("vector", (own + (0.2, -0.1, 0.3)).astype(np.float32).ravel())
+        stage.add(domain, drum, (1.7 * k - 1.7, 0, 0.7), (0.3, 0.2, 0))
+
+
+@case("Sharp edges, which part islands and means of edge attributes: boxes and custom normals; Pointiness")
+def sharp_islands() -> None:
+    """Cycles renders these meshes as if their sharp edges were split, so that their sides are islands."""
+    stage.studio()
+
+    def shaded(by: str) -> Any:
+        def shader(tree: Any) -> Any:
+            info = stage.node(tree, "ShaderNodeNewGeometry")
+            worn = stage.node(tree, "ShaderNodeAttribute", attribute_name="worn")
+            value = worn.outputs["Fac"] if by == "worn" else info.outputs[by]
+            hue = stage.node(tree, "ShaderNodeHueSaturation", {"Hue": value, "Color": (0.7, 0.3, 0.2)})
+            return stage.node(tree, "ShaderNodeBsdfDiffuse", {"Color": hue})
+
+        return stage.material(by, shader)
+
+    for k, by in enumerate(("Random Per Island", "worn", "Pointiness")):
+        for custom in (False, True):
+            name, seed = f"{by} {custom}", np.random.default_rng(3 * k + custom)
+            made = shaded(by)
+            body = stage.monkey(name, made) if custom else stage.cylinder(name, made, segments=9, smooth=True)
+            edges = body.attributes.new("sharp_edge", "BOOLEAN", "EDGE")
+            edges.data.foreach_set("value", seed.random(len(body.edges)) < 0.4)
+            body.polygons.foreach_set("use_smooth", seed.random(len(body.polygons)) < 0.8)
+            worn = body.attributes.new("worn", "FLOAT", "EDGE")
+            worn.data.foreach_set("value", seed.random(len(body.edges)).astype(np.float32))
+            if custom:
+                body.normals_split_custom_set([tuple(one.vector) for one in body.corner_normals])
+            stage.add(name, body, (1.8 * k - 1.8, 1.2 - 2.0 * custom, 0.6), (0.2, 0.3, 0.1), 0.55)
+
+
 @case("Instances: collections, geometry nodes-free parenting on faces, mirrored and scaled")
 def instances() -> None:
     """A collection that is placed many times, and an object on the vertices of another."""

@@ -79,6 +79,35 @@ def instances_on_faces() -> None:
         child.parent = board
 
 
+@case("Coordinates of the instancer (From Instancer), on vertices, faces, particles and in a collection", bounces=2)
+def instancer_coordinates() -> None:
+    """Each instance has one colour; what is no instance has the coordinate 0."""
+    studio()
+
+    def at(node: str, output: str) -> Any:
+        def shader(tree: Any) -> Any:
+            place = stage.node(tree, node, from_instancer=True).outputs[output]
+            color = stage.node(tree, "ShaderNodeVectorMath", {0: place, 1: (0.6, 0.5, 0.4), 2: (0.5, 0.3, 0.2)},
+                               operation="MULTIPLY_ADD")  # fmt: skip
+            return stage.node(tree, "ShaderNodeBsdfDiffuse", {"Color": color})
+
+        return stage.material(f"{node} {output}", shader)
+
+    generated = at("ShaderNodeTexCoord", "Generated")
+    ways = (("VERTS", generated), ("FACES", at("ShaderNodeTexCoord", "UV")), ("FACES", at("ShaderNodeUVMap", "UV")))
+    for k, (kind, material) in enumerate(ways):
+        board = stage.add(f"Board {k}", stage.grid(f"Board {k}", material, size=1.4, cells=3),
+                          (1.9 * k - 1.9, -0.4, 0.3))  # fmt: skip
+        board.instance_type = kind
+        child = stage.add(f"Child {k}", stage.cube(f"Child {k}", material, size=0.25))
+        child.parent = board
+    bead = stage.add("Bead", stage.cube("Bead", generated, size=0.8), (0, -20, 0))
+    _emitter("Particles", -1.0, True, render_type="OBJECT", instance_object=bead).location.y = 1.6
+    parts = collection("Parts", stage.add("Part", stage.cube("Part", generated, size=0.7)))
+    place = stage.add("Place", None, (1.2, 1.6, 0.4), (0, 0, 0.4))
+    place.instance_type, place.instance_collection = "COLLECTION", parts
+
+
 def _nodes(ob: Any, name: str) -> Any:
     """A geometry-nodes modifier of the object; returns its tree, which has an input and an output node."""
     tree = bpy.data.node_groups.new(name, "GeometryNodeTree")

@@ -62,6 +62,17 @@ def sky_texture() -> None:
     stage.camera((0, -6, 2.0), (0, 0, 0.9), 45.0)
 
 
+@case("A low, wide sun of a sky texture, brighter on its upper side", bounces=2, samples=96)
+def low_sun() -> None:
+    """Its light comes from a little above its middle."""
+    _sky(sun_elevation=0.12, sun_rotation=5.4, sun_size=0.2)
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y = 96, 72
+    stage.add("Floor", stage.plane("Floor", stage.diffuse("Floor", (0.5, 0.5, 0.5)), size=40.0))
+    stage.add("Box", stage.cube("Box", stage.diffuse("Box", (0.6, 0.4, 0.3)), size=0.8), (0, 0, 0.4), (0, 0, 0.4))
+    stage.camera((0, -5, 4.0), (0.3, 0.2, 0), 40.0)
+
+
 @case("World hidden from the camera and from reflections")
 def world_visibility() -> None:
     """The world lights what is diffuse, but is not seen."""

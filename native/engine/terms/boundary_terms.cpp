@@ -229,7 +229,8 @@ void TermBuilder::add_primary_edges() {
 void TermBuilder::add_shadows(BoundaryKind kind, const FoundEdges& found, double directions,
                               BoundaryTerm::Lines lines) {
     if (!has_edges(kBoundaryTable[kind].part, found.size(), found.counts())) return;
-    const double all = most_samples(kind), part = scattered(found.size(), kSamplesTowardsLight, all);
+    const double all = (found.by_reach ? kReachingShadows : 1.0) * most_samples(kind);
+    const double part = scattered(found.size(), kSamplesTowardsLight, all);
     found.each([&](const SharedCandidates& list, double of_samples, double factor) {
         const double own = of_samples * part;
         add(
@@ -298,7 +299,7 @@ void TermBuilder::add_emitter_outlines() {
 // Samples along edges between surfaces, in directions of learned cells.
 void TermBuilder::add_between(BoundaryKind kind, const FoundEdges& found) {
     found.each([&](const SharedCandidates& list, double of_samples, double factor) {
-        const double samples = of_samples * most_samples(kind);
+        const double samples = of_samples * (found.by_reach ? kReachingLight : 1.0) * most_samples(kind);
         const auto cells = [&](const Candidates& edges) {
             return over_directions(edges, kDirectionSegments * samples, chains(kind));
         };

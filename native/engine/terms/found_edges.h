@@ -26,6 +26,7 @@ inline SharedCandidates shared(Candidates made) {
 struct FoundEdges {
     SharedCandidates whole, windows;  // `windows` may be null
     double factor = 1.0;              // of estimates from `windows`
+    bool by_reach = false;            // weighted by their reach
 
     double mass_of_windows() const { return windows ? factor * windows->mass() : 0.0; }
     double mass() const { return whole->mass() + mass_of_windows(); }
@@ -57,7 +58,7 @@ inline FoundEdges by_reach(const SceneView& scene, const EdgeList& edges, const 
         return shared(of_lights ? reach->weighted_for_lights(scene, edges, *list)
                                 : reach->weighted(scene, edges, *list));
     };
-    return {weighted(found.whole), weighted(found.windows), found.factor};
+    return {weighted(found.whole), weighted(found.windows), found.factor, true};
 }
 
 // The candidates that search(edges) finds, which are kept if they are complete.
@@ -75,6 +76,10 @@ FoundEdges searched(const EdgeList& edges, bool in_windows, Kept<Key, Candidates
     const SharedCandidates known = kept.find(key);
     return {known ? known : shared(search(edges)), nullptr};
 }
+
+// The part of the samples along edges that are weighted by their reach, of shadows and of light between
+// surfaces: more of them reach the picture, which takes time.
+constexpr double kReachingShadows = 0.6, kReachingLight = 0.8;
 
 // Number of cells with learned sample weights: per sample, and at most.
 inline double learned_cells(double samples) { return std::min(0.06 * samples, 262'144.0); }

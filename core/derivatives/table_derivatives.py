@@ -41,6 +41,7 @@ TableDerivative = dict[str, NDArray[np.float64]]
 # of which no row is requested are absent. Rows count along the first axis of `shapes`.
 Requested = dict[str, NDArray[np.int64]]
 
+
 class ParameterRows(NamedTuple):
     """The rows of tables that each of some parameters changes, as spans [first, last), those of a parameter together.
 

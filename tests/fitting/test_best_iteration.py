@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from edgegrad.fitting.fit_step import chance
-from edgegrad.fitting.run import SMOOTHED_OVER
+from edgegrad.fitting.history import SMOOTHED_OVER, chance
 
 
 def test_the_last_of_equally_good_iterations_is_not_lost_to_chance() -> None:

@@ -20,6 +20,7 @@ from edgegrad_addon import preferences
 from edgegrad_addon.export import export_scene
 from edgegrad_addon.parameters import Names
 from edgegrad_addon.problem import Problem
+from edgegrad_addon.render_engine.view_camera import Seen
 from edgegrad_addon.render_engine.view_thread import Request, ViewThread
 from edgegrad_addon.running import kept_state
 from edgegrad_addon.running.fit_job import FitJob
@@ -130,7 +131,7 @@ def test_renders_and_views_have_the_chosen_threads(chosen: Any, monkeypatch: Any
     made.clear()
     thread = ViewThread()
     for count in (2, 1):
-        request = Request(export.scene, export.settings, export.scene.camera, True, 1, 0, count)
+        request = Request(export.scene, export.settings, Seen(export.scene.camera), True, 1, 0, count)
         thread.post(request)
         thread.wait(request, 60.0)
     thread.stop()

@@ -67,9 +67,12 @@ EG_INLINE Int bounce_count(Int bounces, Int kind) {
     for (int i = 0; i < W; ++i) n[i] = (bounces[i] >> (8 * (kind[i] - 1))) & 255;
     return n;
 }
+// The sum is unsigned: from 128 on, the count in the uppermost byte would overflow a signed one.
 EG_INLINE Int add_bounce(Int bounces, Mask m, Int kind) {
     for (int i = 0; i < W; ++i)
-        if (m[i]) bounces[i] += 1 << (8 * (kind[i] - 1));
+        if (m[i])
+            bounces[i] =
+                static_cast<int32_t>(static_cast<uint32_t>(bounces[i]) + (1u << (8 * (kind[i] - 1))));
     return bounces;
 }
 

@@ -6,7 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import bpy
+import numpy as np
 
+from edgegrad_addon import command_line
 from tests.support.scenes import blender_scenes as bs
 
 TRUTH = (0.8, 0.1, 0.05)
@@ -32,6 +34,17 @@ def ball(color: Any = TRUTH, size: int = 32) -> Any:
     bs.world((0.2, 0.2, 0.2))
     bs.add("Cube", bs.cube("Cube", bs.material("Clay", color)), rotation=(0.4, 0.3, 0))
     return scene
+
+
+def fitted_color(folder: Path, cameras: Path) -> Any:
+    """The cube's colour that the command line finds from START with a calibration's cameras and pictures."""
+    recolored()
+    start, fitted = folder / "start.blend", folder / "fitted.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(start))
+    assert command_line.main(["fit", str(start), "--cameras", str(cameras), "--base-color", "Clay", "--samples", "8",
+                              "--iterations", "80", "--save", str(fitted)]) == 0  # fmt: skip
+    bpy.ops.wm.open_mainfile(filepath=str(fitted))
+    return np.array(bs.shader(bpy.data.materials["Clay"]).inputs["Color"].default_value[:3])
 
 
 def recolored(color: Any = START) -> None:

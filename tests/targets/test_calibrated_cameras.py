@@ -18,14 +18,13 @@ from edgegrad import Renderer, images
 from edgegrad.calibration import Lens, read_calibration
 from edgegrad.fitting.silhouettes import silhouette_scene
 from edgegrad.fitting.targets import views
-from edgegrad_addon import command_line
 from edgegrad_addon.export import export_scene
 from edgegrad_addon.parameters import Names
 from edgegrad_addon.problem import Problem
 from edgegrad_addon.session import Picture, Request, Session
 from edgegrad_addon.targets.calibrated_cameras import LENS, add_cameras, lens_of
 from tests.support.scenes import blender_scenes as bs
-from tests.targets.cycles_targets import TRUTH, ball, recolored
+from tests.targets.cycles_targets import TRUTH, ball, fitted_color
 
 BENT = {"w": 64, "h": 48, "fl_x": 90.0, "fl_y": 94.0, "cx": 34.0, "cy": 22.0, "k1": -0.6, "k2": 0.2, "p1": 0.01,
         "p2": -0.01}  # fmt: skip
@@ -134,13 +133,7 @@ def test_colors_are_found_from_photographs_through_a_bent_lens(tmp_path: Any) ->
     path = calibration(tmp_path)
     bs.camera((0, 0, 6), name="Unused")
     photographs(path)
-    recolored()
-    start, fitted = tmp_path / "start.blend", tmp_path / "fitted.blend"
-    bpy.ops.wm.save_as_mainfile(filepath=str(start))
-    assert command_line.main(["fit", str(start), "--cameras", str(path), "--base-color", "Clay", "--samples", "8",
-                              "--iterations", "80", "--save", str(fitted)]) == 0  # fmt: skip
-    bpy.ops.wm.open_mainfile(filepath=str(fitted))
-    color = np.array(bs.shader(bpy.data.materials["Clay"]).inputs["Color"].default_value[:3])
+    color = fitted_color(tmp_path, path)
     np.testing.assert_allclose(color, TRUTH, atol=0.02)
     assert bpy.data.objects["left"].data.background_images[0].image is not None
 

@@ -16,13 +16,12 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 
 from edgegrad import Camera, Renderer, images
 from edgegrad.calibration import FisheyeLens, Intrinsics, PanoramaLens, read_calibration
-from edgegrad_addon import command_line
 from edgegrad_addon.export import export_scene
 from edgegrad_addon.problem import Problem
 from edgegrad_addon.running.guard import _lens
 from edgegrad_addon.targets.calibrated_cameras import KIND, LENS, add_camera, add_cameras, lens_of
 from tests.support.scenes import blender_scenes as bs
-from tests.targets.cycles_targets import TRUTH, ball, recolored
+from tests.targets.cycles_targets import TRUTH, ball, fitted_color
 
 # Of a lens with its axis away from the middle, whose camera keeps pictures; and of one with oblong pixels.
 KEPT = {"camera_model": "OPENCV_FISHEYE", "w": 96, "h": 72, "fl_x": 30.0, "fl_y": 30.0, "cx": 52.0, "cy": 33.0,
@@ -134,12 +133,6 @@ def test_colors_are_found_from_photographs_through_a_fisheye(tmp_path: Path) -> 
     assert not read_calibration(path)[0].lens.keeps_pictures
     bs.camera((0, 0, 6), name="Unused")
     photograph(path)
-    recolored()
-    start, fitted = tmp_path / "start.blend", tmp_path / "fitted.blend"
-    bpy.ops.wm.save_as_mainfile(filepath=str(start))
-    assert command_line.main(["fit", str(start), "--cameras", str(path), "--base-color", "Clay", "--samples", "8",
-                              "--iterations", "80", "--save", str(fitted)]) == 0  # fmt: skip
-    bpy.ops.wm.open_mainfile(filepath=str(fitted))
-    color = np.array(bs.shader(bpy.data.materials["Clay"]).inputs["Color"].default_value[:3])
+    color = fitted_color(tmp_path, path)
     np.testing.assert_allclose(color, TRUTH, atol=0.02)
     assert bpy.data.objects["photo"].data.type == "PANO"

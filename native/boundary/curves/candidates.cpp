@@ -6,6 +6,7 @@
 
 #include "boundary/curves/picture_frame.h"
 #include "boundary/meshes/seams.h"
+#include "boundary/meshes/trees/placement.h"
 #include "sampling/z_order.h"
 #include "scene/lights/light_list.h"
 #include "scene/mesh_edges.h"
@@ -231,13 +232,6 @@ int32_t edge_windows(const SceneTables& tables, int64_t most) {
         if (instances[m].size() > 1) all += (last - first) * static_cast<int64_t>(instances[m].size());
     }
     return static_cast<int32_t>(std::min<int64_t>((all - 1) / std::max<int64_t>(most, 1) + 1, 1 << 16));
-}
-
-EdgeEnds ends_of(const SceneView& scene, const Candidates& edges, size_t i) {
-    const Placement place = Placement::of(scene, edges.instance.empty() ? -1 : edges.instance[i]);
-    const auto [a, b] = EdgeEnds::of(scene, place, edges.edge[i]);
-    const Vector way = b - a;
-    return {a + way * static_cast<double>(edges.u0[i]), a + way * static_cast<double>(edges.u1[i])};
 }
 
 std::vector<float> unit_normals(const SceneTables& t, int threads) {

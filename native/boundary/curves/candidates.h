@@ -7,7 +7,6 @@
 
 #include "boundary/curves/edge_cache.h"
 #include "boundary/curves/edge_counts.h"
-#include "boundary/meshes/trees/placement.h"
 #include "scene/tables.h"
 #include "scene/view.h"
 #include "tasks/kernel_table.h"
@@ -50,9 +49,6 @@ struct Candidates {
                              : mass / (static_cast<double>(parts[i]) * direction_cells * direction_cells);
     }
 };
-
-// The ends of a candidate's segment in the world.
-EdgeEnds ends_of(const SceneView& scene, const Candidates& edges, size_t i);
 
 // Unit normals (F, 3) of all faces by winding order; zero for faces without area.
 std::vector<float> unit_normals(const SceneTables& tables, int threads);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "boundary/meshes/trees/placement.h"
 #include "boundary/samples/sample_plan.h"
 #include "tasks/block_sizes.h"
 #include "tasks/seed_tags.h"
@@ -41,6 +42,14 @@ void trace_beams(const SceneView& scene, const EdgeList& edges, const RenderOpti
         const Vector all = b.light + b.last + b.first + b.end;
         if (b.weight > 0.0 && std::isfinite(b.weight + all.x + all.y + all.z)) out.push_back(b);
     }
+}
+
+// The ends of a candidate's part of its edge.
+EdgeEnds ends_of(const SceneView& scene, const Candidates& edges, size_t i) {
+    const Placement place = Placement::of(scene, edges.instance.empty() ? -1 : edges.instance[i]);
+    const auto [a, b] = EdgeEnds::of(scene, place, edges.edge[i]);
+    const Vector way = b - a;
+    return {a + way * static_cast<double>(edges.u0[i]), a + way * static_cast<double>(edges.u1[i])};
 }
 
 // Whether all faces of an edge may have perfect lobes. Beams that pass it on their way begin or end at its

@@ -46,15 +46,22 @@ EG_OUTLINE void find_seen_places(const SceneView& scene, const BoundaryTask& tas
 struct PointReach {
     Float reach, nearest2;
 };
-EG_INLINE PointReach reach_in_all_directions(const EdgeReachTask& task, Vec3 e) {
-    PointReach out{splat(0.0f), splat(1e37f)};
+// Adds light that arrives at e and goes on to the places. distance2(way): the square of how far it passes
+// one.
+template <typename Distance2>
+EG_INLINE void add_places(const EdgeReachTask& task, Vec3 e, Float arrives, const Distance2& distance2,
+                          PointReach& out) {
     for (int32_t k = 0; k < task.places; ++k) {
         const Vec3 way =
             Vec3{splat(task.position[0][k]), splat(task.position[1][k]), splat(task.position[2][k])} - e;
-        const Float r2 = min(dot(way, way) + task.size2[k], splat(1e37f));
-        out.reach = out.reach + splat(task.weight[k]) / r2;
+        const Float r2 = min(distance2(way) + task.size2[k], splat(1e37f));
+        out.reach = out.reach + arrives * task.weight[k] / r2;
         out.nearest2 = min(out.nearest2, r2);
     }
+}
+EG_INLINE PointReach reach_in_all_directions(const EdgeReachTask& task, Vec3 e) {
+    PointReach out{splat(0.0f), splat(1e37f)};
+    add_places(task, e, splat(1.0f), [](Vec3 way) EG_INLINE_LAMBDA { return dot(way, way); }, out);
     return out;
 }
 // Light of lamps and suns travels along one ray from e.
@@ -72,15 +79,12 @@ EG_INLINE PointReach reach_of_lights(const EdgeReachTask& task, Vec3 e) {
             spread = n.radius / r, travels = way * (1.0f / max(distance, 1e-15f));
         }
         all = all + arrives;
-        for (int32_t k = 0; k < task.places; ++k) {
-            const Vec3 way =
-                Vec3{splat(task.position[0][k]), splat(task.position[1][k]), splat(task.position[2][k])} - e;
+        const auto distance2 = [&](Vec3 way) EG_INLINE_LAMBDA {
             const Float along = max(dot(way, travels), splat(0.0f)), penumbra = spread * along;
             const Vec3 beside = way - travels * along;
-            const Float r2 = min(dot(beside, beside) + penumbra * penumbra + task.size2[k], splat(1e37f));
-            out.reach = out.reach + arrives * task.weight[k] / r2;
-            out.nearest2 = min(out.nearest2, r2);
-        }
+            return dot(beside, beside) + penumbra * penumbra;
+        };
+        add_places(task, e, arrives, distance2, out);
     }
     out.reach = out.reach / all;
     return out;

@@ -11,6 +11,7 @@
 #include "engine/terms/curve_terms.h"
 #include "engine/terms/found_edges.h"
 #include "engine/terms/warp_term.h"
+#include "scene/lights/light_list.h"
 #include "scene/sharp_lobes.h"
 #include "tasks/boundary_kind.h"
 #include "tasks/seed_tags.h"
@@ -74,7 +75,8 @@ class TermBuilder {
         return searched(edges_, in_windows_, kept, key, find);
     }
     const FoundEdges& silhouettes();
-    const FoundEdges& reaching();
+    FoundEdges by_reach(const FoundEdges& found, bool of_lights = false);
+    const FoundEdges& reaching();  // the silhouettes, by their reach
     const SharedCandidates& mirrors(bool lit);
     std::vector<uint8_t> throwing() const { return throwing_materials(edges_.tables, scene_.thrown_alpha); }
     std::shared_ptr<const LightBeams> light_beams();
@@ -100,6 +102,7 @@ class TermBuilder {
     const EdgeCache::Sides mesh_sides_;
     bool in_windows_;
     std::optional<FoundEdges> silhouettes_, reaching_;
+    std::optional<std::shared_ptr<const EdgeReach>> reach_;
     SharedCandidates mirrors_[2];  // null: not listed yet
     std::optional<std::shared_ptr<const LightBeams>> beams_;
     std::shared_ptr<const Intersections> seen_;
@@ -151,10 +154,15 @@ const FoundEdges& TermBuilder::silhouettes() {
     return *silhouettes_;
 }
 
-// The same, weighted for samples whose directions are those about edges.
+// Edges weighted by their reach, for which several parts share the places that are seen.
+FoundEdges TermBuilder::by_reach(const FoundEdges& found, bool of_lights) {
+    if (decided_.alone() || (of_lights && !EdgeReach::serves(edges_.lights->view()))) return found;
+    if (!reach_) reach_ = EdgeReach::find(scene_, edges_, options_);
+    return *reach_ ? weighted(**reach_, scene_, edges_, found, of_lights) : found;
+}
+
 const FoundEdges& TermBuilder::reaching() {
-    if (decided_.alone()) return silhouettes();
-    if (!reaching_) reaching_ = by_reach(scene_, edges_, options_, silhouettes());
+    if (!reaching_) reaching_ = by_reach(silhouettes());
     return *reaching_;
 }
 
@@ -274,10 +282,10 @@ void TermBuilder::add_camera_sampled_shadows() {
 
 void TermBuilder::add_light_shadows() {
     if (!decided_.computes(Part::kLightShadows)) return;
-    FoundEdges found = search(edges_.kept.shadow, {edges_.lights, mesh_sides_},
-                              [&](const EdgeList& part) { return shadow_candidates(scene_, part, false); });
-    if (!decided_.alone()) found = by_reach(scene_, edges_, options_, found, true);
-    add_shadows(kShadowBoundary, found, 0.0, shared_.shares_faces ? shared_ : BoundaryTerm::Lines{});
+    const auto search_edges = [&](const EdgeList& part) { return shadow_candidates(scene_, part, false); };
+    const FoundEdges found = search(edges_.kept.shadow, {edges_.lights, mesh_sides_}, search_edges);
+    add_shadows(kShadowBoundary, by_reach(found, true), 0.0,
+                shared_.shares_faces ? shared_ : BoundaryTerm::Lines{});
 }
 
 void TermBuilder::add_environment_shadows() {
@@ -327,7 +335,7 @@ void TermBuilder::add_contact_borders() {
     const FoundEdges found = search(edges_.kept.borders, mesh_sides_,
                                     [&](const EdgeList& part) { return border_candidates(scene_, part); });
     if (!has_edges(Part::kContactBorders, found.size(), found.counts())) return;
-    if (!decided_.alone()) add_between(kContactBorder, by_reach(scene_, edges_, options_, found));
+    add_between(kContactBorder, by_reach(found));
 }
 
 void TermBuilder::add_curves() {

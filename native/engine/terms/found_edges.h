@@ -11,7 +11,6 @@
 #include "boundary/curves/candidates.h"
 #include "boundary/curves/edge_cache.h"
 #include "boundary/samples/edge_reach.h"
-#include "scene/lights/light_list.h"
 
 namespace edgegrad {
 
@@ -48,15 +47,12 @@ struct FoundEdges {
 
 // The same edges, with weights by how much of the light that passes them reaches what is seen: light in all
 // directions, or, if `of_lights`, that of the list of lights.
-inline FoundEdges by_reach(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
-                           const FoundEdges& found, bool of_lights = false) {
-    if (of_lights && !EdgeReach::serves(edges.lights->view())) return found;
-    const auto reach = EdgeReach::find(scene, edges, options);
-    if (!reach) return found;
+inline FoundEdges weighted(const EdgeReach& reach, const SceneView& scene, const EdgeList& edges,
+                           const FoundEdges& found, bool of_lights) {
     const auto weighted = [&](const SharedCandidates& list) {
         if (!list) return list;
-        return shared(of_lights ? reach->weighted_for_lights(scene, edges, *list)
-                                : reach->weighted(scene, edges, *list));
+        return shared(of_lights ? reach.weighted_for_lights(scene, edges, *list)
+                                : reach.weighted(scene, edges, *list));
     };
     return {weighted(found.whole), weighted(found.windows), found.factor, true};
 }

@@ -28,6 +28,7 @@ from .scene.field import Field
 from .scene.image import Image
 from .scene.light import AreaLight, PointLight, SpotLight, SunLight
 from .scene.material import Material, Mixture
+from .scene.medium import Medium
 from .scene.mesh import Mesh
 from .scene.scene import Scene, World
 
@@ -52,6 +53,7 @@ __all__ = [
     "Image",
     "Material",
     "Mesh",
+    "Medium",
     "Mixture",
     "Plan",
     "PointLight",

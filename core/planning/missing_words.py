@@ -35,6 +35,8 @@ _ABOUT_MATERIALS = {
     "stepped shadows": "shadows of borders at which textures may make the transmittance of {} jump: they are no edges",
     "clear absorption": "how absorption in meshes with transparent surfaces ({}) changes with their shape, and its "
                         "shadows",
+    "media": "in media ({}): how what they keep of the light changes with distances, and shadows and edges in the light "
+             "that they scatter; only what moves behind scattering events, and lights, have their part",
     "turned normals": "the borders where normals of {} begin to point away from the viewer, and for gloss also below "
                       "the surface: these materials scatter no light beyond",
     "narrow field lobes": "what distance fields hide of the light of narrow lobes ({}): hardly any sample finds it, so "

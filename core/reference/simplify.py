@@ -40,6 +40,9 @@ def differentiable(scene: Scene) -> tuple[Scene, list[str]]:
         if world.image is not None:
             color = color * mean_color(scene.images[world.image], sphere=True)
         world = replace(world, color=color, image=None, visible_to=frozenset(RAYS))
+    if world.medium is not None:
+        notes.append("world: its medium is left out")
+        world = replace(world, medium=None)
     return Scene(camera, meshes, materials, lights, world), notes
 
 
@@ -64,6 +67,9 @@ def _material(scene: Scene, name: str, notes: list[str]) -> Material:
     material = scene.materials[name]
     closure = scene.closures(name)[0]
     simple = isinstance(material, Material) and not material.textures
+    if closure.medium is not None:
+        notes.append(f"material '{name}': its medium is left out")
+        closure = replace(closure, medium=None)
     if simple and flags(closure) & LAMBERTIAN and not flags(closure) & (TRANSPARENCY | NORMAL_MAP):
         return closure
     notes.append(f"material '{name}': is replaced by a diffuse surface of its mean colour")

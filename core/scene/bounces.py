@@ -24,6 +24,8 @@ class Bounces(Checked):
     ----------
     diffuse, glossy, transmission
         Scattering events of this kind, 0 to 255.
+    medium
+        Scattering events in media behind the first one, 0 to 255 (Cycles' Volume).
     transparent
         Transparent surfaces (alpha, Transparent BSDF) that a path may cross, 0 to 255. They do not count as
         path segments. After the last one, further transparent surfaces are opaque and black.
@@ -44,9 +46,10 @@ class Bounces(Checked):
     transparent: int = MOST_BOUNCES
     ambient: int = MOST_BOUNCES
     filter_glossy: float = 0.0
+    medium: int = MOST_BOUNCES
 
     checks: ClassVar[Mapping[str, Check]] = dict.fromkeys(
-        ("diffuse", "glossy", "transmission", "transparent"), by(whole, 0, MOST_BOUNCES)
+        ("diffuse", "glossy", "transmission", "transparent", "medium"), by(whole, 0, MOST_BOUNCES)
     ) | {"ambient": by(whole, 1, MOST_BOUNCES), "filter_glossy": by(number, least=0.0)}
 
     def validate(self) -> None:

@@ -9,9 +9,10 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .._check import array, choice, flag, mapping, names, number, shown, text
-from .._fields import Check, Checked, by, near
+from .._check import array, choice, flag, instance, mapping, names, number, shown, text
+from .._fields import Check, Checked, by, near, optional
 from ..expression import Expression, nodes_of
+from .medium import Medium
 
 # PRINCIPLED is Blender's Principled BSDF (4.2 to 5.2); most others are Blender's shader nodes of the same name.
 # DISNEY is the BSDF of Burley 2012 as in Mitsuba 3's `principled`, for comparisons with Mitsuba.
@@ -112,6 +113,10 @@ class Material(Checked):
         (3,) 1/m, >= 0, for all kinds of shader: of the light within a closed mesh (Beer's law), as Blender's Volume
         Absorption gives it. It acts on paths that arrive at the back of the surface. The parts of a mixture must have
         the same.
+    medium
+        What fills closed meshes, and scatters and absorbs light within them; None: nothing. All surfaces of such a mesh
+        have this material or one with the same medium. The surface itself is that of `kind`: TRANSPARENT for smoke.
+        The parts of a mixture must have the same.
     textures
         Maps a field name to an expression that replaces the field's value at each surface point. Values outside
         the field's range are clamped, and a clamped value has no derivative. As in Cycles, textured
@@ -152,6 +157,7 @@ class Material(Checked):
     normal_space: str = "TANGENT"
     normal_uv: str = "UVMap"
     absorption: NDArray[np.float64] = field(default_factory=lambda: _rgb(0.0))
+    medium: Medium | None = None
     textures: Mapping[str, Expression] = field(default_factory=dict)
 
     checks: ClassVar[Mapping[str, Check]] = {
@@ -169,6 +175,7 @@ class Material(Checked):
         "anisotropy_rotation": number,
         **dict.fromkeys(("emission_two_sided", "multiscatter"), flag),
         "normal_space": by(choice, NORMAL_SPACES),
+        "medium": optional(by(instance, Medium)),
         "normal_uv": text,
         "textures": by(mapping, _expression),
     }
@@ -185,6 +192,10 @@ class Material(Checked):
         if self.distribution == "ASHIKHMIN_SHIRLEY" and self.kind in SHAPED and self.kind != "GLOSSY":
             raise ValueError(f"{where}: distribution 'ASHIKHMIN_SHIRLEY' is only for kind 'GLOSSY', not for "
                              f"'{self.kind}'; use 'BECKMANN' or 'GGX'")
+        if self.medium is not None:
+            self.medium.check_fields(f"{where}: medium")
+            if np.any(self.absorption > 0.0):
+                raise ValueError(f"{where}: has both absorption and a medium; put the absorption into the medium")
         for key in self.textures:
             known = (*TEXTURED, SMOOTH_NORMAL)
             if key not in known:

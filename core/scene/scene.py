@@ -17,6 +17,7 @@ from .field import Field
 from .image import Image
 from .light import AreaLight, Light, PointLight, SpotLight, SunLight
 from .material import Material, Mixture
+from .medium import Medium
 from .mesh import Mesh
 
 
@@ -38,6 +39,8 @@ class World(Checked):
         (3, 3) rotation from world space to image space.
     visible_to
         Kinds of rays that see the environment: a subset of "camera", "diffuse", "glossy", "transmission".
+    medium
+        What fills the space around the meshes; None: nothing. It has no end, so that it hides the environment and suns.
     """
 
     color: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
@@ -45,6 +48,7 @@ class World(Checked):
     image: str | None = None
     rotation: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
     visible_to: frozenset[str] = frozenset(RAYS)
+    medium: Medium | None = None
 
     checks: ClassVar[Mapping[str, Check]] = {
         "color": by(array, (3,), np.float64, least=0.0),
@@ -52,6 +56,7 @@ class World(Checked):
         "image": optional(text),
         "rotation": by(array, (3, 3), np.float64),
         "visible_to": rays,
+        "medium": optional(by(instance, Medium)),
     }
 
     def validate(self) -> None:
@@ -59,6 +64,8 @@ class World(Checked):
         self.check_fields("world")
         derived("world", "color times strength", self.color * self.strength)
         orthonormal("world", "rotation", self.rotation, "rotation")
+        if self.medium is not None:
+            self.medium.check_fields("world: medium")
 
 
 @dataclass
@@ -148,6 +155,8 @@ class Scene(Checked):
             for part in material.parts if isinstance(material, Mixture) else ():
                 if not isinstance(self.materials.get(part), Material):
                     raise ValueError(f"material '{name}': part '{part}' is not a shader in the scene")
+            if len({closure.medium for closure in self.closures(name)}) > 1:
+                raise ValueError(f"material '{name}': its parts have different media; give all the same")
             for value in material.textures.values():
                 for image in images_of(value):
                     _check_known(f"material '{name}': image", image, self.images)
@@ -192,6 +201,9 @@ class Scene(Checked):
                 raise ValueError(f"{where}: a mesh has this name too; rename one of them")
             _check_known(f"{where}: material", one.material, self.materials)
             for closure in self.closures(one.material):
+                if closure.medium is not None:
+                    raise ValueError(f"{where}: its material '{one.material}' has a medium, which fields cannot hold; "
+                                     "use a material without it, or a mesh")
                 if closure.emits:
                     raise ValueError(f"{where}: its material '{one.material}' emits light, which fields cannot do; "
                                      "use a material without emission, or a mesh")

@@ -25,6 +25,7 @@ from .fields import FieldTable
 from .geometry import geometry, ray_bits
 from .lights import LightTable, light_table
 from .materials import TWO_SIDED, MaterialTable, material_table
+from .media import medium_row, medium_table
 from .mean_color import mean_expression
 from .textures.program import compile_textures
 from .textures.texture_tables import TextureTables
@@ -72,6 +73,8 @@ class Tables:
     instance_to_world: F32  # (I, 3, 4) transforms, relative to origin
     materials: MaterialTable  # all closures of all materials
     lights: LightTable  # all lights that are not meshes
+    media: F32  # (M, 8) media within closed meshes (`media.medium_row`)
+    world_medium: F32  # (8,) and around them
     environment_rotation: F32  # (3, 3) from world space to the image's
     environment_mask: int  # bits of the kinds of rays that it is visible to
     emission: F32  # (M, 3) mean over textures and closures, for the choice of lights
@@ -223,6 +226,7 @@ def _values(
         out |= {
             "environment_rotation": scene.world.rotation.astype(np.float32),
             "environment_mask": ray_bits(scene.world.visible_to),
+            "world_medium": medium_row(scene.world.medium),
             "environment": (scene.world.color * scene.world.strength).astype(np.float32),
         }
     if "camera" in collections:
@@ -234,6 +238,7 @@ def _material_values(scene: Scene, least_blue: dict[str, float]) -> dict[str, An
     radiances = [_area_radiance(light) for light in scene.lights.values() if isinstance(light, AreaLight)]
     return {
         "materials": material_table(scene, radiances, least_blue),
+        "media": medium_table(scene, len(radiances)),
         "emission": _rows([mean_emission(scene, name) for name in scene.materials] + radiances),
     }
 

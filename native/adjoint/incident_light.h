@@ -35,7 +35,7 @@ EG_INLINE RawVec3 next_drift(const VertexMemory& memory, Mask active, Int next) 
 // Returns where the continuing rays have met nothing.
 EG_INLINE Mask ends_in_environment(const VertexMemory& memory, Int next) {
     const Mask some = next >= 0;
-    return some & (next_ints(memory, some, next, &Vertex::face) < 0);
+    return some & (next_ints(memory, some, next, &Vertex::face) == splat(-1));
 }
 
 // The constant direction w, which rotates with the environment's image.
@@ -129,7 +129,7 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
     // (derivations, K).
     Mask may_fix = splat(0);
     if (geometry && scene.face_fixed_direction)
-        may_fix = receives_held(scene, stays & (~load(v.screen_form) | (load(v.kind) == splat(kCameraRay))),
+        may_fix = receives_held(scene, stays & (load(v.face) >= 0) & (~load(v.screen_form) | (load(v.kind) == splat(kCameraRay))),
                                 material);
     // Collect light from emitter samples
     const auto take = [&](Mask m, const LightArrival& a) {

@@ -26,6 +26,7 @@
 #include "shading/absorption.h"
 #include "shading/bsdf/perfect_lobes.h"
 #include "shading/lambertian.h"
+#include "shading/phase_function.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -110,15 +111,41 @@ struct RimOfSurface {
 EG_INLINE Vec3 lights_met(const SceneView& scene, const Vertex& v, Mask active, Vec3 from, Vec3 direction) {
     Vec3 sum = zero3();
     const Vec3 w = unit_vector(direction);
+    const Mask in_medium = active & (load(v.face) == splat(kInMedium));
     for_each_met_light(
         scene, active, from, load(v.from_mesh), w, load(v.near), load(v.far), load(v.kind),
         load(v.bounces_before_last), [&](int row, Mask seen, const LightRow& l, Float distance, Float) {
             Float factor = light_factor(l, w, distance);
             if (scene.light_followed)
                 factor = factor * share_of_row(scene, row, {load(v.lobe_alpha), load(v.lobe_slope2)});
-            sum = sum + select(seen, l.radiance * factor, zero3());
+            Vec3 light = l.radiance * factor;
+            if (any(in_medium))
+                light = select(in_medium,
+                               light * kept_over(load3(v.medium_extinction), detach(distance) - load(v.near)),
+                               light);
+            sum = sum + select(seen, light, zero3());
         });
     return sum;
+}
+
+// Light that leaves media: scattered at points that move with the rays that found them, or passing. How the
+// media's transmittance changes is left out.
+inline void leave_medium(const SceneView& scene, const VertexMemory& memory, const Vertex& v, Mask in_medium,
+                         const Arrival& arrival, Vec3 direction, Vec3 incoming, Int next, bool geometry,
+                         Leaving& out) {
+    const Vec3 weight = load3(v.medium_weight);
+    const Mask passes = in_medium & load(v.passes), scatters = in_medium & ~passes;
+    Vec3 light = select(passes, incoming, zero3());
+    if (any(scatters)) {
+        const Vec3 along = unit_vector(direction);
+        const Vec3 position = arrival.from + along * load(v.medium_way);
+        Scattering s = light_sources(scene, memory, v, scatters, position, splat(0), incoming, next, geometry);
+        if (memory.passed.count > 0) pass_transparent_surfaces(scene, memory, v, position, s, geometry);
+        const PhaseFunction phase{-along, along, load(v.medium_cosine)};
+        light = select(scatters, scattered(scene, phase, scatters, s), light);
+        out.position = select(scatters, position, out.position);
+    }
+    out.light = select(in_medium, out.light + light * weight, out.light);
 }
 
 // Light scattered by Lambertian vertices.
@@ -201,6 +228,9 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     // Add lights of the table along the ray
     if (scene.lights.all_sized() > 0 && any(screen_form))
         out.light = out.light + lights_met(scene, v, screen_form & ~on_rim, arrival.from, direction);
+    if (scene.any_medium)
+        if (const Mask in_medium = active & (load(v.face) == splat(kInMedium)); any(in_medium))
+            leave_medium(scene, memory, v, in_medium, arrival, direction, incoming, next, geometry, out);
     if (!any(hit)) return out;
 
     // Compute the surface point and the view direction

@@ -134,6 +134,9 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const Scene
     view_.closure_kind = rows_of(tables.closure_kind);
     view_.closure_flags = rows_of(tables.closure_flags);
     view_.closure_params = rows_of(tables.closure_params);
+    view_.any_medium = any_medium(tables);
+    view_.media = tables.media.data();
+    view_.world_medium = tables.world_medium;
     view_.textures = tables.textures.view();
     // Materials that no visible face has do not make the kernels slower
     view_.all_flags = 0;

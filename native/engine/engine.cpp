@@ -265,6 +265,7 @@ std::vector<uint8_t> Engine::clear_emitters(const LightList& lights) const {
 // above its triangles.
 bool Engine::hides_no_light() const {
     if (closed_.size() != 1 || !tables_.fields.empty() || !lambertian_and_flat(tables_)) return false;
+    if (any_medium(tables_)) return false;
     if (closed_[0] && solid_sides(*bodies(), tables_.camera)[0] == 0) return false;
     return is_convex_mesh(0);
 }

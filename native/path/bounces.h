@@ -38,8 +38,10 @@ EG_INLINE bool kinds_matter(const SceneView& scene, const BounceLimits& limits, 
 
 // Whether a ray that leaves by a bounce of `kind` is the last ray of its path.
 EG_INLINE Mask next_is_final(const ImageTask& task, const PathPacket& p, Int kind) {
-    const Mask last =
-        (p.segment + 1 >= task.max_depth) | (bounce_count(p.bounces, kind) + 1 > limit(task.limits, kind));
+    const Mask in_medium = kind == splat(kMediumRay);
+    Mask last = (p.segment + 1 >= task.max_depth) |
+                (~in_medium & (bounce_count(p.bounces, kind) + 1 > limit(task.limits, kind)));
+    if (any(in_medium)) last |= in_medium & (medium_bounces(p) + 1 > task.limits.medium);
     if (task.limits.ambient >= 255) return last;
     const Mask scatters = p.active & (kind >= splat(kDiffuseRay)) & (kind <= splat(kTransmissionRay));
     return last | (scatters & finds_ambient(task.limits, add_bounce(p.bounces, scatters, kind)));

@@ -30,7 +30,7 @@ struct PathPacket {
     Mask unlit;       // emitter samples alone find lights of the table; such rays do not meet them
     Mask caustic;     // scattered by another lobe, and later by a perfect one
     Mask final_ray;   // finds emission but does not scatter again
-    Int bounces;      // counts by kind, 8 bits each: diffuse, glossy, transmission, transparent
+    Int bounces;      // counts by kind, 8 bits each: diffuse, glossy, transmission, transparent surfaces
 };
 
 constexpr int kVertexBits = 11, kSegmentBits = 10;
@@ -64,13 +64,22 @@ EG_INLINE void unpack_state(Int state, PathPacket& p) {
 // Number of bounces of a kind so far (kDiffuseRay, kGlossyRay, kTransmissionRay; 4: transparent).
 EG_INLINE Int bounce_count(Int bounces, Int kind) {
     Int n;
-    for (int i = 0; i < W; ++i) n[i] = (bounces[i] >> (8 * (kind[i] - 1))) & 255;
+    for (int i = 0; i < W; ++i) n[i] = (bounces[i] >> (8 * (kind[i] - 1) & 31)) & 255;
+    return n;
+}
+// Number of bounces in media: all others have counts of their own.
+EG_INLINE Int medium_bounces(const PathPacket& p) {
+    Int n;
+    for (int i = 0; i < W; ++i) {
+        const int32_t b = p.bounces[i];
+        n[i] = p.segment[i] - 1 - (b & 255) - (b >> 8 & 255) - (b >> 16 & 255);
+    }
     return n;
 }
 // The sum is unsigned: from 128 on, the count in the uppermost byte would overflow a signed one.
 EG_INLINE Int add_bounce(Int bounces, Mask m, Int kind) {
     for (int i = 0; i < W; ++i)
-        if (m[i])
+        if (m[i] && kind[i] != kMediumRay)
             bounces[i] =
                 static_cast<int32_t>(static_cast<uint32_t>(bounces[i]) + (1u << (8 * (kind[i] - 1))));
     return bounces;

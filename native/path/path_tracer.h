@@ -11,6 +11,7 @@
 
 #include "path/edge_step.h"
 #include "path/first_rays.h"
+#include "path/medium.h"
 #include "path/recorder.h"
 #include "path/rim.h"
 #include "path/scatter.h"
@@ -100,7 +101,8 @@ EG_INLINE void add_environment(const SceneView& scene, Workspace& work, const Pa
 
 // The last scattering event as the receiver of emitter samples.
 EG_INLINE Receiver last_receiver(const SceneView& scene, const PathPacket& p) {
-    return {p.from, p.from_normal, p.both_sides, scene.any_terminator ? &p.from_receiving : nullptr};
+    return {p.from, p.from_normal, p.both_sides, scene.any_terminator ? &p.from_receiving : nullptr,
+            select(p.kind == splat(kMediumRay), splat(1.0f), 0.0f)};
 }
 
 // Adds emission of the surface that a ray has hit. The MIS weight accounts for emitter samples.
@@ -128,9 +130,10 @@ EG_INLINE void add_emission(const SceneView& scene, Workspace& work, const PathP
     add_radiance(work, p, emits, p.throughput * closure_emission(x, shader, point) * weight);
 }
 
-// Adds lights of the light table that a ray meets. Such lights do not block rays.
-EG_INLINE void add_sized_lights(const SceneView& scene, Workspace& work, const PathPacket& p,
-                                Float distance) {
+// Adds lights of the light table that a ray meets. Such lights do not block rays. `extinction` of the medium
+// around the ray, null: none.
+EG_INLINE void add_sized_lights(const SceneView& scene, Workspace& work, const PathPacket& p, Float distance,
+                                const Vec3* extinction) {
     if (work.values && !requests_rows(*work.values)) return;
     const Mask meets = p.active & ~p.unlit;
     const Float near = way_so_far(p);
@@ -138,11 +141,13 @@ EG_INLINE void add_sized_lights(const SceneView& scene, Workspace& work, const P
     if (work.values)
         return for_each_light_along(scene, meets & p.touched, from, p.from_mesh, p.direction, near,
                                     near + distance, p.pdf, p.kind, bounces_before_last(p), p.lobe,
-                                    [&](int row, Mask seen, Vec3 radiance, Float gain) {
-                                        record_met_light(*work.values, p, seen, row, radiance, gain);
+                                    [&](int row, Mask seen, Vec3 radiance, Float gain, Float at) {
+                                        Vec3 gains = gray(gain);
+                                        if (extinction) gains = gains * kept_over(*extinction, at - near);
+                                        record_met_light(*work.values, p, seen, row, radiance, gains);
                                     });
     const Vec3 light = lights_along(scene, meets, from, p.from_mesh, p.direction, near, near + distance,
-                                    p.pdf, p.kind, bounces_before_last(p), p.lobe);
+                                    p.pdf, p.kind, bounces_before_last(p), p.lobe, extinction);
     const Mask found = p.active & (largest_component(light) > 0.0f);
     if (any(found)) add_radiance(work, p, found, p.throughput * light);
 }
@@ -252,10 +257,24 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
         // Load the paths and drop those that cannot reach a requested surface
         PathPacket p = load_paths(work.paths, at, count);
         const Int face = load(work.hits.face + at);
-        const Mask hit = p.active & (face >= 0);
+        Mask hit = p.active & (face >= 0);
         if (moving) {
             p.touched |= hit & (gather(scene.face_moving, select(hit, face, splat(0))) != 0);
-            if (!any(p.active & may_touch(*requested, task, p, hit))) continue;
+            if (!any(p.active & may_touch(*requested, task, p, hit)) && !scene.any_medium) continue;
+        }
+        // Add lights that rays meet before their surfaces. For recorded paths, sweeps do so behind perfect
+        // and followed lobes (adjoint/vertex.h); other light of the table is found by emitter samples alone.
+        const Float distance = select(hit, load(work.hits.distance + at), splat(__builtin_inff()));
+        RayMedia media;
+        const bool in_media =
+            scene.any_medium && find_media(scene, p, distance, work.hits.edges != nullptr, media);
+        if (!work.vertices && scene.lights.all_sized() > 0)
+            add_sized_lights(scene, work, p, distance, in_media ? &media.extinction : nullptr);
+        // Scatter paths in media
+        if (in_media) {
+            alive = cross_medium(scene, task, work, p, load_hits(work.hits, at, hit), media, moving, alive);
+            hit &= p.active;
+            if (!any(p.active)) continue;
         }
         // Record the vertices of paths whose derivatives are computed
         Vertex* vertex = nullptr;
@@ -263,12 +282,9 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
         if (work.vertices) {
             vertex = &work.vertices->append<W>();
             record_arrival(scene, *vertex, p, hit, load_hits(work.hits, at, hit));
+            // The vertex in the medium has the lights on the way through it
+            if (in_media) put(vertex->near, media.dense(), load(vertex->far));
         }
-        // Add lights that rays meet before their surfaces. For recorded paths, sweeps do so behind perfect
-        // and followed lobes (adjoint/vertex.h); other light of the table is found by emitter samples alone.
-        if (!vertex && scene.lights.all_sized() > 0)
-            add_sized_lights(scene, work, p,
-                             select(hit, load(work.hits.distance + at), splat(__builtin_inff())));
         if (work.values) record_values(*work.values, p, p.active);
         // Add environment light along rays that miss the scene
         if (scene.has_environment) add_environment(scene, work, p, p.active & ~hit, vertex);

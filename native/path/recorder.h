@@ -75,7 +75,8 @@ EG_INLINE void record_arrival(const SceneView& scene, Vertex& v, const PathPacke
 EG_INLINE void record_contact(const SceneView& scene, Vertex& v, const PathPacket& p, const SurfacePoint& x) {
     if (!scene.mesh_contact) return;
     const Mask eligible =
-        (p.segment >= 2) & (p.segment <= scene.fixed_direction_surfaces + 1) & (p.pdf > 0.0f);
+        (p.segment >= 2) & (p.segment <= scene.fixed_direction_surfaces + 1) & (p.pdf > 0.0f) &
+        (p.kind != splat(kMediumRay));
     const Contact c = contact(scene, x.active & eligible, p.from_mesh, p.from, p.from_normal, x.mesh, x.face,
                               x.instance, x.triangle, x.position);
     set(v.fixed_weight, x.active, c.share);
@@ -86,7 +87,8 @@ EG_INLINE void record_contact(const SceneView& scene, Vertex& v, const PathPacke
 EG_INLINE void record_light_contact(const SceneView& scene, Vertex& v, const PathPacket& p,
                                     const SurfacePoint& x, const LightSample& s) {
     if (!scene.mesh_contact) return;
-    const Mask eligible = s.active & (s.face >= 0) & (p.segment <= scene.fixed_direction_surfaces);
+    const Mask eligible =
+        s.active & (s.face >= 0) & (x.face >= 0) & (p.segment <= scene.fixed_direction_surfaces);
     const Contact c = contact_with_face(scene, eligible, x, s.face, splat(-1), s.b1, s.b2);
     put(v.light_fixed_weight, eligible, c.share);
     put3(v.light_drift, eligible, c.drift);

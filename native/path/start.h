@@ -6,6 +6,7 @@
 #include "path/run.h"
 #include "scene/rays/rays.h"
 #include "shading/absorption.h"
+#include "shading/media.h"
 #include "tasks/boundary_task.h"
 #include "tasks/image_task.h"
 #include "tasks/workspace_view.h"
@@ -70,12 +71,12 @@ EG_INLINE int append_start(Workspace& work, int n, Mask active, Int path, Vec3 o
 
 // The share of light from `hit` along w that arrives after a `distance` beyond the origin of a path that
 // starts on the way.
-EG_INLINE Vec3 kept_before_start(const SceneView& scene, Mask active, const Closest& hit, Vec3 w,
+EG_INLINE Vec3 kept_before_start(const SceneView& scene, Mask active, const Closest& hit, Vec3 origin, Vec3 w,
                                  Float distance) {
-    const Vec3 all = one3();
+    const Vec3 all = kept_by_media(scene, active, origin, -w, distance);
     if (!(scene.all_flags & kHasAbsorption)) return all;
     const SurfacePoint y = hit_surface(scene, active, hit, w);
-    return kept_inside(scene, y, gather(scene.material_first_closure, y.material), distance);
+    return all * kept_inside(scene, y, gather(scene.material_first_closure, y.material), distance);
 }
 
 // Appends paths that estimate only the light scattered at `hit`. Their ray is segment number `segment`, of

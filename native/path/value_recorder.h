@@ -61,9 +61,9 @@ EG_INLINE void record_own(ValueMemory& memory, Mask m, Int source, Vec3 strength
 
 // Records a light of the table that rays meet between surfaces.
 EG_INLINE void record_met_light(ValueMemory& memory, const PathPacket& p, Mask seen, int row, Vec3 radiance,
-                                Float gain) {
+                                Vec3 gain) {
     Values& v = record_values(memory, p, seen);
-    record_own(memory, seen, light_source(kRowSource, splat(row)), radiance, gray(gain));
+    record_own(memory, seen, light_source(kRowSource, splat(row)), radiance, gain);
     set3(v.next_gain, seen, one3());
 }
 

@@ -135,6 +135,8 @@ void read_values(nb::handle t, ValueTables& s) {
     s.lights.receivers = column<int32_t>(lights, "receivers");
     s.lights.blockers = column<int32_t>(lights, "blockers");
     s.lights.max_bounces = column<int32_t>(lights, "max_bounces");
+    s.media = column<float>(t, "media");
+    fill(s.world_medium, t, "world_medium");
     fill(s.environment_rotation, t, "environment_rotation");
     s.environment_mask = nb::cast<int32_t>(t.attr("environment_mask"));
     s.filter_kind = nb::cast<int32_t>(t.attr("filter_kind"));
@@ -145,6 +147,8 @@ void read_values(nb::handle t, ValueTables& s) {
     s.camera = read_camera(t);
     if (s.closure_params.size() != kMaterialParams * s.closure_kind.size())
         throw std::invalid_argument("the tables' sizes disagree");
+    if (s.media.size() + kMediumFloats != kMediumFloats * s.material_first_closure.size())
+        throw std::invalid_argument("the table of media has another length");
     check_lights(s.lights);
 }
 

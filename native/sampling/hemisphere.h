@@ -1,4 +1,4 @@
-// Directions in the hemisphere about n.
+// Directions in the hemisphere about n, and at an angle to n.
 #pragma once
 
 #include "simd/vector.h"
@@ -25,6 +25,16 @@ EG_INLINE Vec3 uniform_direction(Vec3 n, Float u, Float v) {
     Float s, c;
     sincos_turn(v, s, c);
     const Float cosine = 1.0f - u, sine = sqrt(max(u * (2.0f - u), 0.0f));
+    return a * (sine * c) + b * (sine * s) + n * cosine;
+}
+
+// The direction at an angle of the given cosine to n, turned about n by v.
+EG_INLINE Vec3 direction_at(Vec3 n, Float cosine, Float v) {
+    Vec3 a, b;
+    basis(n, a, b);
+    Float s, c;
+    sincos_turn(v, s, c);
+    const Float sine = sqrt(max(1.0f - cosine * cosine, 0.0f));
     return a * (sine * c) + b * (sine * s) + n * cosine;
 }
 

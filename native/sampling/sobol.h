@@ -26,7 +26,9 @@ enum VertexPair : uint32_t {
     kVertexLight,        // point of an emitter
     kVertexEnvironment,  // direction to the environment's image
     kVertexChoice,       // choice of closure and lobe
-    kVertexSurvival      // transparency, Russian roulette
+    kVertexSurvival,     // transparency, Russian roulette
+    kVertexMedium,       // the distance to the next scattering event in a medium
+    kVertexMediumLight   // the light near which that distance is sampled
 };
 
 // The hash lowbias32 (Wellons), of a number or a packet.

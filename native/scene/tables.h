@@ -61,6 +61,8 @@ struct ValueTables {
         std::vector<float> params;
         std::vector<int32_t> kind, flags, visible_to, receivers, blockers, max_bounces;
     } lights;
+    std::vector<float> media;  // by material (MediumFloat)
+    float world_medium[kMediumFloats] = {};
     float environment_rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     int32_t environment_mask = 0;
     int32_t filter_kind = 0;
@@ -91,6 +93,15 @@ bool any_closure(const Tables& tables, size_t material, const Is& is) {
 template <typename Tables>
 bool has_flags(const Tables& tables, size_t material, int32_t flags) {
     return any_closure(tables, material, [&](size_t k) { return (tables.closure_flags[k] & flags) != 0; });
+}
+
+// Whether any used material, or the world, has a medium.
+inline bool any_medium(const SceneTables& tables) {
+    const auto thick = [](const float* row) { return row[0] > 0.0f || row[1] > 0.0f || row[2] > 0.0f; };
+    if (thick(tables.world_medium)) return true;
+    for (size_t m = 0; m < tables.material_used.size(); ++m)
+        if (tables.material_used[m] && thick(tables.media.data() + kMediumFloats * m)) return true;
+    return false;
 }
 
 // The motion that the requested derivatives need.

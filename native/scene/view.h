@@ -23,6 +23,10 @@ namespace edgegrad {
 // mesh's mask are the sets of blockers that lights may name.
 enum RayKind : int32_t { kCameraRay, kDiffuseRay, kGlossyRay, kTransmissionRay, kShadowRay, kFirstBlockers };
 
+// Rays that a medium has scattered. They meet what diffuse rays meet.
+constexpr int32_t kMediumRay = 6;
+constexpr int32_t meets_as(int32_t kind) { return kind == kMediumRay ? kDiffuseRay : kind; }
+
 // What textures get for the kind of an emitter sample. Emission that light sampling finds is that which a ray
 // of no kind sees, as in Cycles. Only rays that meet an emissive surface see it by their kind.
 constexpr int32_t kNoRay = -1;
@@ -51,6 +55,14 @@ constexpr bool is_panorama(CameraKind kind) { return kind >= kEquirectangular; }
 constexpr bool is_fisheye(CameraKind kind) { return kind >= kEquisolidFisheye; }
 
 constexpr int kFilterSize = 1024;
+
+// One medium's values as a row of floats (core/tables/media.py).
+enum MediumFloat : int32_t {
+    kMediumExtinction = 0,  // 1/m
+    kMediumScattering = 3,  // 1/m
+    kMediumForward = 6,     // mean scattering times the mean cosine of the phase function, 1/m
+    kMediumFloats = 8
+};
 
 struct CameraView {
     // Floats with derivatives, consecutive (kCameraFloats).
@@ -197,6 +209,12 @@ struct SceneView {
 
     const float* emission;              // (M, 3)
     const int32_t* emission_two_sided;  // (M)
+
+    // (M, kMediumFloats) the medium in closed meshes by material, that of the space around them, and whether
+    // there is one at all (shading/media.h).
+    const float* media;
+    const float* world_medium;
+    bool any_medium;
 
     bool convex;  // a flat sheet, or one convex body seen from outside, has no shadows on itself
 

@@ -13,6 +13,13 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 EG_INLINE Float length_of(Vec3 a) { return sqrt(max(dot(a, a), 1e-30f)); }
 
+// Beer's law.
+EG_INLINE Vec3 kept_over(Vec3 depth) { return {exp(-depth.x), exp(-depth.y), exp(-depth.z)}; }
+EG_INLINE Vec3 kept_over(Vec3 extinction, Float distance) {
+    const auto depth = [&](Float e) { return select(e > 0.0f, e * distance, splat(0.0f)); };  // 0 * inf is 0
+    return kept_over(Vec3{depth(extinction.x), depth(extinction.y), depth(extinction.z)});
+}
+
 // The absorption behind a closure's surface. `absorbs` are the lanes that have one.
 EG_INLINE Vec3 absorption_of(const SceneView& scene, Mask active, Int closure, Mask& absorbs) {
     closure = select(active, closure, splat(0));
@@ -30,7 +37,7 @@ EG_INLINE Vec3 kept_inside(const SceneView& scene, const SurfacePoint& x, Int cl
     Mask inside;
     const Vec3 a = absorption_of(scene, x.active & (x.side < 0.0f), closure, inside);
     if (!any(inside)) return all;
-    return select(inside, {exp(-(a.x * distance)), exp(-(a.y * distance)), exp(-(a.z * distance))}, all);
+    return select(inside, kept_over(a * distance), all);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -3,6 +3,7 @@
 
 #include "scene/rays/rays.h"
 #include "shading/absorption.h"
+#include "shading/media.h"
 #include "shading/surface_transmittance.h"
 #include "shading/transparent_recorder.h"
 
@@ -17,70 +18,37 @@ struct PassingRays {
     TransparentRecord record{};
 };
 
-// Context of a shadow query whose filter multiplies transmittances. Embree calls the filter once for each
-// triangle along the ray, in any order.
+// Context of a shadow query whose filter multiplies transmittances.
 struct ShadowContext {
-    EdgeContext edges;  // first: Embree passes its address to the filter
+    AlongRays along;  // first: Embree passes its address to the filter
     RayKind kind;
     int32_t left[W];  // transparent surfaces that the ray may still pass
     float through[3][W];
-    float direction[3][W];
     float absorbed[3][W];           // the exponent of Beer's law, in scenes with absorption
     TransparentRecorder* recorder;  // null: nothing is recorded
 };
 
 static void filter_transparent(const embree::FilterArguments* args) {
     auto* context = reinterpret_cast<ShadowContext*>(args->context);
-    const SceneView& scene = *context->edges.scene;
+    const SceneView& scene = *context->along.edges.scene;
     ignore_edge_faces(args);
-    const auto* ray = static_cast<const uint32_t*>(args->ray);
-    const auto* hit = static_cast<const uint32_t*>(args->hit);
-    const uint32_t n = args->n;
-    Mask active = splat(0);
-    Int face = splat(0), instance = splat(-1);
-    Float b1 = splat(0.0f), b2 = b1;
-    Vec3 direction = {splat(0.0f), splat(0.0f), splat(1.0f)};
-    Float way = splat(0.0f);  // to the hit, in lengths of the direction
-    uint32_t slot[W] = {};
-    // Gather the hits by lane, so that a lane's values do not depend on the part of the packet that Embree
-    // traverses.
-    for (uint32_t i = 0; i < n; ++i) {
-        if (!args->valid[i]) continue;
-        const uint32_t lane = ray[10 * n + i];
-        slot[lane] = i;
-        active[lane] = -1;
-        const auto real = [&](uint32_t field) {
-            float value;
-            __builtin_memcpy(&value, hit + field * n + i, 4);
-            return value;
-        };
-        b1[lane] = real(3), b2[lane] = real(4);
-        face[lane] = scene.mesh_first_face[hit[6 * n + i]] + static_cast<int32_t>(hit[5 * n + i]);
-        const uint32_t inst = hit[7 * n + i];
-        instance[lane] = inst == embree::kInvalidId ? -1 : static_cast<int32_t>(inst) - scene.mesh_count;
-        direction.x[lane] = context->direction[0][lane];
-        direction.y[lane] = context->direction[1][lane];
-        direction.z[lane] = context->direction[2][lane];
-        uint32_t far = ray[8 * n + i];
-        float distance;
-        __builtin_memcpy(&distance, &far, 4);
-        way[lane] = distance;
-    }
+    const FilteredHits hits(args, context->along);
     // Evaluate the surfaces' transmittances
-    const SurfacePoint x = surface_point(scene, active, face, b1, b2, direction, instance);
-    const Float length = sqrt(dot(direction, direction));
-    const TexturePoint point = texture_point(scene, x, direction * (-1.0f / max(length, 1e-30f)),
+    const SurfacePoint x =
+        surface_point(scene, hits.active, hits.face, hits.b1, hits.b2, hits.direction, hits.instance);
+    const Float length = sqrt(dot(hits.direction, hits.direction));
+    const TexturePoint point = texture_point(scene, x, hits.direction * (-1.0f / max(length, 1e-30f)),
                                              splat(static_cast<int>(context->kind)));
     const Vec3 through = surface_transmittance(scene, x, point);
     Mask absorbs = splat(0);
     Vec3 absorbed = zero3();
     if (scene.all_flags & kHasAbsorption) {
-        absorbed = absorption_of(scene, active, gather(scene.material_first_closure, x.material), absorbs);
-        absorbed = absorbed * (way * length * select(x.side < 0.0f, splat(1.0f), -1.0f));
+        absorbed = absorption_of(scene, hits.active, gather(scene.material_first_closure, x.material), absorbs);
+        absorbed = absorbed * (hits.way * length * select(x.side < 0.0f, splat(1.0f), -1.0f));
     }
     // Multiply or record the transmittances, and let the rays continue
     for (int lane = 0; lane < W; ++lane) {
-        if (!active[lane]) continue;
+        if (!hits.active[lane]) continue;
         const float t[3] = {through.x[lane], through.y[lane], through.z[lane]};
         TransparentRecorder* const recorder = context->recorder;
         const int32_t changes = recorder ? recorder->changes(scene, x.material[lane]) : 0;
@@ -89,7 +57,7 @@ static void filter_transparent(const embree::FilterArguments* args) {
         if (dark && !(changes && recorder->goes_on(lane, changes))) continue;
         if (context->left[lane]-- <= 0) continue;
         if (changes)
-            recorder->add(lane, face[lane], instance[lane], b1[lane], b2[lane]);
+            recorder->add(lane, hits.face[lane], hits.instance[lane], hits.b1[lane], hits.b2[lane]);
         else
             for (int c = 0; c < 3; ++c) context->through[c][lane] *= t[c];
         if (absorbs[lane]) {
@@ -97,12 +65,12 @@ static void filter_transparent(const embree::FilterArguments* args) {
             context->absorbed[1][lane] += absorbed.y[lane];
             context->absorbed[2][lane] += absorbed.z[lane];
         }
-        args->valid[slot[lane]] = 0;
+        args->valid[hits.slot[lane]] = 0;
     }
 }
 
-// Transmittance along rays up to `far` times the direction's length, except for recorded surfaces.
-EG_OUTLINE Vec3 transmittance(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float far,
+// Transmittance of the surfaces along rays up to `far` times the direction's length, except for recorded ones.
+EG_OUTLINE Vec3 through_surfaces(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float far,
                               const PassingRays& rays) {
     const Vec3 white = one3();
     if (!(scene.all_flags & kHasTransparency)) {
@@ -113,18 +81,14 @@ EG_OUTLINE Vec3 transmittance(const SceneView& scene, Mask active, Vec3 origin, 
     alignas(64) int32_t valid[W];
     Ray ray;
     ShadowContext context;
-    context.edges.scene = &scene;
-    store(context.edges.edge, rays.ignored.edge);
-    store(context.edges.instance, rays.ignored.instance);
+    context.along.start(scene, rays.ignored, direction);
     context.kind = rays.kind;
-    store(context.direction[0], direction.x), store(context.direction[1], direction.y);
-    store(context.direction[2], direction.z);
     TransparentRecorder recorder(rays.record);
     context.recorder = rays.record.memory ? &recorder : nullptr;
     embree::QueryArguments args;
-    args.context = &context.edges.bricks.base;
+    args.context = &context.along.edges.bricks.base;
     args.flags |= embree::kInvokeArgumentFilter;
-    args.filter = context.edges.bricks.filter = filter_transparent;
+    args.filter = context.along.edges.bricks.filter = filter_transparent;
     do {
         store(valid, active);
         set_ray(ray, origin, direction, splat(0.0f), far, rays.mask);
@@ -142,6 +106,15 @@ EG_OUTLINE Vec3 transmittance(const SceneView& scene, Mask active, Vec3 origin, 
         through = through * Vec3{kept(0), kept(1), kept(2)};
     }
     return select(open, through, zero3());
+}
+
+// The same of surfaces and media.
+EG_INLINE Vec3 transmittance(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float far,
+                             const PassingRays& rays) {
+    const Vec3 through = through_surfaces(scene, active, origin, direction, far, rays);
+    if (!scene.any_medium) return through;
+    const Mask open = active & (largest_component(through) > 0.0f);
+    return through * kept_by_media(scene, open, origin, direction, far);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -72,6 +72,7 @@ enum class Part : int32_t {
     kLitFromBelow,       // shadows where lights below the planes of faces light smooth meshes
     kSteppedShadows,     // shadows of borders at which a surface's transmittance jumps
     kClearAbsorption,    // absorption in meshes whose surface is transparent
+    kMedia,              // light in media, where anything moves
     kFurtherShadows,     // shadows that paths with both perfect and other bounces find, of some lights
     kRimLines,           // the same for lights without size
     kFieldBorders,       // lines where distance fields end at their boxes
@@ -153,6 +154,7 @@ constexpr PartRow kPartTable[kPartCount] = {
     {Part::kLitFromBelow, "lit from below", kShadowTerm},
     {Part::kSteppedShadows, "stepped shadows", kShadowTerm},
     {Part::kClearAbsorption, "clear absorption", kInteriorTerm},
+    {Part::kMedia, "media", kInteriorTerm},
     {Part::kFurtherShadows, "further shadows", kShadowTerm},
     {Part::kRimLines, "rim lines", kInteriorTerm},
     {Part::kFieldBorders, "field borders", kPrimaryTerm},

@@ -8,7 +8,7 @@ namespace edgegrad {
 // Largest numbers of scattering events by kind. A ray after the last event still finds light, but is not
 // scattered again.
 struct BounceLimits {
-    int32_t diffuse = 255, glossy = 255, transmission = 255, transparent = 255;
+    int32_t diffuse = 255, glossy = 255, transmission = 255, transparent = 255, medium = 255;
     // Of all events but transmission and the first glossy one, from this number on; 255: no limit (Cycles'
     // Fast GI Approximation).
     int32_t ambient = 255;

@@ -13,6 +13,9 @@
 
 namespace edgegrad {
 
+// In place of a face: the ray crosses a medium. It passes, or is scattered at a fixed distance.
+constexpr int32_t kInMedium = -2;
+
 template <int N>
 struct alignas(64) VertexPacket {
     using Floats = float[N];
@@ -30,7 +33,7 @@ struct alignas(64) VertexPacket {
     Ints bounces_before_last;        // path/path_queue.h; set only if some light has a limit
     Floats from[3];                  // origin of the ray on a surface or the lens
     Floats direction[3], throughput[3];
-    Ints face, mesh, instance;  // face -1: no hit
+    Ints face, mesh, instance;  // face -1: no hit, kInMedium: an event in a medium before the hit
     Floats b1, b2;
     // Distances from the previous scattering event to the start of the ray, which may be a transparent
     // surface, and to its hit (infinite: no hit).
@@ -73,6 +76,10 @@ struct alignas(64) VertexPacket {
     Floats next_direction[3], next_scale;
     Floats thrown_scale;   // the same for light of the environment that the sampled lobe throws; 0: none
     Floats last_scale[3];  // of the environment's light along it, if it can meet nothing else
+
+    // In media (face kInMedium): the extinction, the weight of the scattered or passing light, the distance
+    // to the scattering event, and the mean cosine of the phase function.
+    Floats medium_extinction[3], medium_weight[3], medium_way, medium_cosine;
 
     // -1: its light is not finite; the lane is no longer active (adjoint/path_sweeps.cpp).
     Ints lost;

@@ -1,7 +1,8 @@
-"""Meshes that absorb light, and what stands in the way of Beer's law within them.
+"""Meshes that absorb light or hold a medium, and what stands in the way of Beer's law within them.
 
 Light is absorbed where it arrives at the back of a surface that absorbs. So a mesh must be closed, and light that
-arrives at another object within it is not absorbed. Both are found on the exported scene and reported.
+arrives at another object within it is not absorbed. Media must be closed, too. This is found on the exported scene and
+reported.
 """
 
 from __future__ import annotations
@@ -25,11 +26,19 @@ MOST_PLACES, MOST_POINTS = 16, 64
 def warn_about_absorbing(out: Export) -> None:
     """Report open meshes that absorb light, and objects within meshes that do."""
     for name, mesh in out.scene.meshes.items():
-        if not any(_absorbs(out.scene, material) for material in mesh.materials):
+        absorbs = any(_absorbs(out.scene, material) for material in mesh.materials)
+        filled = any(one.medium is not None for material in mesh.materials for one in out.scene.closures(material))
+        if not absorbs and not filled:
             continue
         where = f"object '{out.meshes[name].object}'"
         label = topology.weld(mesh.vertices)
-        if not topology.is_closed(mesh.faces, label):
+        is_closed = topology.is_closed(mesh.faces, label)
+        if filled and not is_closed:
+            out.report.warn(where, "holds a volume, but its mesh has open borders: rays that pass them get wrong ways "
+                            "in the volume; close them")  # fmt: skip
+        if not absorbs:
+            continue
+        if not is_closed:
             out.report.warn(where, "absorbs light, but its mesh has open borders: light that leaves by them is not "
                             "absorbed; close them")  # fmt: skip
         for other in _within(out.scene, name, label):

@@ -1,20 +1,79 @@
-"""Volumes of materials: homogeneous absorption is read. Others are left out, with a warning, and the surfaces
-around them are rendered."""
+"""Volumes of materials and worlds: homogeneous ones become media or absorption. Others are left out, with a warning."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+import edgegrad
+
 from ..nodes.expressions import constant
-from ..nodes.links import Feed, by_identifier, label
+from ..nodes.links import Feed, by_identifier, feed, label
 from .sizes import thinnest
+
+F64 = NDArray[np.float64]
+
+
+@dataclass
+class Volume:
+    """A homogeneous volume.
+
+    Attributes
+    ----------
+    scattering, absorption
+        (3,) per metre.
+    forward
+        (3,) scattering times the mean cosine of the phase function.
+    remarks
+        Sentences on what is approximated.
+    """
+
+    scattering: F64
+    absorption: F64
+    forward: F64
+    remarks: list[str] = field(default_factory=list)
+
+    def scaled(self, by: float) -> Volume:
+        """Return the volume with all coefficients multiplied."""
+        return Volume(self.scattering * by, self.absorption * by, self.forward * by, self.remarks)
+
+    def plus(self, other: Volume) -> Volume:
+        """Return the sum of two volumes."""
+        return Volume(self.scattering + other.scattering, self.absorption + other.absorption,
+                      self.forward + other.forward, self.remarks + other.remarks)  # fmt: skip
+
+    @property
+    def medium(self) -> edgegrad.Medium:
+        """The medium; its phase function has the mean cosine of all that scatters."""
+        total = float(self.scattering.sum())
+        anisotropy = float(self.forward.sum()) / total if total > 0.0 else 0.0
+        return edgegrad.Medium(tuple(self.scattering.tolist()), tuple(self.absorption.tolist()),
+                               min(max(anisotropy, -0.999), 0.999))  # fmt: skip
+
+
+def read_volume(found: Feed) -> Volume | None:
+    """Return what is linked to the volume of an output; None if it varies or cannot be read."""
+    if found.output is None:
+        return None if found.input is None else Volume(np.zeros(3), np.zeros(3), np.zeros(3))
+    node, groups = found.output.node, found.groups
+    if node.type == "ADD_SHADER":
+        one, other = (_linked(socket, groups) for socket in node.inputs[:2])
+        return None if one is None or other is None else one.plus(other)
+    if node.type == "MIX_SHADER":
+        share = constant(node.inputs[0], groups)
+        one, other = (_linked(socket, groups) for socket in node.inputs[1:3])
+        if share is None or one is None or other is None:
+            return None
+        weight = float(np.clip(share.mean(), 0.0, 1.0))
+        return one.scaled(1.0 - weight).plus(other.scaled(weight))
+    return _node_volume(node, groups)
 
 
 def describe_volume(found: Feed, material: Any) -> str:
-    """Return the sentence on the volume of a material: which node is left out, and how much light it would keep.
+    """Return the sentence on a volume that is left out: which node, and how much light it would keep.
 
     Parameters
     ----------
@@ -24,50 +83,79 @@ def describe_volume(found: Feed, material: Any) -> str:
         Blender's material, or None for a world.
     """
     node, groups = found.output.node, found.groups
-    text = f"its volume (node '{label(node, groups)}', {node.bl_label}) is left out: light passes through it unchanged"
-    extinction = _extinction(node, groups)
+    text = (f"its volume (node '{label(node, groups)}', {node.bl_label}) is left out, since it is not homogeneous: light "
+            "passes through it unchanged")
+    volume = read_volume(found)
     name, size = ("", 0.0) if material is None else thinnest(material)
-    if extinction is None or not name:
+    if volume is None or not name:
         return text
-    kept = float(np.exp(-extinction * size).mean())
+    kept = float(np.exp(-(volume.scattering + volume.absorption) * size).mean())
     return f"{text}; Cycles lets {kept:.0%} of it pass straight through the {size:.3g} m of object '{name}'"
 
 
-def read_absorption(found: Feed) -> NDArray[np.float64] | None:
-    """Return the (3,) absorption per metre of a homogeneous volume that scatters and emits no light; None for others.
-
-    Parameters
-    ----------
-    found
-        What is linked to the volume of the output.
-    """
-    node, groups = found.output.node, found.groups
-    extinction = _extinction(node, groups)
-    if node.type == "VOLUME_ABSORPTION":
-        return extinction
-    if node.type != "VOLUME_COEFFICIENTS":
-        return None
-    rest = [constant(by_identifier(node.inputs, f"{name} Coefficients"), groups) for name in ("Scatter", "Emission")]
-    return extinction if all(one is not None and not np.any(one > 0.0) for one in rest) else None
+def _linked(socket: Any, groups: Any) -> Volume | None:
+    found = feed(socket, groups)
+    if found.output is None:
+        return Volume(np.zeros(3), np.zeros(3), np.zeros(3))  # nothing is linked: no volume
+    return read_volume(found)
 
 
-def _extinction(node: Any, groups: Any) -> NDArray[np.float64] | None:
-    """(3,) extinction per metre of a homogeneous volume; None if it varies or is unknown."""
-    def value(name: str) -> NDArray[np.float64] | None:
+def _node_volume(node: Any, groups: Any) -> Volume | None:
+    """Read a volume's node."""
+    def value(name: str) -> F64 | None:
         return constant(by_identifier(node.inputs, name), groups)
 
+    zero = np.zeros(3)
     if node.type == "VOLUME_COEFFICIENTS":
         absorbed, scattered = value("Absorption Coefficients"), value("Scatter Coefficients")
-        return None if absorbed is None or scattered is None else np.maximum(absorbed + scattered, 0.0)
-    if node.type not in ("VOLUME_ABSORPTION", "VOLUME_SCATTER", "PRINCIPLED_VOLUME"):
-        return None
-    color, density = value("Color"), value("Density")
-    if color is None or density is None:
-        return None
-    color, density = np.clip(color, 0.0, 1.0), np.maximum(density, 0.0)
-    if node.type == "PRINCIPLED_VOLUME":
-        tint = value("Absorption Color")
-        if tint is None:
+        if absorbed is None or scattered is None:
             return None
-        return density * (color + (1.0 - color) * np.maximum(1.0 - np.sqrt(np.maximum(tint, 0.0)), 0.0))
-    return density * (1.0 - color if node.type == "VOLUME_ABSORPTION" else color)
+        volume = Volume(np.maximum(scattered, 0.0), np.maximum(absorbed, 0.0), zero)
+    elif node.type in ("VOLUME_ABSORPTION", "VOLUME_SCATTER", "PRINCIPLED_VOLUME"):
+        color, density = value("Color"), value("Density")
+        if color is None or density is None:
+            return None
+        color, density = np.clip(color, 0.0, 1.0) * np.ones(3), np.maximum(density, 0.0)
+        if node.type == "VOLUME_ABSORPTION":
+            return Volume(zero, density * (1.0 - color), zero)
+        volume = Volume(density * color, zero, zero)
+        if node.type == "PRINCIPLED_VOLUME":
+            tint = value("Absorption Color")
+            if tint is None:
+                return None
+            kept = np.sqrt(np.maximum(tint, 0.0))
+            volume.absorption = density * (1.0 - color) * np.maximum(1.0 - kept, 0.0)
+    else:
+        return None
+    cosine = _mean_cosine(node, value, volume.remarks, label(node, groups))
+    if cosine is None:
+        return None
+    volume.forward = volume.scattering * cosine
+    _name_emission(node, value, volume.remarks, label(node, groups))
+    return volume
+
+
+def _mean_cosine(node: Any, value: Any, remarks: list[str], name: str) -> float | None:
+    """Return the mean cosine of a node's phase function; others than Henyey and Greenstein's are approximated."""
+    phase = getattr(node, "phase", "HENYEY_GREENSTEIN")
+    if phase in ("HENYEY_GREENSTEIN", "DRAINE"):
+        found = value("Anisotropy")
+        cosine = None if found is None else float(np.clip(found.mean(), -0.999, 0.999))
+    elif phase == "RAYLEIGH":
+        cosine = 0.0
+    else:  # water and fog scatter most light forwards
+        cosine = 0.9
+    if phase != "HENYEY_GREENSTEIN" and cosine is not None:
+        remarks.append(f"the phase function {phase.replace('_', ' ').title()} of its volume (node '{name}') is rendered "
+                       f"as Henyey-Greenstein with an anisotropy of {cosine:.2g}")
+    return cosine
+
+
+def _name_emission(node: Any, value: Any, remarks: list[str], name: str) -> None:
+    """Add a remark if a volume emits light."""
+    for strength in ("Emission Strength", "Blackbody Intensity", "Emission Coefficients"):
+        if by_identifier(node.inputs, strength) is None:
+            continue
+        found = value(strength)
+        if found is None or np.any(found > 0.0):
+            remarks.append(f"the light that its volume (node '{name}') emits is left out: set '{strength}' to 0")

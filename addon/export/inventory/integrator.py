@@ -24,8 +24,8 @@ def _transparent(struct: Any, scene: Any) -> bool:
 _CULLED = "objects far from the camera's view are rendered, although culling is on"
 
 INTEGRATOR = Table(
-    read="max_bounces diffuse_bounces glossy_bounces transmission_bounces transparent_max_bounces pixel_filter_type "
-         "filter_width film_exposure caustics_reflective caustics_refractive use_fast_gi fast_gi_method "
+    read="max_bounces diffuse_bounces glossy_bounces transmission_bounces volume_bounces transparent_max_bounces "
+         "pixel_filter_type filter_width film_exposure caustics_reflective caustics_refractive use_fast_gi fast_gi_method "
          "ao_bounces_render texture_limit_render blur_glossy",
     named={
         "film_transparent_glass": Named("the world is seen through glass, although 'Transparent Glass' is on",
@@ -46,7 +46,7 @@ INTEGRATOR = Table(
                "*guiding* seed use_animated_seed debug_* use_auto_tile tile_size *denois* "
                "sample_all_lights_* sampling_pattern use_progressive_refine tile_order use_pixel_jitter",
         DISPLAY: "preview_* texture_limit texture_resolution ao_bounces",
-        VOLUMES: "volume_*",
+        VOLUMES: "volume_step* volume_preview_step* volume_max_steps volume_biased",
         EVALUATED: "dicing_* max_subdivisions offscreen_dicing_scale",
         MOTION: "rolling_shutter_* motion_blur_position",
         "only 'Transparent Glass' uses it": "film_transparent_roughness",

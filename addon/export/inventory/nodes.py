@@ -127,6 +127,9 @@ EVALUATED_BY_CYCLES = frozenset((
     "TEX_POINTDENSITY", "TEX_SKY", "ShaderNodeRadialTiling", "WAVELENGTH", "LIGHT_FALLOFF", "MATERIAL_RAYCAST",
 ))  # fmt: skip
 
+# Read as a whole (approximated/volumes.py).
+VOLUME_NODES = frozenset(("VOLUME_ABSORPTION", "VOLUME_COEFFICIENTS", "VOLUME_SCATTER", "PRINCIPLED_VOLUME"))
+
 # Reason -> types that change nothing in the picture, or whose effect is read or named where they are linked.
 WITHOUT: dict[str, frozenset[str]] = {
     PASSES: frozenset(("OUTPUT_AOV",)),
@@ -135,6 +138,5 @@ WITHOUT: dict[str, frozenset[str]] = {
         "LIGHT_ITER_INTERNAL_OUTPUT", "SHADOW_RAYCAST")),
     "Cycles renders it black": frozenset(("EEVEE_SPECULAR",)),
     "only Freestyle uses it": frozenset(("OUTPUT_LINESTYLE", "UVALONGSTROKE")),
-    VOLUMES: frozenset(("VOLUME_ABSORPTION", "VOLUME_COEFFICIENTS", "VOLUME_INFO", "VOLUME_SCATTER",
-                        "PRINCIPLED_VOLUME")),
+    VOLUMES: VOLUME_NODES | {"VOLUME_INFO"},
 }  # fmt: skip

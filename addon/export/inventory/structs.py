@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import bpy
+
 from .integrator import INTEGRATOR
+from .nodes import VOLUME_NODES
 from .render import RENDER
 from .table import AFTER, DATA, DISPLAY, EEVEE, EVALUATED, MOTION, NOISE, OTHER, PASSES, VOLUMES, Named, Table
 
@@ -24,6 +27,14 @@ def _has_caster(struct: object, scene: object) -> bool:
     return any(ob.cycles.is_caustics_caster for ob in scene.objects)  # type: ignore[attr-defined]
 
 
+def _has_volume(struct: object, scene: object) -> bool:
+    """Whether a material or the world may have a volume."""
+    trees = [held.node_tree for held in (*bpy.data.materials, *bpy.data.worlds) if held.node_tree is not None]
+    return any(node.type in VOLUME_NODES for tree in (*trees, *bpy.data.node_groups) for node in tree.nodes)
+
+
+_IN_VOLUMES = Named("it acts on light that volumes scatter, although its ray visibility 'Volume Scatter' is off", True,
+                    acts=_has_volume)  # fmt: skip
 _SHADOW_CAUSTICS = Named("its caustics are rendered by plain path tracing, without 'Shadow Caustics'",
                          acts=_has_caster)  # fmt: skip
 _LIT_BOUNCES = Named("illuminates paths of any number of bounces; Cycles limits it to {value}", 1024, _limits)
@@ -50,7 +61,8 @@ STRUCTS: dict[str, Table] = {
     "CyclesMaterialSettings": Table(
         named={"use_bump_map_correction": Named("its shading at shadow terminators is corrected, although 'Bump Map "
                                                 "Correction' is off")},
-        without={NOISE: "emission_sampling", VOLUMES: "volume_* homogeneous_volume", DATA: "name",
+        without={NOISE: "emission_sampling volume_sampling", VOLUMES: "volume_i* volume_step* homogeneous_volume",
+                 DATA: "name",
                  DISPLACEMENT: "displacement_method"},
     ),
     "Light": Table(
@@ -94,6 +106,7 @@ STRUCTS: dict[str, Table] = {
              "is_shadow_catcher is_instancer light_linking visible_camera visible_diffuse visible_glossy "
              "visible_transmission visible_shadow shadow_terminator_geometry_offset shadow_terminator_shading_offset",
         nested="cycles",
+        named={"visible_volume_scatter": _IN_VOLUMES},
         without={
             EVALUATED: "mode parent* use_parent_final_indices location rotation_* scale dimensions delta_* lock_* "
                        "matrix_* track_axis up_axis modifiers constraints vertex_groups bound_box "
@@ -105,7 +118,6 @@ STRUCTS: dict[str, Table] = {
                      "selection_sets",
             EEVEE: "hide_probe_* shadow_terminator_normal_offset use_shadow_*",
             "only the Raycast node uses it, which is baked": "visible_raycast",
-            VOLUMES: "visible_volume_scatter",
             PASSES: "lightgroup",
             OTHER: "shader_effects grease_pencil_modifiers use_grease_pencil_lights lineart "
                    "use_dynamic_topology_sculpting",
@@ -136,20 +148,22 @@ STRUCTS: dict[str, Table] = {
     "CyclesWorldSettings": Table(
         named={"max_bounces": _LIT_BOUNCES, "is_caustics_light": _SHADOW_CAUSTICS,
                "use_shadows": Named("its light casts shadows, although its 'Cast Shadow' is off", True)},
-        without={NOISE: "sampling_method sample_map_resolution", VOLUMES: "volume_* homogeneous_volume",
+        without={NOISE: "sampling_method sample_map_resolution volume_sampling",
+                 VOLUMES: "volume_i* volume_step* homogeneous_volume",
                  DATA: "name"},
     ),
     "CyclesVisibilitySettings": Table(
         read="camera diffuse glossy transmission",
-        without={"the world blocks no light": "shadow", VOLUMES: "scatter", DATA: "name"},
+        named={"scatter": _IN_VOLUMES},
+        without={"the world blocks no light": "shadow", DATA: "name"},
     ),
     "ViewLayer": Table(
         read="use_sky use_solid material_override world_override layer_collection objects",
         nested="cycles",
+        named={"use_volumes": Named("its volumes are rendered, although 'Volumes' is off", True, acts=_has_volume)},
         without={
             NOISE: "samples",
             PASSES: "use_pass_* pass_* aovs lightgroups",
-            VOLUMES: "use_volumes",
             "hair is named where it is left out": "use_strand",
             FAST_GI: "use_ao",
             MOTION: "use_motion_blur",

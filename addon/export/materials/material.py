@@ -16,7 +16,7 @@ from edgegrad.expression import Expression, Operand, images_of, nodes_of, replac
 from edgegrad.scene.material import SMOOTH_NORMAL
 
 from ...problem import Report
-from ..approximated.volumes import describe_volume, read_absorption
+from ..approximated.volumes import Volume, describe_volume, read_volume
 from ..geometry import attributes
 from ..nodes import links as nodes
 from ..nodes.camera_view import CameraView
@@ -134,11 +134,15 @@ class MaterialReading:
         """Return the closures of the material."""
         return [self.value] if isinstance(self.value, edgegrad.Material) else list(self.parts.values())
 
-    def absorb(self, absorption: NDArray[np.float64] | None) -> None:
-        """Give all closures the absorption of the material's volume, if it has one."""
-        if absorption is not None and np.any(absorption > 0.0):
-            for one in self.shaders():
-                one.absorption = absorption.copy()
+    def fill(self, volume: Volume | None) -> None:
+        """Give all closures the material's volume: as a medium, or as absorption, which has derivatives."""
+        if volume is None:
+            return
+        for one in self.shaders():
+            if np.any(volume.scattering > 0.0):
+                one.medium = volume.medium
+            else:
+                one.absorption = volume.absorption.copy()
 
     def expressions(self) -> Iterator[Expression]:
         """Yield all expressions of the material."""
@@ -192,20 +196,20 @@ def read_material(material: Any, images: Images, report: Report, view: CameraVie
         report.tell(where, "has no output that Cycles uses; it is black, as in Cycles")
         return reading
     volume = nodes.feed(output.inputs["Volume"])
-    absorption = None
+    filling = None
     if volume.output is not None:
-        absorption = read_absorption(volume)
-        if absorption is None:
-            report.warn(where, describe_volume(volume, material))
+        filling = read_volume(volume)
+        for text in (describe_volume(volume, material),) if filling is None else filling.remarks:
+            report.warn(where, text)
         if nodes.source(output.inputs["Surface"]) is None:
             reading.value = edgegrad.Material(np.ones(3), kind="TRANSPARENT")
-            reading.absorb(absorption)
+            reading.fill(filling)
             return reading
     reader = _Reading(material, images, view, reading, stretched)
     reader.displace(output)
     reader.read(output, report)
     reading.scatters = reader.reader.scatters
-    reading.absorb(absorption)
+    reading.fill(filling)
     return reading
 
 

@@ -70,6 +70,7 @@ def read_settings(scene: Any) -> RenderSettings:
             glossy=limit("glossy_bounces", 4),
             transmission=limit("transmission_bounces", 12),
             transparent=limit("transparent_max_bounces", 8),
+            medium=limit("volume_bounces", 0),
             ambient=_ambient_limit(cycles),
             filter_glossy=max(float(getattr(cycles, "blur_glossy", 1.0)), 0.0),
         ),

@@ -18,6 +18,7 @@ import edgegrad
 from edgegrad import expression as e
 
 from ...problem import Report
+from ..approximated.volumes import describe_volume, read_volume
 from ..geometry.visibility import RAYS
 from ..materials.shaders import Part, parts
 from ..nodes import links as nodes
@@ -62,21 +63,32 @@ def read_world(scene: Any, depsgraph: Any, images: Images, report: Report) -> Wo
     if tree is None or (bpy.app.version < (5, 0, 0) and not world.use_nodes):
         return WorldReading(edgegrad.World(np.array(world.color, np.float64), visible_to=kinds))
     output = tree.get_output_node("CYCLES")
+    where = f"world '{world.name}'"
+    medium = None if output is None else _medium(nodes.feed(output.inputs["Volume"]), where, report)
     surface = None if output is None else nodes.feed(output.inputs["Surface"])
     if surface is None or surface.output is None:
-        return WorldReading(edgegrad.World())
-    where = f"world '{world.name}'"
-    if nodes.source(output.inputs["Volume"]) is not None:
-        report.warn(where, "its volume is left out; in Cycles, it has no end, so that it hides the background and "
-                    "suns, and dims all other light")  # fmt: skip
+        return WorldReading(edgegrad.World(medium=medium))
     linked = [socket.identifier for node in nodes.reached(tree) if node.type == "LIGHT_PATH"
               for socket in node.outputs if socket.is_linked]  # fmt: skip
     alike: dict[tuple[float, ...], list[str]] = {}
     for kind, path in LIGHT_PATHS.items():
         if kind in kinds:
             alike.setdefault(tuple(path.get(name, 0.0) for name in linked), []).append(kind)
-    return _merged([(names, _seen(world, surface, names[0], images, where, report)) for names in alike.values()],
-                   where, report)  # fmt: skip
+    out = _merged([(names, _seen(world, surface, names[0], images, where, report)) for names in alike.values()],
+                  where, report)  # fmt: skip
+    out.value = replace(out.value, medium=medium)
+    return out
+
+
+def _medium(volume: nodes.Feed, where: str, report: Report) -> edgegrad.Medium | None:
+    """Read the world's volume, which has no end: it hides the background and suns."""
+    if volume.output is None:
+        return None
+    found = read_volume(volume)
+    for text in (f"{describe_volume(volume, None)}; in Cycles, it has no end, so that it hides the background and suns, "
+                 "and dims all other light",) if found is None else found.remarks:  # fmt: skip
+        report.warn(where, text)
+    return None if found is None else found.medium
 
 
 def _seen(world: Any, surface: nodes.Feed, kind: str, images: Images, where: str, report: Report) -> WorldReading:

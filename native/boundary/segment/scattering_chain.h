@@ -200,6 +200,7 @@ EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& chain, const
     Vec3 through = next.through;
     if (scene.all_flags & kHasAbsorption)
         through = through * kept_inside(scene, seen, shader.closure, hit.distance);
+    through = through * kept_by_media(scene, hit.hit, leave_surface(seen), -wo, hit.distance);
     chain.at = select(walking, hit, chain.at);
     chain.w = select(walking, wo, chain.w);
     chain.weight = select(walking, c.weight * through, chain.weight);

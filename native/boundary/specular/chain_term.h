@@ -80,9 +80,9 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         const ChainSurface s = chain_surface(scene, x, point, column(c.closure, 0));
         const Mask passes = here & (event == kEventPasses), lit = here & (event == kEventLit);
         const Mask aims = here & (event == kEventAims), scatters = here & ~passes & ~lit & ~aims;
-        if (scene.all_flags & kHasAbsorption)
-            throughput =
-                throughput * kept_inside(scene, x, s.shader.closure, length_of(x.position - ray.origin));
+        if (attenuates(scene))
+            throughput = throughput * kept_on_segment(scene, x, s.shader.closure, ray.origin,
+                                                      length_of(x.position - ray.origin));
 
         // Record the ray's arrival
         PathPacket arrived{};
@@ -202,7 +202,7 @@ EG_OUTLINE Mask append_surfaces(const SceneView& scene, const BoundaryTask& task
     y.mesh = mesh_of(scene, select(active, light.face, splat(0)));
     y.distance = way.distance - s.view.distance;
     queued = append_scattering(work, queued, active, lane_index() + at, s.point, way.w, y, zero3(),
-                               kept_before_start(scene, active, y, way.w, s.view.distance), splat(0),
+                               kept_before_start(scene, active, y, s.point, way.w, s.view.distance), splat(0),
                                p.segment + 1, bounces, splat(kDiffuseRay));
     return active;
 }

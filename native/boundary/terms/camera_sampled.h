@@ -365,7 +365,7 @@ EG_OUTLINE int sample_from_camera(const SceneView& scene, const BoundaryTask& ta
     s.color = path.throughput * value * seen * (x.shader.scale * begun.weight);
     color_of_jump(scene, p, edge, s);
     return append_scattering(work, queued, s.active, path.path, s.point, s.towards, y.hit, y.aside,
-                             y.through * kept_before_start(scene, s.active, y.hit, s.towards, s.reach),
+                             y.through * kept_before_start(scene, s.active, y.hit, s.point, s.towards, s.reach),
                              y.passed, begun.length + 2, bounces, splat(kDiffuseRay));
 }
 

@@ -47,7 +47,7 @@ EG_INLINE int append_side(const SceneView& scene, Workspace& work, int queued, c
     SideFace near = side;
     near.face = select(active, side.face, splat(-1));
     const Vec3 step = near_point(scene, e, near, e.normal, y.b1, y.b2);
-    const Vec3 kept = kept_before_start(scene, active, y, s.towards, s.reach) * blend;
+    const Vec3 kept = kept_before_start(scene, active, y, s.point, s.towards, s.reach) * blend;
     return append_scattering(work, queued, active, path, s.point, s.towards, y, step, kept, splat(0), segment,
                              bounces, splat(kDiffuseRay));
 }

@@ -279,7 +279,7 @@ EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& t
     y.b1 = s.y.b1, y.b2 = s.y.b2, y.distance = splat(0.0f);
     const Vec3 aside =
         bent ? step_from_hider(scene, s, curve, p.t, hidden) : leave_contact(scene, s.active, p.t, hidden, y);
-    const Vec3 kept = kept_before_start(scene, s.active, y, s.towards, s.reach);
+    const Vec3 kept = kept_before_start(scene, s.active, y, s.point, s.towards, s.reach);
     return append_scattering(work, queued, s.active, lane_index() + at, s.point, s.towards, y, aside, kept,
                              splat(0), length + 2, seen.bounces, splat(kDiffuseRay));
 }

@@ -144,7 +144,7 @@ EG_INLINE void set_filter(const SceneView& scene, const Ignored& ignored, EdgeCo
 // The mask of the meshes and lights that rays of a kind meet, also Embree's.
 EG_INLINE Int ray_mask(Int kind) {
     Int mask;
-    for (int i = 0; i < W; ++i) mask[i] = 1 << kind[i] & ~(1 << kUnseenRay);
+    for (int i = 0; i < W; ++i) mask[i] = 1 << meets_as(kind[i]) & ~(1 << kUnseenRay);
     return mask;
 }
 

@@ -17,12 +17,13 @@ struct Receiver {
     Mask both_sides;  // its surface transmits
     // receiving_normal() (shading/receiving_normal.h); null: the geometric normal
     const Vec3* shading = nullptr;
+    Float least_facing = splat(0.0f);  // 1 in media, which light reaches from all directions
 
     // Bound of the cosine with which light from w counts.
     EG_INLINE Float facing(Vec3 w) const {
         Float cosine = dot(w, normal);
         if (shading) cosine = max(cosine, dot(w, *shading));
-        return select(both_sides, abs(cosine), cosine);
+        return select(both_sides, max(abs(cosine), least_facing), cosine);
     }
 };
 

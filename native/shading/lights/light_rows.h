@@ -176,7 +176,7 @@ EG_INLINE Float meet_light(const LightRow& l, int kind, Vec3 from, Vec3 w, Float
 EG_INLINE bool shines_along(const SceneView& scene, int row, int from_mesh, int kind, int bounces) {
     const LightView& lights = scene.lights;
     const int receivers = lights.receivers[row];
-    return (lights.visible_to[row] >> kind & 1) && bounces <= lights.max_bounces[row] &&
+    return (lights.visible_to[row] >> meets_as(kind) & 1) && bounces <= lights.max_bounces[row] &&
            (receivers < 0 || kind == kCameraRay || (scene.mesh_receivers[from_mesh] >> receivers & 1));
 }
 

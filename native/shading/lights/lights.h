@@ -4,6 +4,7 @@
 #pragma once
 
 #include "shading/lights/light_samples.h"
+#include "shading/media.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -13,7 +14,8 @@ namespace edgegrad::EDGEGRAD_ISA {
 [[maybe_unused]] EG_OUTLINE LightSample sample_light(const SceneView& scene, Mask active,
                                                      const SurfacePoint& x, Mask both_sides, Int bounces,
                                                      Float u, Float v, const Vec3* shading = nullptr) {
-    const SurfaceReceiver point{{x.position, x.normal, both_sides, shading}, x.face};
+    const Float least_facing = select(x.face < 0, splat(1.0f), 0.0f);
+    const SurfaceReceiver point{{x.position, x.normal, both_sides, shading, least_facing}, x.face};
     LightSample s = sample_light_for(scene, active, point, u, v);
     s.active &= shines_on(scene, s.row, x.mesh, bounces);
     return s;
@@ -39,8 +41,8 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 // Visits all sized lights of the table that a ray of `kind` along w meets between the distances near and far
 // from the surface point `from` that scattered it. Lights do not block the ray. Calls visit(row's number,
-// mask, radiance, factor of the light's strength); the latter two contain the power heuristic's weight
-// against `sample_light`. `bsdf_pdf` 0: the ray has no density, so its weight is 1. `bounces` is the number
+// mask, radiance, factor of the light's strength, distance); the factor is the power heuristic's weight
+// against `sample_light` times what the light's shape leaves of it. `bsdf_pdf` 0: the ray has no density, so its weight is 1. `bounces` is the number
 // before the surface that scattered the ray. `lobe`: as in share_of_row.
 template <typename Visit>
 EG_INLINE void for_each_light_along(const SceneView& scene, Mask active, const Receiver& from, Int from_mesh,
@@ -56,19 +58,23 @@ EG_INLINE void for_each_light_along(const SceneView& scene, Mask active, const R
             const Float p2 = bsdf_pdf * bsdf_pdf;
             weight = weight * select(shared, p2 / max(p2 + other * other, 1e-37f), 1.0f);
         }
-        visit(row, seen, l.radiance, weight * share_of_row(scene, row, lobe));
+        visit(row, seen, l.radiance, weight * share_of_row(scene, row, lobe), distance);
     };
     for_each_met_light(scene, active, from.position, from_mesh, w, near, far, kind, bounces, add);
 }
 
-// Sum of the radiance of these lights.
+// Sum of the radiance of these lights, of which media keep a part on the way from `near`.
 [[maybe_unused]] EG_OUTLINE Vec3 lights_along(const SceneView& scene, Mask active, const Receiver& from,
                                               Int from_mesh, Vec3 w, Float near, Float far, Float bsdf_pdf,
-                                              Int kind, Int bounces, const RayLobe& lobe = {}) {
+                                              Int kind, Int bounces, const RayLobe& lobe = {},
+                                              const Vec3* extinction = nullptr) {
     Vec3 sum = zero3();
     for_each_light_along(scene, active, from, from_mesh, w, near, far, bsdf_pdf, kind, bounces, lobe,
-                         [&](int, Mask seen, Vec3 radiance, Float weight)
-                             EG_INLINE_LAMBDA { sum = sum + select(seen, radiance * weight, zero3()); });
+                         [&](int, Mask seen, Vec3 radiance, Float weight, Float distance) EG_INLINE_LAMBDA {
+                             Vec3 light = radiance * weight;
+                             if (extinction) light = light * kept_over(*extinction, distance - near);
+                             sum = sum + select(seen, light, zero3());
+                         });
     return sum;
 }
 

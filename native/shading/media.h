@@ -1,0 +1,102 @@
+// Homogeneous media in closed meshes and in the space around them. Media that overlap add up, as in Cycles.
+//
+// A query finds all surfaces along the whole ray, in any order. Each surface of a medium which the ray leaves
+// at the distance t adds t to the ray's way within that medium, and each that it enters takes t off again:
+// beyond the last surface the ray is outside of all meshes. So no path needs to remember where it is.
+#pragma once
+
+#include "scene/rays/filtered_hits.h"
+#include "shading/absorption.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// What the media are where a ray starts, and how deep they are up to its end.
+struct RayMedia {
+    Vec3 extinction, scattering;  // 1/m, at the origin
+    Float forward;                // MediumFloat
+    Vec3 depth;                   // the integral of the extinction along the ray
+
+    EG_INLINE Mask dense() const { return largest_component(extinction) > 0.0f; }
+    EG_INLINE Float cosine() const {
+        const Float mean = (scattering.x + scattering.y + scattering.z) * (1.0f / 3.0f);
+        return select(mean > 0.0f, forward / max(mean, 1e-30f), splat(0.0f));
+    }
+};
+
+struct MediaContext {
+    AlongRays along;  // first: Embree passes its address to the filter
+    float far[W];     // where the way within the media ends
+    float sum[kMediumFloats][W];
+    float depth[3][W];
+};
+
+static void filter_media(const embree::FilterArguments* args) {
+    auto* context = reinterpret_cast<MediaContext*>(args->context);
+    const SceneView& scene = *context->along.edges.scene;
+    const FilteredHits hits(args, context->along);
+    const SurfacePoint x =
+        surface_point(scene, hits.active, hits.face, hits.b1, hits.b2, hits.direction, hits.instance);
+    for (int lane = 0; lane < W; ++lane) {
+        if (!hits.active[lane]) continue;
+        args->valid[hits.slot[lane]] = 0;
+        if (!x.active[lane]) continue;
+        const float* row = scene.media + static_cast<ptrdiff_t>(kMediumFloats) * x.material[lane];
+        const float sign = x.side[lane] < 0.0f ? 1.0f : -1.0f;
+        const float far = context->far[lane], way = hits.way[lane] < far ? hits.way[lane] : far;
+        for (int k = 0; k < kMediumFloats; ++k) context->sum[k][lane] += sign * row[k];
+        for (int c = 0; c < 3; ++c) context->depth[c][lane] += sign * row[kMediumExtinction + c] * way;
+    }
+}
+
+// The media along rays up to `far` times the direction's length.
+[[maybe_unused]] EG_OUTLINE RayMedia media_along(const SceneView& scene, Mask active, Vec3 origin,
+                                                 Vec3 direction, Float far) {
+    MediaContext context;
+    context.along.start(scene, ignore_nothing(), direction);
+    store(context.far, far);
+    for (auto& row : context.sum) store(row, splat(0.0f));
+    for (auto& row : context.depth) store(row, splat(0.0f));
+    if (scene.bvh && any(active)) {
+        alignas(64) int32_t valid[W];
+        store(valid, active);
+        Ray ray;
+        set_ray(ray, origin, direction, splat(0.0f), splat(__builtin_inff()), splat(-1));
+        embree::QueryArguments args;
+        args.context = &context.along.edges.bricks.base;
+        args.flags |= embree::kInvokeArgumentFilter;
+        args.filter = context.along.edges.bricks.filter = filter_media;
+        query_occluded(scene, valid, ray, args);
+    }
+    // Add the medium of the space outside. Rays along edges may miss one of two faces, which must not make a
+    // medium negative.
+    const float* world = scene.world_medium;
+    const auto at_origin = [&](int k) { return max(load(context.sum[k]), splat(0.0f)) + world[k]; };
+    const Float length = sqrt(dot(direction, direction));
+    const auto depth = [&](int c) {
+        Float own = max(load(context.depth[c]), splat(0.0f)) * length;
+        if (world[kMediumExtinction + c] > 0.0f) own = own + far * length * world[kMediumExtinction + c];
+        return own;
+    };
+    return {{at_origin(kMediumExtinction), at_origin(kMediumExtinction + 1), at_origin(kMediumExtinction + 2)},
+            {at_origin(kMediumScattering), at_origin(kMediumScattering + 1), at_origin(kMediumScattering + 2)},
+            load(context.sum[kMediumForward]) + world[kMediumForward],
+            {depth(0), depth(1), depth(2)}};
+}
+
+// The share of light that media keep along rays up to `far` times the direction's length.
+EG_INLINE Vec3 kept_by_media(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float far) {
+    if (!scene.any_medium || !any(active)) return one3();
+    return select(active, kept_over(media_along(scene, active, origin, direction, far).depth), one3());
+}
+
+// The same along the segment from `origin` to the surface point x, whose material may absorb light too.
+EG_INLINE Vec3 kept_on_segment(const SceneView& scene, const SurfacePoint& x, Int closure, Vec3 origin,
+                               Float distance) {
+    return kept_inside(scene, x, closure, distance) *
+           kept_by_media(scene, x.active, origin, x.position - origin, splat(1.0f));
+}
+EG_INLINE bool attenuates(const SceneView& scene) {
+    return scene.any_medium || (scene.all_flags & kHasAbsorption);
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -35,8 +35,6 @@ _ABOUT_MATERIALS = {
     "stepped shadows": "shadows of borders at which textures may make the transmittance of {} jump: they are no edges",
     "clear absorption": "how absorption in meshes with transparent surfaces ({}) changes with their shape, and its "
                         "shadows",
-    "media": "in media ({}): how what they keep of the light changes with distances, and shadows and edges in the light "
-             "that they scatter; only what moves behind scattering events, and lights, have their part",
     "turned normals": "the borders where normals of {} begin to point away from the viewer, and for gloss also below "
                       "the surface: these materials scatter no light beyond",
     "narrow field lobes": "what distance fields hide of the light of narrow lobes ({}): hardly any sample finds it, so "
@@ -94,6 +92,10 @@ def missing(words: SceneWords, share: float | None) -> list[str]:
             out.append(f"shadows of {' and '.join(of)} on surfaces that mirrors and smooth glass "
                        f"({words.material_names(decision)}) show to other surfaces, or that light those that the "
                        "camera sees by them")
+        elif part == "media":
+            named = words.material_names(decision) or "the world's"
+            out.append(f"in media ({named}): how what they keep of the light changes with distances, and shadows and "
+                       "edges in the light that they scatter")
         elif part == "rim lines":
             out.append(f"lines on {words.material_names(decision)} beyond which their lobes scatter no light "
                        f"of lights without size ({words.light_names(decision)})")

@@ -25,8 +25,8 @@ from .fields import FieldTable
 from .geometry import geometry, ray_bits
 from .lights import LightTable, light_table
 from .materials import TWO_SIDED, MaterialTable, material_table
-from .media import medium_row, medium_table
 from .mean_color import mean_expression
+from .media import medium_row, medium_table
 from .textures.program import compile_textures
 from .textures.texture_tables import TextureTables
 

@@ -129,8 +129,9 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
     // (derivations, K).
     Mask may_fix = splat(0);
     if (geometry && scene.face_fixed_direction)
-        may_fix = receives_held(scene, stays & (load(v.face) >= 0) & (~load(v.screen_form) | (load(v.kind) == splat(kCameraRay))),
-                                material);
+        may_fix = receives_held(
+            scene, stays & (load(v.face) >= 0) & (~load(v.screen_form) | (load(v.kind) == splat(kCameraRay))),
+            material);
     // Collect light from emitter samples
     const auto take = [&](Mask m, const LightArrival& a) {
         s.light_w = select(m, a.w, s.light_w);

@@ -61,7 +61,8 @@ void forget_place(const AdjointTask& task, Mask m, Int path) {
 // Counts vertices whose contribution is left out.
 EG_OUTLINE void count_dropped(const AdjointTask& task, const Vertex& v, Mask lost, Int path) {
     for (int i = 0; i < W; ++i)
-        if (lost[i]) task.dropped->add(task.image->pixel_of(path[i]), v.face[i] < 0 ? -1 : v.face[i], v.instance[i]);
+        if (lost[i])
+            task.dropped->add(task.image->pixel_of(path[i]), v.face[i] < 0 ? -1 : v.face[i], v.instance[i]);
 }
 
 // Drops vertices whose light is not finite, with their contribution to the previous vertices.

@@ -139,7 +139,8 @@ inline void leave_medium(const SceneView& scene, const VertexMemory& memory, con
     if (any(scatters)) {
         const Vec3 along = unit_vector(direction);
         const Vec3 position = arrival.from + along * load(v.medium_way);
-        Scattering s = light_sources(scene, memory, v, scatters, position, splat(0), incoming, next, geometry);
+        Scattering s =
+            light_sources(scene, memory, v, scatters, position, splat(0), incoming, next, geometry);
         if (memory.passed.count > 0) pass_transparent_surfaces(scene, memory, v, position, s, geometry);
         const PhaseFunction phase{-along, along, load(v.medium_cosine)};
         light = select(scatters, scattered(scene, phase, scatters, s), light);

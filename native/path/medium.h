@@ -43,7 +43,8 @@ struct MediumEvent {
     Vec3 weight;  // of the scattered light; of the light that passes, in the other lanes
 };
 
-// The place of a light along a ray: its foot on the ray, and its distance from there (Kulla and Fajardo 2012).
+// The place of a light along a ray: its foot on the ray, and its distance from there (Kulla and Fajardo
+// 2012).
 struct LightAlong {
     Mask found;
     Float foot, height;
@@ -88,8 +89,8 @@ EG_INLINE LightAlong light_along(const SceneView& scene, const PathPacket& p, Ma
     const Vec3 aside = way - p.direction * along.foot;
     along.height = sqrt(max(dot(aside, aside), 1e-12f * dot(way, way) + 1e-30f));
     along.first = atan2(-along.foot, along.height);
-    along.last = select(distance < __builtin_inff(), atan2(distance - along.foot, along.height),
-                        splat(1.57079633f));
+    along.last =
+        select(distance < __builtin_inff(), atan2(distance - along.foot, along.height), splat(1.57079633f));
     return along;
 }
 
@@ -157,14 +158,14 @@ EG_INLINE void record_crossing(const SceneView& scene, Vertex& v, const PathPack
     put(v.passes, dense & ~event.scatters, splat(-1));
     put3(v.medium_extinction, dense, media.extinction);
     put3(v.medium_weight, dense, event.weight);
-    put(v.medium_way, dense, event.way);
+    put(v.medium_way, dense, way_so_far(p) + event.way);
     put(v.medium_cosine, dense, media.cosine());
     store(v.touched, touched);
 }
 
-// Scatters a part of the paths in the media along their rays, and removes them from the packet's active lanes.
-// Multiplies the throughput of the others. `moving`: derivatives by positions are recorded. Returns the
-// queue's new length.
+// Scatters a part of the paths in the media along their rays, and removes them from the packet's active
+// lanes. Multiplies the throughput of the others. `moving`: derivatives by positions are recorded. Returns
+// the queue's new length.
 EG_OUTLINE int cross_medium(const SceneView& scene, const ImageTask& task, Workspace& work, PathPacket& p,
                             const Closest& hit, const RayMedia& media, bool moving, int alive) {
     const PathIndex index = path_index(task, p.path);

@@ -74,9 +74,8 @@ EG_INLINE void record_arrival(const SceneView& scene, Vertex& v, const PathPacke
 // Records where the direction from the previous vertex to x is fixed (scene/contact.h).
 EG_INLINE void record_contact(const SceneView& scene, Vertex& v, const PathPacket& p, const SurfacePoint& x) {
     if (!scene.mesh_contact) return;
-    const Mask eligible =
-        (p.segment >= 2) & (p.segment <= scene.fixed_direction_surfaces + 1) & (p.pdf > 0.0f) &
-        (p.kind != splat(kMediumRay));
+    const Mask eligible = (p.segment >= 2) & (p.segment <= scene.fixed_direction_surfaces + 1) &
+                          (p.pdf > 0.0f) & (p.kind != splat(kMediumRay));
     const Contact c = contact(scene, x.active & eligible, p.from_mesh, p.from, p.from_normal, x.mesh, x.face,
                               x.instance, x.triangle, x.position);
     set(v.fixed_weight, x.active, c.share);

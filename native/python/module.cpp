@@ -95,10 +95,10 @@ RenderOptions read_options(nb::handle given) {
     o.samples = nb::cast<int32_t>(given.attr("spp"));
     o.seed = nb::cast<uint32_t>(given.attr("seed"));
     o.max_depth = nb::cast<int32_t>(given.attr("max_depth"));
-    o.limits = {nb::cast<int32_t>(bounces.attr("diffuse")), nb::cast<int32_t>(bounces.attr("glossy")),
-                nb::cast<int32_t>(bounces.attr("transmission")),
-                nb::cast<int32_t>(bounces.attr("transparent")), nb::cast<int32_t>(bounces.attr("medium")),
-                nb::cast<int32_t>(bounces.attr("ambient"))};
+    o.limits = {
+        nb::cast<int32_t>(bounces.attr("diffuse")),      nb::cast<int32_t>(bounces.attr("glossy")),
+        nb::cast<int32_t>(bounces.attr("transmission")), nb::cast<int32_t>(bounces.attr("transparent")),
+        nb::cast<int32_t>(bounces.attr("medium")),       nb::cast<int32_t>(bounces.attr("ambient"))};
     o.filter_glossy = nb::cast<float>(bounces.attr("filter_glossy"));
     o.caustics_alone = nb::cast<bool>(given.attr("caustics_alone"));
     const std::string edges = text(given.attr("field_edges"));

@@ -77,10 +77,11 @@ static void filter_media(const embree::FilterArguments* args) {
         if (world[kMediumExtinction + c] > 0.0f) own = own + far * length * world[kMediumExtinction + c];
         return own;
     };
-    return {{at_origin(kMediumExtinction), at_origin(kMediumExtinction + 1), at_origin(kMediumExtinction + 2)},
-            {at_origin(kMediumScattering), at_origin(kMediumScattering + 1), at_origin(kMediumScattering + 2)},
-            load(context.sum[kMediumForward]) + world[kMediumForward],
-            {depth(0), depth(1), depth(2)}};
+    return {
+        {at_origin(kMediumExtinction), at_origin(kMediumExtinction + 1), at_origin(kMediumExtinction + 2)},
+        {at_origin(kMediumScattering), at_origin(kMediumScattering + 1), at_origin(kMediumScattering + 2)},
+        load(context.sum[kMediumForward]) + world[kMediumForward],
+        {depth(0), depth(1), depth(2)}};
 }
 
 // The share of light that media keep along rays up to `far` times the direction's length.

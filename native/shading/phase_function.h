@@ -35,7 +35,8 @@ struct PhaseFunction {
         // Invert the distribution of the cosine; near g = 0 it is uniform
         const Float ratio = (1.0f - cosine * cosine) / (1.0f - cosine + 2.0f * cosine * u);
         const Mask even = abs(cosine) < 1e-3f;
-        const Float skewed = (1.0f + cosine * cosine - ratio * ratio) / select(even, splat(1.0f), 2.0f * cosine);
+        const Float skewed =
+            (1.0f + cosine * cosine - ratio * ratio) / select(even, splat(1.0f), 2.0f * cosine);
         const Float c = min(max(select(even, 2.0f * u - 1.0f, skewed), splat(-1.0f)), splat(1.0f));
         BsdfSample s;
         s.wi = direction_at(along, c, v);

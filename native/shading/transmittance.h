@@ -43,7 +43,8 @@ static void filter_transparent(const embree::FilterArguments* args) {
     Mask absorbs = splat(0);
     Vec3 absorbed = zero3();
     if (scene.all_flags & kHasAbsorption) {
-        absorbed = absorption_of(scene, hits.active, gather(scene.material_first_closure, x.material), absorbs);
+        absorbed =
+            absorption_of(scene, hits.active, gather(scene.material_first_closure, x.material), absorbs);
         absorbed = absorbed * (hits.way * length * select(x.side < 0.0f, splat(1.0f), -1.0f));
     }
     // Multiply or record the transmittances, and let the rays continue
@@ -69,9 +70,10 @@ static void filter_transparent(const embree::FilterArguments* args) {
     }
 }
 
-// Transmittance of the surfaces along rays up to `far` times the direction's length, except for recorded ones.
+// Transmittance of the surfaces along rays up to `far` times the direction's length, except for recorded
+// ones.
 EG_OUTLINE Vec3 through_surfaces(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float far,
-                              const PassingRays& rays) {
+                                 const PassingRays& rays) {
     const Vec3 white = one3();
     if (!(scene.all_flags & kHasTransparency)) {
         const Mask hidden = occluded(scene, active, origin, direction, far, rays.ignored, rays.mask);

@@ -78,7 +78,7 @@ struct alignas(64) VertexPacket {
     Floats last_scale[3];  // of the environment's light along it, if it can meet nothing else
 
     // In media (face kInMedium): the extinction, the weight of the scattered or passing light, the distance
-    // to the scattering event, and the mean cosine of the phase function.
+    // from `from` to the scattering event, and the mean cosine of the phase function.
     Floats medium_extinction[3], medium_weight[3], medium_way, medium_cosine;
 
     // -1: its light is not finite; the lane is no longer active (adjoint/path_sweeps.cpp).

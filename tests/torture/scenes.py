@@ -10,7 +10,7 @@ import numpy as np
 from edgegrad import AreaLight, Bounces, PointLight, Scene, SpotLight
 from edgegrad.scene import parameters
 from tests.support.table_values import WITHOUT
-from tests.torture.drawing import additions, cameras, lights, materials, meshes, textures
+from tests.torture.drawing import additions, cameras, lights, materials, media, meshes, textures
 from tests.torture.drawing.draw import Draw
 
 # Share of the scenes that have distance fields.
@@ -71,6 +71,7 @@ def case(seed: int) -> Case:
     if bounds.chance(0.3):
         filtered = bounds.one((0.05, 0.3, 1.0, 10.0, 1e30))
         options["bounces"] = replace(options.get("bounces", Bounces()), filter_glossy=filtered)
+    media.add_media(Draw((seed, 4)), scene, scale)
     paths = paths_of(scene)
     new = [path for path in paths if path not in before]
     all_asked = len(asked) == len(before)
@@ -104,6 +105,7 @@ def kinds_of(scene: Scene, scale: float) -> tuple[str, ...]:
         "fields": bool(scene.fields),
         "light falloff": any(getattr(lamp, "decay", "QUADRATIC") != "QUADRATIC" for lamp in scene.lights.values()),
         "negative light": additions.any_negative(scene),
+        "medium": any(leaf.medium for leaf in leaves) or scene.world.medium is not None,
         "values of instances": any(mesh.instance_attributes for mesh in scene.meshes.values()),
         "normals in world space": any(leaf.normal_space == "WORLD" for leaf in leaves),
         "linking": any(lamp.receivers is not None or lamp.blockers is not None for lamp in scene.lights.values()),

@@ -83,8 +83,8 @@ def describe_volume(found: Feed, material: Any) -> str:
         Blender's material, or None for a world.
     """
     node, groups = found.output.node, found.groups
-    text = (f"its volume (node '{label(node, groups)}', {node.bl_label}) is left out, since it is not homogeneous: light "
-            "passes through it unchanged")
+    text = (f"its volume (node '{label(node, groups)}', {node.bl_label}) is left out, since it is not homogeneous: "
+            "light passes through it unchanged")
     volume = read_volume(found)
     name, size = ("", 0.0) if material is None else thinnest(material)
     if volume is None or not name:
@@ -146,8 +146,8 @@ def _mean_cosine(node: Any, value: Any, remarks: list[str], name: str) -> float 
     else:  # water and fog scatter most light forwards
         cosine = 0.9
     if phase != "HENYEY_GREENSTEIN" and cosine is not None:
-        remarks.append(f"the phase function {phase.replace('_', ' ').title()} of its volume (node '{name}') is rendered "
-                       f"as Henyey-Greenstein with an anisotropy of {cosine:.2g}")
+        remarks.append(f"the phase function {phase.replace('_', ' ').title()} of its volume (node '{name}') is "
+                       f"rendered as Henyey-Greenstein with an anisotropy of {cosine:.2g}")
     return cosine
 
 

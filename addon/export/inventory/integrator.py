@@ -25,8 +25,8 @@ _CULLED = "objects far from the camera's view are rendered, although culling is 
 
 INTEGRATOR = Table(
     read="max_bounces diffuse_bounces glossy_bounces transmission_bounces volume_bounces transparent_max_bounces "
-         "pixel_filter_type filter_width film_exposure caustics_reflective caustics_refractive use_fast_gi fast_gi_method "
-         "ao_bounces_render texture_limit_render blur_glossy",
+         "pixel_filter_type filter_width film_exposure caustics_reflective caustics_refractive use_fast_gi "
+         "fast_gi_method ao_bounces_render texture_limit_render blur_glossy",
     named={
         "film_transparent_glass": Named("the world is seen through glass, although 'Transparent Glass' is on",
                                         acts=_transparent),

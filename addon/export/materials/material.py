@@ -8,7 +8,6 @@ from typing import Any
 
 import bpy
 import numpy as np
-from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad import expression as e

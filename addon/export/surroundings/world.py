@@ -85,8 +85,10 @@ def _medium(volume: nodes.Feed, where: str, report: Report) -> edgegrad.Medium |
     if volume.output is None:
         return None
     found = read_volume(volume)
-    for text in (f"{describe_volume(volume, None)}; in Cycles, it has no end, so that it hides the background and suns, "
-                 "and dims all other light",) if found is None else found.remarks:  # fmt: skip
+    if found is None:
+        report.warn(where, f"{describe_volume(volume, None)}; in Cycles, it has no end, so that it hides the "
+                           "background and suns, and dims all other light")  # fmt: skip
+    for text in () if found is None else found.remarks:
         report.warn(where, text)
     return None if found is None else found.medium
 

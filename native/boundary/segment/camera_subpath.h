@@ -121,8 +121,8 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
         const PathIndex index = path_index(task, p.path);
         walking &= s.x.active;
         if (attenuates(scene)) {
-            const Vec3 kept = kept_on_segment(scene, s.x, s.shader.closure, p.origin,
-                                              length_of(s.x.position - p.origin));
+            const Vec3 kept =
+                kept_on_segment(scene, s.x, s.shader.closure, p.origin, length_of(s.x.position - p.origin));
             p.throughput = select(walking, p.throughput * kept, p.throughput);
             sharp = select(walking, sharp * kept, sharp);
             if (parts) parts->multiply(walking, kept, kept);

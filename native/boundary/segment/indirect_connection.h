@@ -50,9 +50,10 @@ EG_OUTLINE int connect_indirect(const SceneView& scene, const BoundaryTask& task
     s.color = seen.weight * receiver.through * (measure * task.scale / probability);
     jump();
     if (!any(s.active)) return queued;
-    return append_scattering(work, queued, s.active, path, s.point, s.towards, y.hit, y.aside,
-                             y.through * kept_before_start(scene, s.active, y.hit, s.point, s.towards, s.reach),
-                             y.passed, length + 2, seen.bounces, splat(kDiffuseRay));
+    return append_scattering(
+        work, queued, s.active, path, s.point, s.towards, y.hit, y.aside,
+        y.through * kept_before_start(scene, s.active, y.hit, s.point, s.towards, s.reach), y.passed,
+        length + 2, seen.bounces, splat(kDiffuseRay));
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

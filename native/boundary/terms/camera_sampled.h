@@ -364,9 +364,10 @@ EG_OUTLINE int sample_from_camera(const SceneView& scene, const BoundaryTask& ta
     // Evaluate the sample and queue the path of L(y)
     s.color = path.throughput * value * seen * (x.shader.scale * begun.weight);
     color_of_jump(scene, p, edge, s);
-    return append_scattering(work, queued, s.active, path.path, s.point, s.towards, y.hit, y.aside,
-                             y.through * kept_before_start(scene, s.active, y.hit, s.point, s.towards, s.reach),
-                             y.passed, begun.length + 2, bounces, splat(kDiffuseRay));
+    return append_scattering(
+        work, queued, s.active, path.path, s.point, s.towards, y.hit, y.aside,
+        y.through * kept_before_start(scene, s.active, y.hit, s.point, s.towards, s.reach), y.passed,
+        begun.length + 2, bounces, splat(kDiffuseRay));
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -42,8 +42,9 @@ namespace edgegrad::EDGEGRAD_ISA {
 // Visits all sized lights of the table that a ray of `kind` along w meets between the distances near and far
 // from the surface point `from` that scattered it. Lights do not block the ray. Calls visit(row's number,
 // mask, radiance, factor of the light's strength, distance); the factor is the power heuristic's weight
-// against `sample_light` times what the light's shape leaves of it. `bsdf_pdf` 0: the ray has no density, so its weight is 1. `bounces` is the number
-// before the surface that scattered the ray. `lobe`: as in share_of_row.
+// against `sample_light` times what the light's shape leaves of it. `bsdf_pdf` 0: the ray has no density, so
+// its weight is 1. `bounces` is the number before the surface that scattered the ray. `lobe`: as in
+// share_of_row.
 template <typename Visit>
 EG_INLINE void for_each_light_along(const SceneView& scene, Mask active, const Receiver& from, Int from_mesh,
                                     Vec3 w, Float near, Float far, Float bsdf_pdf, Int kind, Int bounces,

@@ -27,6 +27,7 @@ from . import (  # noqa: F401  (importing a family registers its cases)
     lamps,
     layers,
     linking,
+    media,
     metals,
     node_groups,
     old_materials,

@@ -98,11 +98,9 @@ def volume_only() -> None:
     stage.row([stage.diffuse("Behind", (0.7, 0.5, 0.1))], y=1.6)
 
 
-@case("Ink: glass with an absorbing volume, and a cube of smoke", bounces=4, samples=64,
-      differs=(
-          "Volumes that scatter are left out; the export names them and how much light they pass.",))  # fmt: skip
+@case("Ink: glass with an absorbing volume, and a cube of smoke", bounces=4, samples=64)
 def volume_beside_surface() -> None:
-    """What is left out is named."""
+    """Absorption alone, and a medium."""
     _small()
     ink = _volume("Ink", "ShaderNodeVolumeAbsorption",
                   lambda tree: stage.node(tree, "ShaderNodeBsdfGlass", {"IOR": 1.33, "Roughness": 0.0}),

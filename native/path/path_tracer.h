@@ -11,7 +11,7 @@
 
 #include "path/edge_step.h"
 #include "path/first_rays.h"
-#include "path/medium.h"
+#include "path/media/crossing.h"
 #include "path/recorder.h"
 #include "path/rim.h"
 #include "path/scatter.h"

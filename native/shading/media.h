@@ -5,6 +5,8 @@
 // beyond the last surface the ray is outside of all meshes. So no path needs to remember where it is.
 #pragma once
 
+#include <algorithm>
+
 #include "scene/rays/filtered_hits.h"
 #include "shading/absorption.h"
 
@@ -19,7 +21,8 @@ struct RayMedia {
     EG_INLINE Mask dense() const { return largest_component(extinction) > 0.0f; }
     EG_INLINE Float cosine() const {
         const Float mean = (scattering.x + scattering.y + scattering.z) * (1.0f / 3.0f);
-        return select(mean > 0.0f, forward / max(mean, 1e-30f), splat(0.0f));
+        const Float cosine = select(mean > 0.0f, forward / max(mean, 1e-30f), splat(0.0f));
+        return min(max(cosine, splat(-0.999f)), splat(0.999f));
     }
 };
 
@@ -27,6 +30,7 @@ struct MediaContext {
     AlongRays along;  // first: Embree passes its address to the filter
     float far[W];     // where the way within the media ends
     float sum[kMediumFloats][W];
+    float densest[W];  // the largest extinction of a medium along the ray
     float depth[3][W];
 };
 
@@ -44,6 +48,8 @@ static void filter_media(const embree::FilterArguments* args) {
         const float sign = x.side[lane] < 0.0f ? 1.0f : -1.0f;
         const float far = context->far[lane], way = hits.way[lane] < far ? hits.way[lane] : far;
         for (int k = 0; k < kMediumFloats; ++k) context->sum[k][lane] += sign * row[k];
+        for (int c = 0; c < 3; ++c)
+            context->densest[lane] = std::max(context->densest[lane], row[kMediumExtinction + c]);
         for (int c = 0; c < 3; ++c) context->depth[c][lane] += sign * row[kMediumExtinction + c] * way;
     }
 }
@@ -56,6 +62,7 @@ static void filter_media(const embree::FilterArguments* args) {
     store(context.far, far);
     for (auto& row : context.sum) store(row, splat(0.0f));
     for (auto& row : context.depth) store(row, splat(0.0f));
+    store(context.densest, splat(0.0f));
     if (scene.bvh && any(active)) {
         alignas(64) int32_t valid[W];
         store(valid, active);
@@ -67,10 +74,14 @@ static void filter_media(const embree::FilterArguments* args) {
         args.filter = context.along.edges.bricks.filter = filter_media;
         query_occluded(scene, valid, ray, args);
     }
-    // Add the medium of the space outside. Rays along edges may miss one of two faces, which must not make a
-    // medium negative.
+    // Add the medium of the space outside. Sums that are as small as their rounding, or negative since a ray
+    // along an edge has missed a face, are no medium.
     const float* world = scene.world_medium;
-    const auto at_origin = [&](int k) { return max(load(context.sum[k]), splat(0.0f)) + world[k]; };
+    const Float rounding = 1e-5f * load(context.densest);
+    const auto at_origin = [&](int k) {
+        const Float own = load(context.sum[k]);
+        return select(own > rounding, own, splat(0.0f)) + world[k];
+    };
     const Float length = sqrt(dot(direction, direction));
     const auto depth = [&](int c) {
         Float own = max(load(context.depth[c]), splat(0.0f)) * length;

@@ -80,15 +80,41 @@ def test_faces_without_material_have_the_default_surface_of_cycles() -> None:
         assert material.kind == "DIFFUSE"
 
 
-def test_a_material_with_only_a_volume_is_transparent_and_says_how_much_it_leaves_out() -> None:
+def test_homogeneous_volumes_become_media() -> None:
     tree = Tree()
-    fog = tree.node("VolumeScatter", {"Color": (0.5, 0.5, 0.5, 1.0), "Density": 1.0})
+    fog = tree.node("VolumeScatter", {"Color": (0.5, 0.25, 1.0, 1.0), "Density": 2.0, "Anisotropy": 0.4})
     tree.tree.links.new(fog.outputs[0], tree.output.inputs["Volume"])
-    assert tree.export().kind == "TRANSPARENT"
-    assert f"lets {np.exp(-0.5 * 2.0):.0%} of it pass straight through the 2 m of object 'Cube'" in tree.lines
-    tree.surface(tree.node("BsdfDiffuse").outputs[0])
-    assert tree.export().kind == "DIFFUSE"
-    assert "Volume Scatter" in tree.lines
+    for kind in ("TRANSPARENT", "DIFFUSE"):
+        m = tree.export()
+        assert m.kind == kind and m.medium == edgegrad.Medium((1.0, 0.5, 2.0), anisotropy=pytest.approx(0.4))
+        assert not tree.made.report.lines
+        tree.surface(tree.node("BsdfDiffuse").outputs[0])
+    ink = tree.node("VolumeAbsorption", {"Color": (0.5, 0.5, 1.0, 1.0), "Density": 3.0})
+    tree.tree.links.new(tree.node("AddShader", {0: fog.outputs[0], 1: ink.outputs[0]}).outputs[0],
+                        tree.output.inputs["Volume"])  # fmt: skip
+    assert tree.export().medium == edgegrad.Medium((1.0, 0.5, 2.0), (1.5, 1.5, 0.0), pytest.approx(0.4))
+    share = {0: 0.25, 1: fog.outputs[0], 2: ink.outputs[0]}
+    tree.tree.links.new(tree.node("MixShader", share).outputs[0], tree.output.inputs["Volume"])
+    medium = tree.export().medium
+    assert medium.scattering == pytest.approx((0.75, 0.375, 1.5))
+    assert medium.absorption == pytest.approx((0.375, 0.375, 0.0))
+    tree.tree.links.new(ink.outputs[0], tree.output.inputs["Volume"])
+    m = tree.export()  # absorption alone has derivatives
+    assert m.medium is None and m.absorption == pytest.approx([1.5, 1.5, 0.0])
+
+
+def test_volumes_that_vary_or_glow_and_other_phase_functions_are_named() -> None:
+    tree = Tree()
+    fog = tree.node("VolumeScatter", {"Density": tree.node("TexNoise").outputs[0]})
+    tree.tree.links.new(fog.outputs[0], tree.output.inputs["Volume"])
+    assert tree.export().medium is None and "is left out, since it is not homogeneous" in tree.lines
+    fire = tree.node("VolumePrincipled", {"Density": 1.0, "Blackbody Intensity": 1.0})
+    tree.tree.links.new(fire.outputs[0], tree.output.inputs["Volume"])
+    assert tree.export().medium is not None and "set 'Blackbody Intensity' to 0" in tree.lines
+    if hasattr(fog, "phase"):
+        fog = tree.node("VolumeScatter", {"Density": 1.0}, phase="RAYLEIGH")
+        tree.tree.links.new(fog.outputs[0], tree.output.inputs["Volume"])
+        assert tree.export().medium.anisotropy == 0.0 and "phase function Rayleigh" in tree.lines
 
 
 def test_a_color_or_a_number_that_is_linked_to_the_surface_emits() -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from edgegrad import AreaLight, Field, Material, Mixture, Scene, SunLight
+from edgegrad import AreaLight, Field, Material, Medium, Mixture, Scene, SunLight
 from edgegrad.scene import parameters
 from edgegrad.scene.light import Light
 from edgegrad.scene.mesh import Mesh
@@ -27,6 +27,7 @@ def resized(scene: Scene, factor: float) -> Scene:
         lights={name: _light(light, factor) for name, light in scene.lights.items()},
         fields={name: _field(one, factor) for name, one in scene.fields.items()},
         materials={name: _material(one, factor) for name, one in scene.materials.items()},
+        world=replace(scene.world, medium=_medium(scene.world.medium, factor)),
         camera=replace(camera, to_world=_moved(camera.to_world, factor),
                        **{name: factor * getattr(camera, name) for name in lengths}),
     )  # fmt: skip
@@ -62,7 +63,16 @@ def _field(field: Field, factor: float) -> Field:
 
 
 def _material(material: Material | Mixture, factor: float) -> Material | Mixture:
-    return replace(material, absorption=material.absorption / factor) if isinstance(material, Material) else material
+    if isinstance(material, Mixture):
+        return material
+    return replace(material, absorption=material.absorption / factor, medium=_medium(material.medium, factor))
+
+
+def _medium(medium: Medium | None, factor: float) -> Medium | None:
+    if medium is None:
+        return None
+    return replace(medium, scattering=tuple(value / factor for value in medium.scattering),
+                   absorption=tuple(value / factor for value in medium.absorption))  # fmt: skip
 
 
 def _light(light: Light, factor: float) -> Light:

@@ -1,0 +1,94 @@
+// Scattering in homogeneous media on the way to a hit (shading/media.h). Along a ray that meets its surface
+// after the distance D, with the extinction s_t and the scattering s_s,
+//   L = int_0^D exp(-s_t t) s_s int p(w, w') L(x_t, w') dw' dt + exp(-s_t D) L(x_D).
+// Each path takes one of the two parts: it is scattered at a sampled distance, or passes to its surface.
+#pragma once
+
+#include "path/media/medium_event.h"
+#include "path/path_queue.h"
+#include "path/recorder.h"
+#include "path/scatter.h"
+#include "path/stream.h"
+#include "path/value_recorder.h"
+#include "shading/media.h"
+#include "shading/phase_function.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// Finds the media along rays, which end after `distance`. Rays from the start of boundary samples are only
+// attenuated: what media scatter towards them is no part of the edge's light. Returns whether any ray may be
+// scattered or must be recorded.
+EG_INLINE bool find_media(const SceneView& scene, PathPacket& p, Float distance, bool boundary,
+                          RayMedia& media) {
+    const Mask seen = p.active & (p.kind != splat(kUnseenRay));
+    media = media_along(scene, seen, p.origin, p.direction, distance);
+    const Mask dense = seen & media.dense();
+    for (Vec3* field : {&media.extinction, &media.scattering, &media.depth})
+        *field = select(dense, *field, zero3());
+    if (!any(dense)) return false;
+    if (!boundary) return true;
+    p.throughput = p.throughput * kept_over(media.extinction, distance);
+    return false;
+}
+
+// Records the rays of a packet in a medium.
+EG_INLINE void record_crossing(const SceneView& scene, Vertex& v, const PathPacket& p, Mask dense,
+                               const Closest& hit, const RayMedia& media, const MediumEvent& event,
+                               Mask touched) {
+    PathPacket crossing = p;
+    crossing.active = dense;
+    record_arrival(scene, v, crossing, hit.hit, hit);
+    put(v.face, splat(-1), splat(kInMedium));
+    put(v.passes, dense & ~event.scatters, splat(-1));
+    put3(v.medium_extinction, dense, media.extinction);
+    put3(v.medium_weight, dense, event.weight);
+    put(v.medium_way, dense, way_so_far(p) + event.way);
+    put(v.medium_cosine, dense, media.cosine());
+    store(v.touched, touched);
+}
+
+// Scatters a part of the paths in the media along their rays, and removes them from the packet's active
+// lanes. Multiplies the throughput of the others. `moving`: derivatives by positions are recorded. Returns
+// the queue's new length.
+EG_OUTLINE int cross_medium(const SceneView& scene, const ImageTask& task, Workspace& work, PathPacket& p,
+                            const Closest& hit, const RayMedia& media, bool moving, int alive) {
+    const PathIndex index = path_index(task, p.path);
+    const Mask dense = p.active & media.dense();
+    const Float distance = select(hit.hit, hit.distance, splat(__builtin_inff()));
+    const MediumEvent event = sample_event(scene, p, dense & ~p.final_ray, media, distance, index);
+    const Mask scatters = dense & event.scatters;
+    // Record the event
+    Vertex* vertex = nullptr;
+    if (work.vertices) {
+        vertex = &work.vertices->append<W>();
+        record_crossing(scene, *vertex, p, dense, hit, media, event, p.touched);
+        keep_touched(*work.vertices, *vertex, moving ? dense : p.touched);
+    }
+    if (work.values) {
+        Values& v = record_values(*work.values, p, dense);
+        put3(v.color, dense, event.weight);
+        put3(v.next_gain, dense & ~scatters, one3());
+        keep_touched(*work.values, v, p.touched);
+    }
+    // Scatter paths. Sweeps over values multiply by the event's weight themselves.
+    PathPacket part = p;
+    part.active = scatters;
+    p.throughput = select(dense & ~scatters, p.throughput * event.weight, p.throughput);
+    p.active &= ~scatters;
+    if (!any(scatters)) return alive;
+    if (!work.values) part.throughput = part.throughput * event.weight;
+    SurfacePoint x;
+    x.active = splat(0);
+    x.face = x.instance = splat(-1);
+    x.b1 = x.b2 = x.length_m = x.offset = splat(0.0f);
+    x.side = splat(1.0f);
+    x.position = p.origin + p.direction * select(scatters, event.way, splat(0.0f));
+    x.normal = -p.direction;
+    x.triangle = {x.position, x.position, x.position};
+    x.material = splat(0);
+    x.mesh = select(hit.hit, hit.mesh, splat(0));
+    const PhaseFunction phase{x.normal, p.direction, media.cosine()};
+    return scatter(scene, task, work, part, x, phase, index, splat(0.5f), alive, vertex);
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..expression.numbers import numbers, with_numbers
 from . import parameters
+from .medium import Medium
 from .scene import Scene
 
 
@@ -62,7 +63,9 @@ def _compare(path: str, before: Any, after: Any, found: dict[str, Any]) -> None:
         elif _is_float(old) and _is_float(new):
             _compare_floats(where, old, new, found)
         elif not _equal(old, new):
-            raise StructureChange(f"'{where}' changes")
+            medium = isinstance(old, Medium) or isinstance(new, Medium)
+            why = ", and the coefficients of media have no derivatives" if medium else ""
+            raise StructureChange(f"'{where}' changes{why}")
 
 
 def _compare_mappings(

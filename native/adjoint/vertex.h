@@ -120,9 +120,10 @@ EG_INLINE Vec3 lights_met(const SceneView& scene, const Vertex& v, Mask active, 
                 factor = factor * share_of_row(scene, row, {load(v.lobe_alpha), load(v.lobe_slope2)});
             Vec3 light = l.radiance * factor;
             if (any(in_medium))
-                light = select(in_medium,
-                               light * kept_over(load3(v.medium_extinction), detach(distance) - load(v.near)),
-                               light);
+                light = select(
+                    in_medium,
+                    light * kept_over(load3(v.medium_extinction), max(detach(distance) - load(v.near), 0.0f)),
+                    light);
             sum = sum + select(seen, light, zero3());
         });
     return sum;

@@ -130,24 +130,26 @@ EG_INLINE void add_emission(const SceneView& scene, Workspace& work, const PathP
     add_radiance(work, p, emits, p.throughput * closure_emission(x, shader, point) * weight);
 }
 
-// Adds lights of the light table that a ray meets. Such lights do not block rays. `extinction` of the medium
-// around the ray, null: none.
+// Adds lights of the light table that a ray meets. Such lights do not block rays. `media` around the ray,
+// null: none.
 EG_INLINE void add_sized_lights(const SceneView& scene, Workspace& work, const PathPacket& p, Float distance,
-                                const Vec3* extinction) {
+                                const RayMedia* media) {
     if (work.values && !requests_rows(*work.values)) return;
     const Mask meets = p.active & ~p.unlit;
     const Float near = way_so_far(p);
     const Receiver from = last_receiver(scene, p);
+    const Float begin = media ? near + media->begin : near;
     if (work.values)
-        return for_each_light_along(scene, meets & p.touched, from, p.from_mesh, p.direction, near,
-                                    near + distance, p.pdf, p.kind, bounces_before_last(p), p.lobe,
-                                    [&](int row, Mask seen, Vec3 radiance, Float gain, Float at) {
-                                        Vec3 gains = gray(gain);
-                                        if (extinction) gains = gains * kept_over(*extinction, at - near);
-                                        record_met_light(*work.values, p, seen, row, radiance, gains);
-                                    });
-    const Vec3 light = lights_along(scene, meets, from, p.from_mesh, p.direction, near, near + distance,
-                                    p.pdf, p.kind, bounces_before_last(p), p.lobe, extinction);
+        return for_each_light_along(
+            scene, meets & p.touched, from, p.from_mesh, p.direction, near, near + distance, p.pdf, p.kind,
+            bounces_before_last(p), p.lobe, [&](int row, Mask seen, Vec3 radiance, Float gain, Float at) {
+                Vec3 gains = gray(gain);
+                if (media) gains = gains * kept_over(media->extinction, max(at - begin, 0.0f));
+                record_met_light(*work.values, p, seen, row, radiance, gains);
+            });
+    const Vec3 light =
+        lights_along(scene, meets, from, p.from_mesh, p.direction, near, near + distance, p.pdf, p.kind,
+                     bounces_before_last(p), p.lobe, media ? &media->extinction : nullptr, begin);
     const Mask found = p.active & (largest_component(light) > 0.0f);
     if (any(found)) add_radiance(work, p, found, p.throughput * light);
 }
@@ -269,7 +271,7 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
         const bool in_media =
             scene.any_medium && find_media(scene, p, distance, work.hits.edges != nullptr, media);
         if (!work.vertices && scene.lights.all_sized() > 0)
-            add_sized_lights(scene, work, p, distance, in_media ? &media.extinction : nullptr);
+            add_sized_lights(scene, work, p, distance, in_media ? &media : nullptr);
         // Scatter paths in media
         if (in_media) {
             alive = cross_medium(scene, task, work, p, load_hits(work.hits, at, hit), media, moving, alive);

@@ -17,6 +17,7 @@ struct RayMedia {
     Vec3 extinction, scattering;  // 1/m, at the origin
     Float forward;                // MediumFloat
     Vec3 depth;                   // the integral of the extinction along the ray
+    Float begin = splat(0.0f);    // distance from which on the ray is in the media (near_plane)
 
     EG_INLINE Mask dense() const { return largest_component(extinction) > 0.0f; }
     EG_INLINE Float cosine() const {
@@ -95,17 +96,27 @@ static void filter_media(const embree::FilterArguments* args) {
         {depth(0), depth(1), depth(2)}};
 }
 
+// The distance at which rays from the camera, in the lanes of a mask, begin. As in Cycles, media before the
+// near plane have no effect. 0 for other rays.
+EG_INLINE Float near_plane(const SceneView& scene, Mask from_camera, Vec3 direction) {
+    const CameraView& camera = scene.camera;
+    const Float along = is_panorama(camera.kind) ? splat(1.0f) : -dot(splat3(camera.back), direction);
+    return select(from_camera, camera.clip_start / max(along, 1e-6f), splat(0.0f));
+}
+
 // The share of light that media keep along rays up to `far` times the direction's length.
 EG_INLINE Vec3 kept_by_media(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float far) {
     if (!scene.any_medium || !any(active)) return one3();
     return select(active, kept_over(media_along(scene, active, origin, direction, far).depth), one3());
 }
 
-// The same along the segment from `origin` to the surface point x, whose material may absorb light too.
+// The same from the distance `begin` on, along the segment of the length `distance` from `origin` to the
+// surface point x, whose material may absorb light too.
 EG_INLINE Vec3 kept_on_segment(const SceneView& scene, const SurfacePoint& x, Int closure, Vec3 origin,
-                               Float distance) {
+                               Float distance, Float begin) {
+    const Vec3 w = (x.position - origin) * (1.0f / distance);
     return kept_inside(scene, x, closure, distance) *
-           kept_by_media(scene, x.active, origin, x.position - origin, splat(1.0f));
+           kept_by_media(scene, x.active, origin + w * begin, w, distance - begin);
 }
 EG_INLINE bool attenuates(const SceneView& scene) {
     return scene.any_medium || (scene.all_flags & kHasAbsorption);

@@ -101,6 +101,10 @@ def test_homogeneous_volumes_become_media() -> None:
     tree.tree.links.new(ink.outputs[0], tree.output.inputs["Volume"])
     m = tree.export()  # absorption alone has derivatives
     assert m.medium is None and m.absorption == pytest.approx([1.5, 1.5, 0.0])
+    for link in tree.output.inputs["Surface"].links:
+        tree.tree.links.remove(link)
+    m = tree.export()  # what stands in it counts
+    assert m.medium == edgegrad.Medium((0.0, 0.0, 0.0), (1.5, 1.5, 0.0)) and not m.absorption.any()
 
 
 def test_volumes_that_vary_or_glow_and_other_phase_functions_are_named() -> None:
@@ -356,18 +360,11 @@ class TestSubsurface:
         assert subsurface.rounded_share(color, radius, "RANDOM_WALK", 1.0) == pytest.approx(lost, rel=0.35)
 
 
-def test_homogeneous_absorption_is_read() -> None:
-    tree = Tree()
-    ink = tree.node("VolumeAbsorption", {"Color": (0.9, 0.5, 0.0, 1.0), "Density": 2.0})
-    tree.tree.links.new(ink.outputs[0], tree.output.inputs["Volume"])
-    made = tree.export()
-    assert made.kind == "TRANSPARENT" and made.absorption == pytest.approx([0.2, 1.0, 2.0]) and tree.lines == ""
-
-
 def test_what_absorption_does_not_reach_is_named() -> None:
     """An object within an absorbing mesh, and a mesh with open borders."""
     tree = Tree()
     tree.tree.links.new(tree.node("VolumeAbsorption", {"Density": 1.0}).outputs[0], tree.output.inputs["Volume"])
+    tree.surface(tree.node("BsdfGlass").outputs[0])
     for name, place in (("Within", (0.0, 0.0, 0.0)), ("Beside", (5.0, 0.0, 0.0))):
         other = bs.add(name, bs.cube(name, bs.material(name, (0.5, 0.5, 0.5))))
         other.location, other.scale = place, (0.2, 0.2, 0.2)
@@ -379,3 +376,26 @@ def test_what_absorption_does_not_reach_is_named() -> None:
     data.from_pydata([(-1, -1, 0), (1, -1, 0), (0, 1, 0)], [], [(0, 1, 2)])
     tree.export()
     assert any("'Cube'" in line and "open borders" in line for line in tree.made.report.lines)
+    tree.tree.links.new(tree.node("VolumeScatter", {"Density": 1.0}).outputs[0], tree.output.inputs["Volume"])
+    tree.export()
+    assert any("'Cube': holds a volume" in line and "open borders" in line for line in tree.made.report.lines)
+
+
+def test_homogeneous_volumes_of_the_world_are_read() -> None:
+    tree = Tree()
+    bpy.context.scene.world = world = bpy.data.worlds.new("W")
+    if world.node_tree is None:
+        world.use_nodes = True
+    nodes, links = world.node_tree.nodes, world.node_tree.links
+    output, fog = nodes.new("ShaderNodeOutputWorld"), nodes.new("ShaderNodeVolumeScatter")
+    output.is_active_output = True
+    fog.inputs["Color"].default_value, fog.inputs["Density"].default_value = (0.5, 0.5, 0.5, 1.0), 0.2
+    links.new(fog.outputs[0], output.inputs["Volume"])
+    for surface in (None, nodes.new("ShaderNodeBackground").outputs[0]):
+        if surface:
+            links.new(surface, output.inputs["Surface"])
+        tree.export()
+        assert tree.made.scene.world.medium == edgegrad.Medium((pytest.approx(0.1),) * 3)
+    links.new(nodes.new("ShaderNodeTexNoise").outputs[0], fog.inputs["Density"])
+    tree.export()
+    assert tree.made.scene.world.medium is None and "in Cycles, it has no end" in tree.lines

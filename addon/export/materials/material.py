@@ -134,11 +134,15 @@ class MaterialReading:
         return [self.value] if isinstance(self.value, edgegrad.Material) else list(self.parts.values())
 
     def fill(self, volume: Volume | None) -> None:
-        """Give all closures the material's volume: as a medium, or as absorption, which has derivatives."""
-        if volume is None:
+        """Give all closures the material's volume: as a medium, or as absorption, which has derivatives.
+
+        A volume without a surface is often a room that holds cameras, lamps and objects, which absorption within a mesh
+        does not reach.
+        """
+        if volume is None or not np.any(volume.scattering + volume.absorption > 0.0):
             return
         for one in self.shaders():
-            if np.any(volume.scattering > 0.0):
+            if np.any(volume.scattering > 0.0) or one.kind == "TRANSPARENT":
                 one.medium = volume.medium
             else:
                 one.absorption = volume.absorption.copy()

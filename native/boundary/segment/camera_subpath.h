@@ -107,6 +107,7 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
     const bool follows = parts && scene.followed_alpha > 0.0f;
     const bool clear = scene.all_flags & kHasTransparency;
     const bool sharp_alone = camera_sampled.widest > 0.0f, bends = sharp_alone && scene.any_perfect;
+    bool begun = false;
     Mask walking = p.active & hit.hit, arrived = splat(0), bent = splat(0), led = splat(-1);
     Vec3 sharp = p.throughput;  // by camera-sampled lobes of the first surface
     while (true) {
@@ -121,12 +122,15 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
         const PathIndex index = path_index(task, p.path);
         walking &= s.x.active;
         if (attenuates(scene)) {
+            const Mask from_camera = begun ? splat(0) : walking & (p.kind == splat(kCameraRay));
             const Vec3 kept =
-                kept_on_segment(scene, s.x, s.shader.closure, p.origin, length_of(s.x.position - p.origin));
+                kept_on_segment(scene, s.x, s.shader.closure, p.origin, length_of(s.x.position - p.origin),
+                                near_plane(scene, from_camera, p.direction));
             p.throughput = select(walking, p.throughput * kept, p.throughput);
             sharp = select(walking, sharp * kept, sharp);
             if (parts) parts->multiply(walking, kept, kept);
         }
+        begun = true;
         Mask pass = splat(0);
         if (clear) {
             const Float chance = sobol_pair(index, vertex_pair(p.vertex, kVertexSurvival)).v;

@@ -81,8 +81,10 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         const Mask passes = here & (event == kEventPasses), lit = here & (event == kEventLit);
         const Mask aims = here & (event == kEventAims), scatters = here & ~passes & ~lit & ~aims;
         if (attenuates(scene))
-            throughput = throughput * kept_on_segment(scene, x, s.shader.closure, ray.origin,
-                                                      length_of(x.position - ray.origin));
+            throughput =
+                throughput *
+                kept_on_segment(scene, x, s.shader.closure, ray.origin, length_of(x.position - ray.origin),
+                                near_plane(scene, level == 0 ? here : splat(0), unit_vector(ray.direction)));
 
         // Record the ray's arrival
         PathPacket arrived{};

@@ -21,30 +21,30 @@ namespace edgegrad::EDGEGRAD_ISA {
 EG_INLINE bool find_media(const SceneView& scene, PathPacket& p, Float distance, bool boundary,
                           RayMedia& media) {
     const Mask seen = p.active & (p.kind != splat(kUnseenRay));
-    media = media_along(scene, seen, p.origin, p.direction, distance);
+    const Mask from_camera = (p.kind == splat(kCameraRay)) & (boundary ? splat(-1) : p.vertex == 0);
+    const Float begin = near_plane(scene, seen & from_camera, p.direction);
+    media = media_along(scene, seen, p.origin + p.direction * begin, p.direction, distance - begin);
+    media.begin = begin;
     const Mask dense = seen & media.dense();
     for (Vec3* field : {&media.extinction, &media.scattering, &media.depth})
         *field = select(dense, *field, zero3());
     if (!any(dense)) return false;
     if (!boundary) return true;
-    p.throughput = p.throughput * kept_over(media.extinction, distance);
+    p.throughput = p.throughput * kept_over(media.extinction, distance - begin);
     return false;
 }
 
 // Records the rays of a packet in a medium.
-EG_INLINE void record_crossing(const SceneView& scene, Vertex& v, const PathPacket& p, Mask dense,
-                               const Closest& hit, const RayMedia& media, const MediumEvent& event,
-                               Mask touched) {
-    PathPacket crossing = p;
-    crossing.active = dense;
-    record_arrival(scene, v, crossing, hit.hit, hit);
+EG_INLINE void record_crossing(const SceneView& scene, Vertex& v, const PathPacket& p, const Closest& hit,
+                               const RayMedia& media, const MediumEvent& event) {
+    const Mask dense = p.active;
+    record_arrival(scene, v, p, hit.hit, hit);
     put(v.face, splat(-1), splat(kInMedium));
     put(v.passes, dense & ~event.scatters, splat(-1));
     put3(v.medium_extinction, dense, media.extinction);
     put3(v.medium_weight, dense, event.weight);
     put(v.medium_way, dense, way_so_far(p) + event.way);
     put(v.medium_cosine, dense, media.cosine());
-    store(v.touched, touched);
 }
 
 // Scatters a part of the paths in the media along their rays, and removes them from the packet's active
@@ -54,14 +54,18 @@ EG_OUTLINE int cross_medium(const SceneView& scene, const ImageTask& task, Works
                             const Closest& hit, const RayMedia& media, bool moving, int alive) {
     const PathIndex index = path_index(task, p.path);
     const Mask dense = p.active & media.dense();
-    const Float distance = select(hit.hit, hit.distance, splat(__builtin_inff()));
-    const MediumEvent event = sample_event(scene, p, dense & ~p.final_ray, media, distance, index);
+    PathPacket inside = p;
+    inside.active = dense;
+    inside.origin = p.origin + p.direction * media.begin;
+    Closest ahead = hit;
+    ahead.distance = select(hit.hit, hit.distance - media.begin, splat(__builtin_inff()));
+    const MediumEvent event = sample_event(scene, inside, dense & ~p.final_ray, media, ahead.distance, index);
     const Mask scatters = dense & event.scatters;
     // Record the event
     Vertex* vertex = nullptr;
     if (work.vertices) {
         vertex = &work.vertices->append<W>();
-        record_crossing(scene, *vertex, p, dense, hit, media, event, p.touched);
+        record_crossing(scene, *vertex, inside, ahead, media, event);
         keep_touched(*work.vertices, *vertex, moving ? dense : p.touched);
     }
     if (work.values) {
@@ -82,7 +86,7 @@ EG_OUTLINE int cross_medium(const SceneView& scene, const ImageTask& task, Works
     x.face = x.instance = splat(-1);
     x.b1 = x.b2 = x.length_m = x.offset = splat(0.0f);
     x.side = splat(1.0f);
-    x.position = p.origin + p.direction * select(scatters, event.way, splat(0.0f));
+    x.position = inside.origin + p.direction * select(scatters, event.way, splat(0.0f));
     x.normal = -p.direction;
     x.triangle = {x.position, x.position, x.position};
     x.material = splat(0);

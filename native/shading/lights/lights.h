@@ -64,16 +64,17 @@ EG_INLINE void for_each_light_along(const SceneView& scene, Mask active, const R
     for_each_met_light(scene, active, from.position, from_mesh, w, near, far, kind, bounces, add);
 }
 
-// Sum of the radiance of these lights, of which media keep a part on the way from `near`.
+// Sum of the radiance of these lights, of which media keep a part on the way from the distance `begin`.
 [[maybe_unused]] EG_OUTLINE Vec3 lights_along(const SceneView& scene, Mask active, const Receiver& from,
                                               Int from_mesh, Vec3 w, Float near, Float far, Float bsdf_pdf,
                                               Int kind, Int bounces, const RayLobe& lobe = {},
-                                              const Vec3* extinction = nullptr) {
+                                              const Vec3* extinction = nullptr, Float begin = splat(0.0f)) {
     Vec3 sum = zero3();
     for_each_light_along(scene, active, from, from_mesh, w, near, far, bsdf_pdf, kind, bounces, lobe,
                          [&](int, Mask seen, Vec3 radiance, Float weight, Float distance) EG_INLINE_LAMBDA {
                              Vec3 light = radiance * weight;
-                             if (extinction) light = light * kept_over(*extinction, distance - near);
+                             if (extinction)
+                                 light = light * kept_over(*extinction, max(distance - begin, 0.0f));
                              sum = sum + select(seen, light, zero3());
                          });
     return sum;

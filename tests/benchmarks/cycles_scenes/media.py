@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import bpy
@@ -47,8 +48,8 @@ def smoke() -> None:
     for k, (density, anisotropy, color) in enumerate(
         ((0.5, 0.0, (0.8, 0.8, 0.8)), (2.0, 0.7, (0.9, 0.5, 0.2)), (8.0, -0.4, (0.3, 0.5, 0.9)))
     ):
-        haze = _volume(f"Haze {k}", lambda tree, color=color, density=density, anisotropy=anisotropy: _scatter(
-            tree, Color=color, Density=density, Anisotropy=anisotropy))  # fmt: skip
+        inputs = {"Color": color, "Density": density, "Anisotropy": anisotropy}
+        haze = _volume(f"Haze {k}", partial(_scatter, **inputs))
         stage.add(haze.name, stage.cube(haze.name, haze, size=1.2), (1.6 * (k - 1), 0.0, 0.65), (0, 0, 0.3 * k))
     stage.add("Ball", stage.sphere("Ball", stage.diffuse("Red", (0.8, 0.1, 0.1)), radius=0.3), (-1.6, 0.0, 0.6))
 
@@ -59,6 +60,17 @@ def foggy_room() -> None:
     _dark()
     stage.add("Fog", stage.cube("Fog", _volume("Fog", lambda tree: _scatter(tree, Density=0.05)), size=30.0))
     stage.lamp("SPOT", "Beam", 800.0, (-2.5, 1.0, 4.0), (0.5, 0.0, 0.3), spot_size=0.6, shadow_soft_size=0.05)
+    stage.row([stage.diffuse("Clay"), stage.principled("Shiny", (0.1, 0.4, 0.8), Roughness=0.2)])
+
+
+@case("A room full of dark haze that absorbs light alone, around camera, lamp and balls", samples=64)
+def dark_haze() -> None:
+    """Volume Absorption without a surface."""
+    _dark()
+    haze = _volume("Haze", lambda tree: stage.node(tree, "ShaderNodeVolumeAbsorption", {
+        "Color": (0.2, 0.5, 0.8), "Density": 0.1}))  # fmt: skip
+    stage.add("Haze", stage.cube("Haze", haze, size=30.0))
+    stage.lamp("POINT", "Bulb", 800.0, (-2.5, 1.0, 4.0), shadow_soft_size=0.05)
     stage.row([stage.diffuse("Clay"), stage.principled("Shiny", (0.1, 0.4, 0.8), Roughness=0.2)])
 
 

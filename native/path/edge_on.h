@@ -61,10 +61,11 @@ static void weigh_edge_on_kernel(const SceneView& scene, const EdgeOnFaces& face
         const Mask active = load(v.active);
         const Int path = select(active, load(v.path), splat(0));
         Float w = gather(weight, path);
-        const Mask starts = active & (w < 0.0f);
+        const Int face = load(v.face), instance = load(v.instance);
+        // The light of a ray that passes a medium is that of the surface behind it
+        const Mask starts = active & (w < 0.0f) & ~((face == splat(kInMedium)) & load(v.passes));
+        w = select(active & (w < 0.0f), splat(1.0f), w);
         if (any(starts)) {
-            w = select(starts, splat(1.0f), w);
-            const Int face = load(v.face), instance = load(v.instance);
             // Look up the density of samples by area at the first hit
             const Float density = edge_on_density(faces, starts & (face >= 0), face, instance);
             const Mask listed = density > 0.0f;

@@ -23,7 +23,9 @@ struct alignas(64) VertexPacket {
 
     // The ray and its hit. Lanes whose `active` is 0 have no other values.
     Ints active, path;
-    Ints number;       // of the vertex in its path, counting transparent surfaces; equal in all lanes
+    // Of the vertex in its path, counting transparent surfaces; equal in all lanes. In media ~number of the
+    // next surface, so that a path's vertices never share a packet (path/touched_vertices.h).
+    Ints number;
     Ints touched;      // -1: this or an earlier vertex is on a requested surface (scene/requested_surfaces.h)
     Ints screen_form;  // -1: the ray leaves the camera or a specular vertex: its direction is given by the
                        // scene

@@ -40,6 +40,7 @@ EG_INLINE void record_crossing(const SceneView& scene, Vertex& v, const PathPack
     const Mask dense = p.active;
     record_arrival(scene, v, p, hit.hit, hit);
     put(v.face, splat(-1), splat(kInMedium));
+    store(v.number, ~p.vertex);
     put(v.passes, dense & ~event.scatters, splat(-1));
     put3(v.medium_extinction, dense, media.extinction);
     put3(v.medium_weight, dense, event.weight);

@@ -8,7 +8,7 @@ from edgegrad import Material, Medium, Scene
 from tests.torture.drawing.draw import Draw
 
 # Share of the scenes that have media.
-MEDIA = 0.9
+MEDIA = 0.1
 
 
 def medium(draw: Draw, scale: float) -> Medium:

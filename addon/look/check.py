@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from edgegrad.fitting.preparation import copied
 from edgegrad.scene import parameters as values
 
 from ..animated.arrays import F64
+from ..animated.data_path import Place
 from ..animated.driver import Driver
 from ..export import Export
 from ..preferences import threads
@@ -86,8 +88,8 @@ class Case:
     camera: str
 
 
-def cases(driver: Driver) -> Iterator[Case]:
-    """Yield a case for each number of the driver's parameters, seen by its first camera."""
+def cases(driver: Driver, named: Callable[[Place], str] = attrgetter("name")) -> Iterator[Case]:
+    """Yield a case for each number of the driver's parameters, seen by its first camera; `named` gives its name."""
     start = {one.path: one.value for one in driver.variables}
     placement = driver.place(start)
     export = driver.export_at(start)
@@ -99,7 +101,7 @@ def cases(driver: Driver) -> Iterator[Case]:
                 values = start[one.path].copy()
                 values[k] += side
                 sides.append(driver.export_at(start | {one.path: values}).scene)
-            yield Case(place.name, h, (sides[0], sides[1]), export.scene,
+            yield Case(named(place), h, (sides[0], sides[1]), export.scene,
                        seen_by_first(placement.columns[one.path][k], placement), _limits(export),
                        driver.cameras[0].name)  # fmt: skip
 

@@ -62,7 +62,7 @@ def test_a_gradient_agrees_with_differences(kind: str, scene: Any) -> None:
     row = add_row(scene, owner, "location", 0) if kind == "PROPERTY" else rows.add_kind(scene, kind, owner)
     active(scene, row)
     assert bpy.ops.edgegrad.check(samples=16) == {"FINISHED"}
-    assert len(STATUS.checks) == 1 and "agrees" in STATUS.checks[0], STATUS.checks
+    assert len(STATUS.checks) == 1 and STATUS.checks[0].startswith(f"{row.name}: agrees, "), STATUS.checks
     assert bpy.ops.edgegrad.gradient(samples=16) == {"FINISHED"}
     shown = pixels("Edgegrad Gradient")
     assert shown.shape[0] > 32 and (shown[:32] != 1.0).any()  # the scale is below the picture

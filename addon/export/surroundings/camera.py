@@ -79,8 +79,8 @@ def _kind(lens: Any, where: str) -> str:
         settings = panorama_settings(lens)
         panorama = settings.panorama_type
         if panorama not in PANORAMAS:
-            raise Problem(f"{where}: panoramas of the type {_label(settings, 'panorama_type')} can't be rendered; choose "
-                          "Equirectangular or a fisheye")  # fmt: skip
+            raise Problem(f"{where}: panoramas of the type {_label(settings, 'panorama_type')} can't be rendered; "
+                          "choose Equirectangular or a fisheye")  # fmt: skip
         return PANORAMAS[panorama]
     if lens.type not in KINDS:
         raise Problem(f"{where}: cameras of the type {_label(lens, 'type')} can't be rendered; choose Perspective, "

@@ -202,7 +202,7 @@ class Settings(bpy.types.PropertyGroup):
         name="Quality", items=QUALITY_ITEMS, get=quality.get, set=quality.put,
         description="Sets iterations, samples and pictures per iteration")
     views_per_iteration: bpy.props.IntProperty(update=_edited,  # type: ignore[valid-type]
-        name="Pictures per Iteration", default=0, min=0,
+        name="Pictures", default=0, min=0,
         description="Targets that each iteration renders, in turns; 0: all of them")
     vertex_step: bpy.props.FloatProperty(  # type: ignore[valid-type]
         name="Vertex Step", default=0.0, min=0.0, soft_max=0.1, precision=4,

@@ -140,9 +140,9 @@ class Check(InBackground, bpy.types.Operator):
         lines = [str(one) for one in job.result]
         STATUS.show(checks=lines)
         wrong = sum(not one.agrees for one in job.result)
-        said = (f"{wrong} of {len(lines)} derivatives differ from finite differences of the picture" if wrong else
-                "the derivative agrees with finite differences of the picture")  # fmt: skip
-        return _common.done(self, said, failed=wrong > 0)
+        differ = "the derivative differs" if len(lines) == 1 else f"{wrong} of {len(lines)} derivatives differ"
+        said = f"{differ} from" if wrong else "the derivative agrees with"
+        return _common.done(self, f"{said} finite differences of the picture", failed=wrong > 0)
 
 
 class Plan(InBackground, bpy.types.Operator):

@@ -28,7 +28,7 @@ BLOCK = 8
 STEP = 0.003
 # What moves by more of a pixel leaves the blocks of pixels, so that the difference quotient of the picture is another
 # one than the derivative. A relative change of a shape or a camera moves things by about that part of the picture.
-PIXELS = 0.2
+PIXELS = 0.3
 # Part of the derivative by which both may differ, besides three times their noise: the difference quotient of the
 # picture has a finite step.
 TOLERANCE = 0.03

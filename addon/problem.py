@@ -1,4 +1,4 @@
-"""Errors for the user, and the report of an export: warnings and readings, each issued once."""
+"""Errors for the user, the report of an export (warnings and readings, each issued once), and numbers in words."""
 
 from __future__ import annotations
 
@@ -12,6 +12,11 @@ SUBJECT = re.compile(r"(object|material|light|world) '(.*?)'(?:, |: )")
 
 class Problem(RuntimeError):
     """An error that the user can correct; its text is one sentence."""
+
+
+def counted(count: int, one: str, several: str) -> str:
+    """Write a number of things: '1 parameter is', '1,200 parameters are'."""
+    return f"{count:,} {one if count == 1 else several}"
 
 
 @dataclass

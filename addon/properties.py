@@ -62,7 +62,7 @@ LOSS_ITEMS = (
     ("l1", "Absolute", "Mean absolute difference"),
     ("huber", "Huber", "Squared differences; beyond 0.1, absolute ones, so that outliers pull less"),
     ("charbonnier", "Charbonnier", "Absolute differences, smooth below 0.01"),
-    ("gradients", "Gradients", "Differences of neighbouring pixels: edges and texture; ignores smooth lighting"),
+    ("gradients", "Gradients", "Differences of neighboring pixels: edges and texture; ignores smooth lighting"),
 )
 
 
@@ -183,7 +183,7 @@ class Settings(bpy.types.PropertyGroup):
         "the fit has not arrived. Takes about a fifth longer, with these steps up to three times as long")
     smoothness: bpy.props.FloatProperty(  # type: ignore[valid-type]
         name="Smoothness", default=0.0, min=0.0, soft_max=1000.0,
-        description="How strongly neighbouring vertices move together; 0: falls during the fit")
+        description="How strongly neighboring vertices move together; 0: falls during the fit")
     write_to: bpy.props.EnumProperty(  # type: ignore[valid-type]
         name="Write to", items=(("SHAPE_KEY", "Shape Key", "A new shape key; the original shape stays as its basis"),
                                 ("MESH", "Mesh", "The mesh itself")))  # fmt: skip
@@ -202,7 +202,7 @@ class Settings(bpy.types.PropertyGroup):
         name="Quality", items=QUALITY_ITEMS, get=quality.get, set=quality.put,
         description="Sets iterations, samples and pictures per iteration")
     views_per_iteration: bpy.props.IntProperty(update=_edited,  # type: ignore[valid-type]
-        name="Pictures per Iteration", default=0, min=0,
+        name="Pictures", default=0, min=0,
         description="Targets that each iteration renders, in turns; 0: all of them")
     vertex_step: bpy.props.FloatProperty(  # type: ignore[valid-type]
         name="Vertex Step", default=0.0, min=0.0, soft_max=0.1, precision=4,

@@ -8,6 +8,7 @@ from typing import Any
 
 import bpy
 
+from .animated.data_path import Place
 from .animated.driver import relative
 from .animated.stored import PROPERTY, row_name
 from .parameters import Names
@@ -140,6 +141,11 @@ def words(owner: Any, path: str, index: int = -1) -> str:
     """Return a data path as Blender's buttons name it: 'Bend: Angle', 'Principled BSDF: Roughness'."""
     _, inner, label = _parts(owner, path, index)
     return f"{inner}: {label}" if inner else label
+
+
+def place_name(place: Place) -> str:
+    """Return the name of a number as the list of parameters has it: 'Camera: Location X'."""
+    return f"{place.owner.name}: {words(place.owner, place.path, place.index)}"
 
 
 def _parts(owner: Any, path: str, index: int) -> tuple[Any, str, str]:

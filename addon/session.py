@@ -218,10 +218,10 @@ class Session:
         made = [] if self.driver is None else [note for note in self.driver.notes if note not in self.notes]
         return [*self.unwritten, *made, *self.gain_notes, *self.findings]
 
-    def serve(self) -> None:
-        """Evaluate Blender for a fit in another thread that waits for it; for the main thread."""
+    def serve(self, seconds: float = 0.0) -> None:
+        """Evaluate Blender for a fit in another thread that waits for it, as `Relay.serve`."""
         if self.relay is not None:
-            self.relay.serve()
+            self.relay.serve(seconds)
 
     def run(
         self,

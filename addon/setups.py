@@ -9,7 +9,7 @@ from typing import Any
 from . import quality, rows
 from .animated import gathering
 from .animated.stored import add_row
-from .problem import Problem
+from .problem import Problem, counted
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ def apply(context: Any, name: str) -> list[str]:
     quality.put(settings, list(quality.QUALITIES).index(setup.quality))
     said = [what, f"quality {one.label}: {one.iterations} iterations with {one.samples} samples"]
     if off:
-        said.append(f"{off} other parameters are switched off")
+        said.append(counted(off, "other parameter is switched off", "other parameters are switched off"))
     return said
 
 
@@ -117,7 +117,7 @@ def _pose(context: Any) -> tuple[list[Any], str]:
             if bone.parent is None:
                 wanted += gathering.of_bones(rig, bone)
     found = _settable(context.scene, wanted)
-    return found, f"{len(found)} rotations and locations of the bones of {_listed(rigs)} may move"
+    return found, f"{counted(len(found), 'property', 'properties')} of the bones of {_listed(rigs)} may move"
 
 
 def _materials_and_lights(context: Any) -> tuple[list[Any], str]:
@@ -137,7 +137,7 @@ def _sculpt(context: Any) -> tuple[list[Any], str]:
         raise Problem("no mesh is selected; select the object whose shape is to be found")
     count = sum(len(ob.data.vertices) for ob in meshes)
     return ([_kind(context.scene, "VERTICES", ob) for ob in meshes],
-            f"the {count:,} vertices of {_listed(meshes)} may move")
+            f"{counted(count, 'vertex', 'vertices')} of {_listed(meshes)} may move")
 
 
 def _kind(scene: Any, kind: str, owner: Any) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -50,6 +51,7 @@ class Relay:
             return work()
         with self._changed:
             self._wanted = work
+            self._changed.notify_all()
             self._changed.wait_for(lambda: self._answer is not None or self._closed)
             answer, self._answer = self._answer, None
         if answer is None:
@@ -71,8 +73,17 @@ class Relay:
         """Whether a thread waits for `serve`."""
         return self._wanted is not None
 
-    def serve(self) -> None:
-        """Answer a waiting thread; for the main thread."""
+    def serve(self, seconds: float = 0.0) -> None:
+        """Answer a waiting thread, and further calls that come within some seconds; for the main thread."""
+        end = time.monotonic() + seconds
+        while self._wanted is not None:
+            self._serve_one()
+            with self._changed:
+                self._changed.wait_for(lambda: self._wanted is not None or self._closed, end - time.monotonic())
+            if time.monotonic() >= end:
+                return
+
+    def _serve_one(self) -> None:
         with self._changed:
             if self._wanted is None:
                 return

@@ -25,6 +25,9 @@ class FieldPanel(Tab, bpy.types.Panel):
         row = layout.row()
         row.active = ob is None or ob.type != "EMPTY"
         row.prop(settings, "field_start")
-        layout.prop(settings, "field_values")
+        layout.label(text=settings.bl_rna.properties["field_values"].name)
+        row = layout.row(align=True)
+        row.use_property_split = False  # beside the name, the buttons are too narrow for their words
+        row.prop(settings, "field_values")
         text = "Select an object or an empty" if ob is None else f"Fit '{ob.name}' as Field"
         layout.operator("edgegrad.fit_as_field", text=text, icon="META_BALL")

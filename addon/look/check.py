@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from edgegrad.fitting.preparation import copied
 from edgegrad.scene import parameters as values
 
 from ..animated.arrays import F64
+from ..animated.data_path import Place
 from ..animated.driver import Driver
 from ..export import Export
 from ..preferences import threads
@@ -24,6 +26,9 @@ SEEDS = 6
 BLOCK = 8
 # Step of meshes, materials and lights, relative to their size.
 STEP = 0.003
+# What moves by more of a pixel leaves the blocks of pixels, so that the difference quotient of the picture is another
+# one than the derivative. A relative change of a shape or a camera moves things by about that part of the picture.
+PIXELS = 0.3
 # Part of the derivative by which both may differ, besides three times their noise: the difference quotient of the
 # picture has a finite step.
 TOLERANCE = 0.03
@@ -86,20 +91,21 @@ class Case:
     camera: str
 
 
-def cases(driver: Driver) -> Iterator[Case]:
-    """Yield a case for each number of the driver's parameters, seen by its first camera."""
+def cases(driver: Driver, named: Callable[[Place], str] = attrgetter("name")) -> Iterator[Case]:
+    """Yield a case for each number of the driver's parameters, seen by its first camera; `named` gives its name."""
     start = {one.path: one.value for one in driver.variables}
     placement = driver.place(start)
     export = driver.export_at(start)
     for one in driver.parameters:
         for k, place in enumerate(one.places):
-            h = one.steps[k].size
+            step = one.steps[k]  # of the exported arrays, which change less than the picture
+            h = step.size * (min(_most_change(export) / step.change, 1.0) if step.change > 0.0 else 1.0)
             sides = []
             for side in (h, -h):
                 values = start[one.path].copy()
                 values[k] += side
                 sides.append(driver.export_at(start | {one.path: values}).scene)
-            yield Case(place.name, h, (sides[0], sides[1]), export.scene,
+            yield Case(named(place), h, (sides[0], sides[1]), export.scene,
                        seen_by_first(placement.columns[one.path][k], placement), _limits(export),
                        driver.cameras[0].name)  # fmt: skip
 
@@ -109,7 +115,7 @@ def case_of(derivative: Derivative, name: str, camera: str) -> Case:
     export, sides = derivative.export, []
     size = max(float(np.max(np.abs(value))) for value in derivative.tangent.values())
     scale = max(_scale(export.scene, path) for path in derivative.tangent)
-    h = STEP * scale / size
+    h = min(STEP, _most_change(export)) * scale / size
     for side in (h, -h):
         moved = copied(export.scene)
         for path, tangent in derivative.tangent.items():
@@ -162,6 +168,11 @@ def compared(case: Case, samples: int, seed: int = 0, progress: Callable[[float]
 
 def _limits(export: Export) -> dict[str, Any]:
     return {"max_depth": export.settings.max_depth, "bounces": export.settings.bounces}
+
+
+def _most_change(export: Export) -> float:
+    """Relative change of values that moves things by `PIXELS`."""
+    return PIXELS / max(export.scene.camera.size)
 
 
 def _scale(scene: edgegrad.Scene, path: str) -> float:

@@ -32,7 +32,7 @@ def tell(operator: Any, report: Report, notes: Sequence[str] = ()) -> None:
 def done(operator: Any, said: str, failed: bool = False) -> set[str]:
     """Report what the work has led to, there and in the panel; return the result of the operator."""
     STATUS.ended(said, failed=failed)
-    operator.report({"WARNING" if failed else "INFO"}, said)
+    operator.report({"WARNING" if failed else "INFO"}, STATUS.said)
     return {"FINISHED"}
 
 

@@ -79,8 +79,9 @@ def show_state(scene: Any, job: FitJob) -> None:
     """Show the sensitivities in the fit's scene after the first iteration, and the newest picture of the difference."""
     if job.step is None or not job.news():
         return
-    rendered = job.session.request.samples * (job.session.request.views_per_iteration or len(job.session.targets))
-    STATUS.cost = job.pace / rendered
+    asked = job.session.request
+    if job.session.field is None:  # the pictures of fields take another time than those of other fits
+        STATUS.cost = job.pace / (asked.samples * (asked.views_per_iteration or len(job.session.targets)))
     if scene is not None:
         remember_effects(scene, job.session, job.step.effects)
     for name, file in {DIFFERENCE: job.file, **job.textures}.items():

@@ -20,7 +20,7 @@ from ..look.vertex_gradient import ATTRIBUTE, paint, vertex_gradients
 from ..parameters import Names
 from ..problem import Problem
 from ..properties import request
-from ..rows import names_of, switched_on, title
+from ..rows import names_of, place_name, switched_on
 from ..running.guard import Guard
 from ..running.job import Job
 from ..session import Session
@@ -68,7 +68,7 @@ class Gradient(InBackground, bpy.types.Operator):
         _common.tell(self, found.export.report, found.notes)
         samples = self.samples or settings.look_samples
         terms = edgegrad.TERMS if settings.term == "TOTAL" else (settings.term,)
-        self._about = ": ".join(title(row)[1:])
+        self._about = row.name
         return Job("Gradient", lambda job: found.picture(samples, terms=terms, progress=job.check)), None
 
     def finish(self, context: Any, job: Job) -> set[str]:
@@ -120,10 +120,10 @@ class Check(InBackground, bpy.types.Operator):
         camera = active_camera(context.scene)
         if row.kind == PROPERTY:
             driver = Driver(context.scene, [camera], wanted_of_rows([row]))
-            found, notes = list(cases(driver)), driver.notes
+            found, notes = list(cases(driver, place_name)), driver.notes
         else:
             derivative = derivative_of(context, row)
-            found, notes = [case_of(derivative, " ".join(title(row)[1:]), camera.name)], derivative.notes
+            found, notes = [case_of(derivative, row.name, camera.name)], derivative.notes
             _common.tell(self, derivative.export.report, notes)
         for note in notes:
             self.report({"INFO"}, note)
@@ -140,9 +140,9 @@ class Check(InBackground, bpy.types.Operator):
         lines = [str(one) for one in job.result]
         STATUS.show(checks=lines)
         wrong = sum(not one.agrees for one in job.result)
-        said = (f"{wrong} of {len(lines)} derivatives differ from finite differences of the picture" if wrong else
-                "the derivative agrees with finite differences of the picture")  # fmt: skip
-        return _common.done(self, said, failed=wrong > 0)
+        differ = "the derivative differs" if len(lines) == 1 else f"{wrong} of {len(lines)} derivatives differ"
+        said = f"{differ} from" if wrong else "the derivative agrees with"
+        return _common.done(self, f"{said} finite differences of the picture", failed=wrong > 0)
 
 
 class Plan(InBackground, bpy.types.Operator):

@@ -10,7 +10,7 @@ from .. import rows, setups
 from ..animated import data_path, gathering
 from ..animated.stored import add_row
 from ..evaluation import active_camera
-from ..problem import Problem
+from ..problem import Problem, counted
 from ..status import STATUS
 from . import _common
 
@@ -115,7 +115,7 @@ class ParametersAdd(bpy.types.Operator):
         for sentence in refused:
             self.report({"INFO"}, sentence)
         settings.active_parameter = max(0, min(count, len(settings.parameters) - 1))
-        self.report({"INFO"}, f"{len(kept)} properties")
+        self.report({"INFO"}, f"{counted(len(kept), 'property', 'properties')} may change")
         return {"FINISHED"}
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 
 from ..export.surroundings.camera import render_size
-from ..problem import Problem
+from ..problem import Problem, counted
 from ..status import STATUS
 from ..targets import rows
 from ..targets.calibrated_cameras import CLIP, HOLDER, add_calibration
@@ -120,8 +120,10 @@ def _import(operator: Any, context: Any, source: str, every: int = 1) -> set[str
             item.camera, item.image = one.camera, str(one.image)
             item.use_frame, item.frame = one.frame is not None, one.frame or 1
     if missing:
-        operator.report({"WARNING"}, f"{len(missing)} of {len(found)} pictures are not there, such as '{missing[0]}'")
-    operator.report({"INFO"}, f"{len(found)} cameras were added below '{HOLDER}', which places and scales them all")
+        operator.report({"WARNING"}, f"of {counted(len(found), 'picture', 'pictures')}, {len(missing)} can't be "
+                        f"found, such as '{missing[0]}'")
+    operator.report({"INFO"}, f"{counted(len(found), 'camera was', 'cameras were')} added below '{HOLDER}', which "
+                    "places and scales them all")
     return {"FINISHED"}
 
 

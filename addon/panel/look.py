@@ -35,8 +35,7 @@ class LookPanel(Tab, bpy.types.Panel):
         if settings.active_parameter >= len(settings.parameters):
             layout.label(text="Add a parameter to see its gradient", icon="INFO")
             return
-        _, owner, words = rows.title(settings.parameters[settings.active_parameter])
-        layout.label(text=f"Gradient of {owner}, {words}")
+        wrapped(context, layout, f"Gradient of '{settings.parameters[settings.active_parameter].name}'")
         column = layout.column()
         column.prop(settings, "direction")
         column.prop(settings, "term")
@@ -62,7 +61,7 @@ class PlanPanel(Tab, bpy.types.Panel):
         layout = self.layout
         editable(layout.column()).operator("edgegrad.plan", text="What Is Computed", icon="QUESTION")
         for line in STATUS.of_scene(STATUS.plan):
-            wrapped(context, layout, line.strip(), "DOT" if line.startswith(" ") else "TRIA_RIGHT")
+            wrapped(context, layout, line.strip(), "DOT" if line.startswith(" ") else "NONE")
 
 
 class AdvancedPanel(Tab, bpy.types.Panel):

@@ -10,6 +10,8 @@ from typing import Any
 # Mean width of a character, and width of the margins and an icon of a panel; pixels at scale 1.
 CHARACTER, MARGINS = 6.6, 52
 FIXED_SPACE = "\N{NO-BREAK SPACE}"
+# Parts of words of the library as Blender spells them.
+SPELT = {"olour": "olor", "eighbour": "eighbor", "centre": "center", "grey": "gray", "metre": "meter"}
 
 
 def wrapped(context: Any, layout: Any, sentence: str, icon: str = "NONE") -> None:
@@ -34,5 +36,7 @@ def lines(sentence: str, width: int) -> tuple[str, ...]:
 
 def spelt(sentence: str) -> str:
     """Spell a sentence of the library as Blender does, but not the names in quotes."""
-    parts = re.split(r"('[^']*')", sentence)
-    return "".join(part if part.startswith("'") else part.replace("olour", "olor") for part in parts)
+    parts = re.split(r"((?<!\w)'[^']*')", sentence)  # an apostrophe within a word opens no name
+    for british, american in SPELT.items():
+        parts = [part if part.startswith("'") else part.replace(british, american) for part in parts]
+    return "".join(parts)

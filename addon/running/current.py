@@ -18,6 +18,9 @@ from .job import RESTORE, Job
 POLL_SECONDS = 0.1
 # A fit of animatable properties waits in each iteration until Blender is evaluated for it.
 SERVE_SECONDS = 0.01
+# Each evaluation has Blender draw the window. Where that is slow, the fit would get one evaluation in each redraw; it
+# gets as much time as the redraw took, up to this many seconds.
+MOST_SERVED = 0.5
 
 
 class _Held:
@@ -26,6 +29,7 @@ class _Held:
     guard: Guard | None = None
     timer: Any = None
     due = 0.0
+    left = 0.0  # when the last poll ended
 
 
 _HELD = _Held()
@@ -35,6 +39,7 @@ def begin(context: Any, job: Job, guard: Guard | None = None) -> None:
     """Start a job, its timer, and the handlers."""
     assert STATUS.job is None, "one job at a time"
     STATUS.job, STATUS.said, STATUS.failed = job, "", False
+    _HELD.left = time.monotonic()
     _HELD.guard = guard
     overlay.begin(context.scene)
     serves = isinstance(job, FitJob) and job.session.relay is not None
@@ -54,7 +59,8 @@ def poll(context: Any) -> bool:
     problem = None if _HELD.guard is None or job.ending == RESTORE else _HELD.guard.problem(last=not running)
     if problem is not None:
         job.end(RESTORE, problem)
-    job.serve(occupied_by())
+    job.serve(occupied_by(), min(time.monotonic() - _HELD.left, MOST_SERVED))
+    _HELD.left = time.monotonic()
     if not running:
         return True
     if time.monotonic() < _HELD.due:

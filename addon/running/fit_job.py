@@ -99,7 +99,7 @@ class FitJob(Job):
         self._waited += time.monotonic() - began
         return self.ending
 
-    def serve(self, occupied: str = "") -> None:
+    def serve(self, occupied: str = "", seconds: float = 0.0) -> None:
         relay = self.session.relay
         if relay is None:
             return
@@ -111,7 +111,7 @@ class FitJob(Job):
             self._waited += time.monotonic() - self._waits_since
         self.waits_for = waits_for
         if not occupied:
-            self.session.serve()
+            self.session.serve(seconds)
 
     def end(self, how: str, reason: str = "") -> None:
         super().end(how, reason)

@@ -94,8 +94,8 @@ class Job:
                 self.ending, self.reason = how, reason
             self._changed.notify_all()
 
-    def serve(self, occupied: str = "") -> None:
-        """Do what the thread needs from the main thread, unless Blender is occupied by something."""
+    def serve(self, occupied: str = "", seconds: float = 0.0) -> None:
+        """Do what the thread needs from the main thread in some seconds, unless Blender is occupied by something."""
 
     def wait(self) -> None:
         """Wait until the thread has ended."""

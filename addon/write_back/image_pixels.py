@@ -57,7 +57,7 @@ def check_image(image: Any, name: str) -> None:
         raise Problem(f"{where}: there is no such image")
     check_own(where, image)
     if image.channels < 3:
-        raise Problem(f"{where}: is grey, so it has no place for the colors that a fit finds; convert it to RGB")
+        raise Problem(f"{where}: is gray, so it has no place for the colors that a fit finds; convert it to RGB")
 
 
 def write_pixels(image: Any, pixels: F64, codes: bool) -> None:

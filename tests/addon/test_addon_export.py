@@ -149,7 +149,7 @@ def test_emission_and_diffuse_are_added() -> None:
     ("break_it", "words"),
     [
         (lambda: setattr(bpy.context.scene, "camera", None), ["camera"]),
-        (lambda: panorama(bpy.context.scene.camera.data, "MIRRORBALL"), ["camera 'Camera'", "MIRRORBALL"]),
+        (lambda: panorama(bpy.context.scene.camera.data, "MIRRORBALL"), ["camera 'Camera'", "Mirror Ball"]),
         (lambda: panorama(bpy.context.scene.camera.data, "FISHEYE_EQUIDISTANT", fisheye_fov=7.0),
          ["camera 'Camera'", "401 degrees"]),
         (lambda: panorama(bpy.context.scene.camera.data, "FISHEYE_LENS_POLYNOMIAL", fisheye_polynomial_k1=0.02),

@@ -23,6 +23,7 @@ from edgegrad_addon.field_fit import FieldRequest, start_shapes
 from edgegrad_addon.parameters import Names
 from edgegrad_addon.problem import Problem
 from edgegrad_addon.session import Picture, Request, Session
+from edgegrad_addon.status import STATUS
 from edgegrad_addon.write_back import kept
 from tests.support.scenes import blender_scenes as bs
 
@@ -283,8 +284,10 @@ def test_the_operator_fits_the_active_object(registered: Path) -> None:
     item.camera, item.image = bpy.data.objects["Front"], str(registered)
     settings.iterations, settings.samples, settings.field_resolution = 2, 4, 16
     bpy.context.view_layer.objects.active = bpy.data.objects["Cube"]
+    STATUS.forget()
     assert bpy.ops.edgegrad.fit_as_field() == {"FINISHED"}
     assert "Cube (field)" in bpy.data.objects
+    assert STATUS.cost == 0.0, "a fit as field says nothing of the time of other fits"
     settings.targets.clear()
     with pytest.raises(RuntimeError, match="there is no target; add a camera"):
         bpy.ops.edgegrad.fit_as_field()

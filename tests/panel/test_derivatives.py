@@ -62,10 +62,18 @@ def test_a_gradient_agrees_with_differences(kind: str, scene: Any) -> None:
     row = add_row(scene, owner, "location", 0) if kind == "PROPERTY" else rows.add_kind(scene, kind, owner)
     active(scene, row)
     assert bpy.ops.edgegrad.check(samples=16) == {"FINISHED"}
-    assert len(STATUS.checks) == 1 and "agrees" in STATUS.checks[0], STATUS.checks
+    assert len(STATUS.checks) == 1 and STATUS.checks[0].startswith(f"{row.name}: agrees, "), STATUS.checks
     assert bpy.ops.edgegrad.gradient(samples=16) == {"FINISHED"}
     shown = pixels("Edgegrad Gradient")
     assert shown.shape[0] > 32 and (shown[:32] != 1.0).any()  # the scale is below the picture
+
+
+def test_check_moves_cameras_by_parts_of_a_pixel(scene: Any) -> None:
+    """Steps of the exported arrays, which suffice for those, would move this picture by several pixels."""
+    scene.render.resolution_x = scene.render.resolution_y = 256
+    active(scene, add_row(scene, scene.camera, "location", 2))
+    assert bpy.ops.edgegrad.check(samples=4) == {"FINISHED"}
+    assert len(STATUS.checks) == 1 and "agrees" in STATUS.checks[0], STATUS.checks
 
 
 def test_a_direction_is_one_number_of_a_property(scene: Any) -> None:

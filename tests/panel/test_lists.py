@@ -262,6 +262,8 @@ def test_set_ups_choose_what_may_change(scene: Any) -> None:
     said = setups.apply(bpy.context, "CAMERA")
     assert scene.edgegrad.samples == 16 and "2 other parameters are switched off" in said
     assert [one.path.rpartition(".")[2] for one in stored_wanted(scene)] == ["location", "rotation_euler", "lens"]
+    scene.edgegrad.parameters[0].enabled = True
+    assert "1 other parameter is switched off" in setups.apply(bpy.context, "CAMERA")
     setups.apply(bpy.context, "SCULPT")
     assert request(bpy.context).names.vertices == ("Cube",) and not stored_wanted(scene)
     setups.apply(bpy.context, "MATERIALS")

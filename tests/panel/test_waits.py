@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -16,6 +17,7 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 
 from edgegrad_addon import evaluation
 from edgegrad_addon.animated.parameter import Wanted
+from edgegrad_addon.animated.relay import Relay
 from edgegrad_addon.panel import fit as panel
 from edgegrad_addon.parameters import Names
 from edgegrad_addon.problem import Problem
@@ -109,3 +111,25 @@ def test_lines_of_shapes_are_offered_if_the_fit_may_move_some(scene: Any, pictur
     scene.render.resolution_x, scene.render.resolution_y = 20, 10
     session = Session.prepare(bpy.context, Request([Picture("Front", picture)], names, iterations=1, samples=1))
     assert FitJob(session, tmp_path / "difference.png").moves_shapes is moves
+
+
+@pytest.mark.parametrize(("seconds", "answered"), [(0.0, 1), (30.0, 3)])
+def test_one_call_answers_what_comes_within_its_seconds(seconds: float, answered: int) -> None:
+    calls: list[int] = []
+    driver = SimpleNamespace(look=lambda values: calls.append(values["x"]))
+    relay = Relay(driver)  # type: ignore[arg-type]
+
+    def ask() -> None:
+        for k in range(3):
+            relay.look({"x": k})
+        relay.close()
+
+    thread = threading.Thread(target=ask, daemon=True)
+    thread.start()
+    while not relay.wanted:
+        time.sleep(0.001)
+    relay.serve(seconds)
+    assert calls == list(range(answered))
+    while thread.is_alive():
+        relay.serve()
+    assert calls == [0, 1, 2]

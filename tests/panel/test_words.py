@@ -106,6 +106,8 @@ def test_each_edge_is_drawn_once() -> None:
 
 def test_sentences_are_spelt_as_blender_does() -> None:
     assert spelt("Colours of 'My colour' and a colour's name") == "Colors of 'My colour' and a color's name"
+    assert spelt("can't read the centre of 'My colour', whose neighbours are grey") == (
+        "can't read the center of 'My colour', whose neighbors are gray")  # fmt: skip
 
 
 def test_lines_end_neither_within_a_size_nor_before_a_unit() -> None:

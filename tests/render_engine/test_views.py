@@ -129,7 +129,7 @@ def test_smaller_picture_of_a_crop(fisheye: Any) -> None:
 
 def test_view_through_a_camera_that_is_not_rendered(fisheye: Any) -> None:
     fisheye.data.panorama_type = "MIRRORBALL"
-    with pytest.raises(Problem, match="MIRRORBALL"):
+    with pytest.raises(Problem, match="Mirror Ball"):
         seen_through(fisheye, 1.0, (0.0, 0.0), 40, 30)
 
 

@@ -76,15 +76,21 @@ def export_camera(camera: Any, scene: Any, report: Report) -> edgegrad.Camera:
 
 def _kind(lens: Any, where: str) -> str:
     if lens.type == "PANO":
-        panorama = panorama_settings(lens).panorama_type
+        settings = panorama_settings(lens)
+        panorama = settings.panorama_type
         if panorama not in PANORAMAS:
-            raise Problem(f"{where}: its panorama is {panorama}, which can't be rendered; set its panorama type to "
-                          "Equirectangular or a fisheye, or its type to Perspective")  # fmt: skip
+            raise Problem(f"{where}: panoramas of the type {_label(settings, 'panorama_type')} can't be rendered; "
+                          "choose Equirectangular or a fisheye")  # fmt: skip
         return PANORAMAS[panorama]
     if lens.type not in KINDS:
-        raise Problem(f"{where}: its type is {lens.type}, which can't be rendered; set its type to Perspective, "
-                      "Orthographic or Panoramic in its settings")  # fmt: skip
+        raise Problem(f"{where}: cameras of the type {_label(lens, 'type')} can't be rendered; choose Perspective, "
+                      "Orthographic or Panoramic")  # fmt: skip
     return KINDS[lens.type]
+
+
+def _label(owner: Any, name: str) -> str:
+    """Return the name that Blender shows for the value of an enumerated property."""
+    return str(owner.bl_rna.properties[name].enum_items[getattr(owner, name)].name)
 
 
 def _pose(matrix: NDArray[np.float64], where: str, report: Report) -> NDArray[np.float64]:

@@ -67,7 +67,7 @@ class Displacement:
     def attributes(self) -> set[str]:
         """Names of the attributes that must be read from meshes."""
         names = {n.name for n in nodes_of(self.vector) if isinstance(n, e.Attribute)} - set(AXES)
-        return names | {VERTEX_NORMAL} if self.bump else names
+        return names | {VERTEX_NORMAL}
 
 
 def read_displacement(material: Any, images: Images, report: Report, view: CameraView) -> Displacement | None:
@@ -151,7 +151,7 @@ def _displace(group: Group, slots: list[Displacement | None]) -> None:
     vertex, first = np.unique(arrays.faces.reshape(-1)[flat], return_index=True)
     corner = flat[first]
     offset = np.zeros((len(vertex), 3))
-    normal = shading_normals(arrays.positions, arrays.faces, arrays.smoothing, arrays.normals)
+    normal = _displacing_normals(group)
     for k, one in enumerate(slots):
         chosen = slot[corner // 3] == k
         if one is not None and chosen.any():
@@ -168,6 +168,18 @@ def _displace(group: Group, slots: list[Displacement | None]) -> None:
     group.arrays = replace(arrays, positions=positions, normals=normals, exact=False)
 
 
+def _displacing_normals(group: Group) -> F64:
+    """(m, 3, 3) unit normal at each corner of the triangles: Cycles displaces as if all faces were smooth.
+
+    Flat faces of meshes with normals of corners have vertices of their own.
+    """
+    arrays, given = group.arrays, group.attributes.get(VERTEX_NORMAL)
+    of_corners = arrays.smoothing is not None and not _of_vertices(arrays)
+    if given is None or of_corners:
+        return shading_normals(arrays.positions, arrays.faces, arrays.smoothing, arrays.normals)
+    return unit(given.astype(np.float64))
+
+
 def _smoothed(group: Group, bumped: NDArray[np.bool_]) -> MeshArrays:
     """The arrays of a group whose flat faces among the `bumped` ones have the normals of the vertices.
 
@@ -182,7 +194,7 @@ def _smoothed(group: Group, bumped: NDArray[np.bool_]) -> MeshArrays:
         group.terminator = group.terminator._replace(geometry=0.0)
         smoothing, normals = np.full_like(arrays.faces, -1), np.zeros_like(arrays.positions)
         normals[arrays.faces] = given
-    elif not _of_vertices(arrays.faces, smoothing, normals, len(arrays.positions)):
+    elif not _of_vertices(arrays):
         return arrays
     flat = bumped & (smoothing < 0).all(axis=1)
     smoothing = smoothing.copy()
@@ -210,7 +222,7 @@ def _moved_normals(positions: F32, arrays: MeshArrays, recomputed: NDArray[np.bo
     if smoothing is None or normals is None:
         return None
     count, faces = len(positions), arrays.faces
-    of_corners = not _of_vertices(faces, smoothing, normals, count)
+    of_corners = not _of_vertices(arrays)
     if of_corners:
         recomputed = np.ones_like(recomputed)
     elif not recomputed.any():
@@ -227,9 +239,12 @@ def _moved_normals(positions: F32, arrays: MeshArrays, recomputed: NDArray[np.bo
     return usable(out.astype(np.float32))
 
 
-def _of_vertices(faces: I32, smoothing: I32, normals: F32, count: int) -> bool:
-    """Whether each of `count` vertices has one normal, which its smooth faces have."""
-    return len(normals) == count and bool(((smoothing < 0) | (smoothing == faces)).all())
+def _of_vertices(arrays: MeshArrays) -> bool:
+    """Whether each vertex has one normal, which its smooth faces have."""
+    smoothing, normals = arrays.smoothing, arrays.normals
+    if smoothing is None or normals is None or len(normals) != len(arrays.positions):
+        return False
+    return bool(((smoothing < 0) | (smoothing == arrays.faces)).all())
 
 
 def _vertex_normals(positions: F32, faces: I32, count: int) -> F64:

@@ -68,10 +68,11 @@ def _vector_displacement(reader: Reader, node: Any, groups: Groups, output: Any)
 
 def _frame(reader: Reader) -> tuple[Operand, Operand, Operand]:
     """Tangent, normal and bitangent of the active UV map, in the object's space."""
-    tangent = e.AtHitPoint(attributes.layer(attributes.ACTIVE_UV + attributes.TANGENT))
+    tangent = e.AtHitPoint(attributes.layer(attributes.ALONG + attributes.ACTIVE_UV))
+    side = e.Channel(e.AtHitPoint(attributes.layer(attributes.ACTIVE_UV + attributes.TANGENT)), 3)
     normal = _own_normal(reader, _NORMAL)
     across = e.VectorMath("NORMALIZE", e.VectorMath("CROSS_PRODUCT", normal, tangent))
-    return tangent, normal, _scaled(across, e.Channel(tangent, 3))
+    return tangent, normal, _scaled(across, side)
 
 
 def displaced_normal(reader: Reader, found: Feed, moved: bool) -> Expression | None:

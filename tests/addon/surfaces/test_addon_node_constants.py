@@ -232,7 +232,6 @@ def test_emission_of_principled_surfaces_that_is_not_positive(color: Any, streng
     assert np.allclose(ours, bs.cycles(tmp_path)[..., :3], atol=0.05)
 
 
-
 def test_lines_as_heights_are_named() -> None:
     bs.empty(16)
     bs.camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0))
@@ -242,3 +241,17 @@ def test_lines_as_heights_are_named() -> None:
     value = bent(lambda tree: node(tree, "Wireframe").outputs[0])(made.node_tree)
     made.node_tree.links.new(value, bs.shader(made).inputs["Color"])
     assert any("'Wireframe' are steps of another slope" in line for line in bs.export().report.lines)
+
+
+@pytest.mark.parametrize(("detail", "distortion", "named"), [(-1.0, 2.0, True), (-0.5, 2.0, False), (-1.0, 0.0, False)])
+def test_waves_without_a_value_in_cycles_are_named(
+    detail: float, distortion: float, named: bool, tmp_path: Path
+) -> None:
+    bs.empty(16)
+    bs.camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0))
+    bs.world((1.0, 1.0, 1.0))
+    made = stage.material("M", lambda tree: node(tree, "Emission", {"Color": node(tree, "TexWave", {
+        0: coordinates(tree, "Object"), "Detail": detail, "Distortion": distortion}).outputs["Color"]}))  # fmt: skip
+    bs.add("Plane", bs.plane("Plane", 4.0, made))
+    assert any("has no value in Cycles" in line for line in bs.export().report.lines) == named
+    assert (bs.cycles(tmp_path)[..., :3].max() == 0.0) == named

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -75,7 +76,9 @@ def test_limits_of_the_bounces_that_the_world_lights_are_named_with_their_effect
         lost = 1.0 - bs.cycles(tmp_path)[..., :3].mean() / mean(made).mean()
         if lines[limit]:
             share = float(lines[limit][0].rpartition("at most ")[2].partition(" %")[0]) / 100.0
-            assert -0.005 < lost < share + 0.01 < 0.5
+            short = replace(made.settings, max_depth=limit + 2)
+            assert share == pytest.approx(1.0 - mean(replace(made, settings=short))[0] / mean(made)[0], abs=0.015)
+            assert -0.005 < lost < share + 0.01
         else:
             assert abs(lost) < 0.005
     assert lines[0] and lines[1] and not lines[1024]

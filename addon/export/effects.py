@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -16,10 +17,13 @@ import edgegrad
 from edgegrad.rendering.engine import engine_class
 
 from .exported import Export
+from .surroundings.settings import SEGMENTS_AROUND_BOUNCES
 
 # Larger pictures and more samples cost more and are more precise; an estimate to a percent suffices.
 PIXELS = 4096
 LIGHT_PIXELS, LIGHT_SAMPLES, LIGHT_DEPTH = 768, 8, 4
+# Share of the light below which a difference of the whole picture is not named.
+LEAST_SHARE = 1e-3
 # With more faces, building the BVH would take too long for a sentence in a warning.
 MOST_FACES = 500_000
 # Surfaces are told apart by two channels of their colour, relative to the third.
@@ -40,6 +44,60 @@ def append_effects(out: Export) -> None:
     effects |= {subject: f"{_percent(share)} of the picture's light"
                 for subject, share in _shares_of_light(out, lit).items()}  # fmt: skip
     out.report.append(effects)
+
+
+def name_transparent_limit(scene: Any, out: Export) -> None:
+    """Warn if light passes as many transparent surfaces as the limit allows, and reaches another surface.
+
+    Cycles ends such paths there, and lights do not light that surface. The light of paths with so many passages is
+    measured by the picture with a limit that is lower by one.
+    """
+    faces = sum(len(mesh.faces) for mesh in out.scene.meshes.values())
+    limit = out.settings.bounces.transparent
+    clear = any(isinstance(one, edgegrad.Material) and (one.kind == "TRANSPARENT" or one.alpha < 1.0
+                                                         or "alpha" in one.textures)
+                for one in out.scene.materials.values())  # fmt: skip
+    if not clear or faces > MOST_FACES or engine_class("auto").narrow:
+        return
+    depth = min(out.settings.max_depth, LIGHT_DEPTH)
+    light, fewer = (_light(out, out.scene.world, depth, replace(out.settings.bounces, transparent=most))
+                    for most in (limit, max(limit - 1, 0)))  # fmt: skip
+    share = abs(light - fewer) / light if light > 0.0 else 0.0
+    if share > LEAST_SHARE:
+        out.report.warn(f"scene '{scene.name}'", f"paths that pass {limit} transparent surfaces see the next surface, "
+                        f"of which Cycles shows only the emission ({_percent(share)} of the picture's light); raise "
+                        "the limit of transparent bounces")  # fmt: skip
+
+
+def name_world_limit(scene: Any, limit: int, out: Export) -> None:
+    """Warn if the world lights surfaces after more bounces than its limit, which is not read.
+
+    The light after more bounces is the change of the world's light by the depth of paths.
+    """
+    faces = sum(len(mesh.faces) for mesh in out.scene.meshes.values())
+    depth, lower = out.settings.max_depth, limit + SEGMENTS_AROUND_BOUNCES
+    if lower >= depth or not out.scene.world.color.any():
+        return
+    size = "of unknown size"
+    if faces <= MOST_FACES and not engine_class("auto").narrow:
+        dark = replace(out.scene.world, color=np.zeros(3))
+        full, few, others, few_others = (_light(out, world, most, out.settings.bounces)
+                                         for world in (out.scene.world, dark) for most in (depth, lower))  # fmt: skip
+        share = ((full - others) - (few - few_others)) / full if full > 0.0 else 0.0
+        if share < LEAST_SHARE:
+            return
+        size = f"at most {_percent(share)} of the picture's light"
+    out.report.warn(f"scene '{scene.name}'", "its world lights paths of any number of bounces; Cycles samples its "
+                    f"light only up to {limit} ({size})")  # fmt: skip
+
+
+def _light(out: Export, world: edgegrad.World, depth: int, bounces: edgegrad.Bounces) -> float:
+    """Mean of a small picture of the exported scene with another world and other limits."""
+    scene = replace(out.scene, camera=_small(out.scene.camera, LIGHT_PIXELS), world=world)
+    if not scene.lights and not scene.emitters and not world.color.any():
+        return 0.0
+    return float(edgegrad.Renderer(scene).render(spp=LIGHT_SAMPLES, max_depth=depth, bounces=bounces)
+                 .mean(dtype=np.float64))  # fmt: skip
 
 
 def _percent(share: float) -> str:

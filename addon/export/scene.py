@@ -20,7 +20,7 @@ from ..problem import Report
 from .approximated.absorbing_meshes import warn_about_absorbing
 from .bakes.baking import bake_materials
 from .coincident_faces.coincident import warn_about_coincident
-from .effects import append_effects
+from .effects import append_effects, name_transparent_limit, name_world_limit
 from .exported import Export, Source, unused_name
 from .geometry.attributes import ObjectValues, is_of_object
 from .geometry.displacement import displace, read_displacement, warn_about_adaptive
@@ -46,8 +46,8 @@ from .surroundings.camera import export_camera
 from .surroundings.environment import bake_world
 from .surroundings.lamp_bake import bake_lamps
 from .surroundings.lamp_nodes import LampEmission, read_emission
-from .surroundings.lights import export_light, warn_about_translucent
-from .surroundings.settings import expose, name_fast_gi, read_settings
+from .surroundings.lights import export_light, warn_about_limits, warn_about_translucent, warn_about_unshadowing
+from .surroundings.settings import SEGMENTS_AROUND_BOUNCES, expose, name_fast_gi, read_settings
 from .surroundings.world import read_world
 
 NO_MATERIAL = "(no material)"
@@ -145,10 +145,12 @@ def export_evaluated(evaluation: Evaluation, more_cameras: Sequence[Any], bake: 
     if world.backdrop is not None:
         add_backdrop(out, world.backdrop, images, bake, None if memory is None else memory.widths)
     out.scene.images = images.found
-    warn_about_translucent(out.scene, [one for reading in out.materials.values() for one in reading.shaders()],
-                           {name: f"light '{source.object}'" for name, source in out.lights.items()}
-                           | {name: f"object '{source.object}'" for name, source in out.meshes.items()},
-                           world.world, report)  # fmt: skip
+    titles = {name: f"light '{source.object}'" for name, source in out.lights.items()}
+    titles |= {name: f"object '{source.object}'" for name, source in out.meshes.items()}
+    shaders = [one for reading in out.materials.values() for one in reading.shaders()]
+    warn_about_translucent(out.scene, shaders, titles, world.world, report)
+    warn_about_unshadowing(out.scene, titles, report)
+    warn_about_limits(out.scene, out.settings.max_depth - SEGMENTS_AROUND_BOUNCES, titles, report)
     bake_lamps(out, walk.emissions, bake)
     out.scene.lights = {**out.scene.lights, **world.suns}
     name_fast_gi(scene, out.scene, report)
@@ -160,6 +162,8 @@ def export_evaluated(evaluation: Evaluation, more_cameras: Sequence[Any], bake: 
         warn_about_coincident(out)
         warn_about_absorbing(out)
         warn_of_missing_layers(out)
+        name_transparent_limit(scene, out)
+        name_world_limit(scene, int(getattr(getattr(world.world, "cycles", None), "max_bounces", 1024)), out)
         append_effects(out)
     return out
 

@@ -21,7 +21,7 @@ from .instancers import InstancerValues
 from .islands import island_randoms
 from .layers import layer_values, property_of
 from .mesh import MeshArrays
-from .normals import as_rendered, shading_normals
+from .normals import as_rendered, shading_normals, vertex_normals
 from .particles import output
 from .pointiness import pointiness
 
@@ -34,6 +34,7 @@ BAKED_UV = "(baked UV)"
 GENERATED = "(generated)"
 OBJECT = "(object coordinates)"
 OBJECT_NORMAL = "(object normal)"
+VERTEX_NORMAL = "(vertex normal)"  # Blender's, also of flat faces
 POINTINESS = "(pointiness)"
 ISLAND = "(random per island)"
 EDGE_DISTANCES = "(distances to edges)"
@@ -158,6 +159,8 @@ def _read(mesh: Any, arrays: MeshArrays, name: str, of: ObjectValues) -> Any:
         return arrays.positions.take(arrays.faces, axis=0)
     if name == OBJECT_NORMAL:
         return shading_normals(arrays.positions, arrays.faces, arrays.smoothing, arrays.normals)
+    if name == VERTEX_NORMAL:
+        return vertex_normals(mesh).take(arrays.faces, axis=0)
     if name == POINTINESS:
         return pointiness(mesh).take(arrays.faces, axis=0)
     if name == ISLAND:

@@ -1,7 +1,7 @@
 """True displacement: the vertices of meshes are moved by the displacement of their materials, as Cycles does.
 
-Displacement nodes are translated to expressions of vectors in world space. They read the smooth normal and the tangents
-from attributes, which only the meshes have on which the expressions are evaluated.
+Displacement nodes are translated to expressions of vectors in world space. They read the axes of the object from
+attributes, which only the meshes have on which the expressions are evaluated.
 """
 
 from __future__ import annotations
@@ -10,36 +10,35 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+import bpy
 import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad import Scene, World, _native
 from edgegrad import expression as e
-from edgegrad.expression import Expression, Operand, nodes_of
+from edgegrad.expression import Expression, nodes_of
 from edgegrad.geometry.labels import summed
 from edgegrad.tables.materials import COLUMNS, WIDTH
 from edgegrad.tables.textures.program import compile_textures
 
 from ...problem import Report
 from ..nodes.camera_view import CameraView
-from ..nodes.expressions import Reader, Unreadable, reads
+from ..nodes.expressions import Reader, Unreadable
 from ..nodes.images import Images
-from ..nodes.links import Groups, by_identifier, feed
-from .attributes import ACTIVE_UV, OBJECT, TANGENT, layer
+from ..nodes.links import by_identifier, feed
+from ..nodes.read_displacement import AXES
+from .attributes import OBJECT, VERTEX_NORMAL
 from .group import Group
 from .mesh import MeshArrays
 from .normals import face_normals, shading_normals, unit, usable
 
+# Whether the bump beside a displacement starts from the normals of vertices also on flat faces.
+BUMP_IS_SMOOTH = bpy.app.version >= (5, 0, 0)
+
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
-
-# Attributes of displaced meshes, as vectors in world space: the smooth normal, the object's, and axes.
-NORMAL, OBJECT_NORMAL = "(displacement normal)", "(object displacement normal)"
-AXES = tuple(f"(displacement axis {k})" for k in range(3))
-FRAME = tuple(f"(displacement frame {k})" for k in range(3))  # tangent, normal, bitangent of the active UV map
-OWN = (NORMAL, OBJECT_NORMAL, *AXES, *FRAME)
 
 
 def moves_vertices(material: Any) -> bool:
@@ -67,10 +66,8 @@ class Displacement:
 
     def attributes(self) -> set[str]:
         """Names of the attributes that must be read from meshes."""
-        names = {n.name for n in nodes_of(self.vector) if isinstance(n, e.Attribute)}
-        if names & set(FRAME):
-            names |= {ACTIVE_UV, ACTIVE_UV + TANGENT}
-        return names - set(OWN)
+        names = {n.name for n in nodes_of(self.vector) if isinstance(n, e.Attribute)} - set(AXES)
+        return names | {VERTEX_NORMAL}
 
 
 def read_displacement(material: Any, images: Images, report: Report, view: CameraView) -> Displacement | None:
@@ -91,7 +88,7 @@ def read_displacement(material: Any, images: Images, report: Report, view: Camer
         return None
     where = f"material '{material.name}'"
     own = Images(coded=images.coded, limit=images.limit)
-    reader = Reader(own, None, material.pass_index, view)
+    reader = Reader(own, None, material.pass_index, view, moves=True)
     try:
         value = reader.value(by_identifier(output.inputs, "Displacement"))
     except Unreadable as error:
@@ -154,7 +151,7 @@ def _displace(group: Group, slots: list[Displacement | None]) -> None:
     vertex, first = np.unique(arrays.faces.reshape(-1)[flat], return_index=True)
     corner = flat[first]
     offset = np.zeros((len(vertex), 3))
-    normal = shading_normals(arrays.positions, arrays.faces, arrays.smoothing, arrays.normals)
+    normal = _displacing_normals(group)
     for k, one in enumerate(slots):
         chosen = slot[corner // 3] == k
         if one is not None and chosen.any():
@@ -164,8 +161,45 @@ def _displace(group: Group, slots: list[Displacement | None]) -> None:
     positions = arrays.positions.copy()
     positions[vertex] += own.astype(np.float32)
     recomputed = np.array([one is not None and not one.bump for one in slots])[slot]
+    if BUMP_IS_SMOOTH:
+        bumped = np.array([one is not None and one.bump for one in slots])[slot]
+        arrays = _smoothed(group, bumped)
     normals = _moved_normals(positions, arrays, recomputed)
     group.arrays = replace(arrays, positions=positions, normals=normals, exact=False)
+
+
+def _displacing_normals(group: Group) -> F64:
+    """(m, 3, 3) unit normal at each corner of the triangles: Cycles displaces as if all faces were smooth.
+
+    Flat faces of meshes with normals of corners have vertices of their own.
+    """
+    arrays, given = group.arrays, group.attributes.get(VERTEX_NORMAL)
+    of_corners = arrays.smoothing is not None and not _of_vertices(arrays)
+    if given is None or of_corners:
+        return shading_normals(arrays.positions, arrays.faces, arrays.smoothing, arrays.normals)
+    return unit(given.astype(np.float64))
+
+
+def _smoothed(group: Group, bumped: NDArray[np.bool_]) -> MeshArrays:
+    """The arrays of a group whose flat faces among the `bumped` ones have the normals of the vertices.
+
+    Cycles starts the bump beside a displacement from these, unless flat faces have vertices of their own, as in meshes
+    with normals of corners. Its shadow rays of such faces do not start elsewhere, as those of smooth faces may.
+    """
+    arrays = group.arrays
+    given, smoothing, normals = group.attributes.get(VERTEX_NORMAL), arrays.smoothing, arrays.normals
+    if given is None or not bumped.any():
+        return arrays
+    if smoothing is None or normals is None:
+        group.terminator = group.terminator._replace(geometry=0.0)
+        smoothing, normals = np.full_like(arrays.faces, -1), np.zeros_like(arrays.positions)
+        normals[arrays.faces] = given
+    elif not _of_vertices(arrays):
+        return arrays
+    flat = bumped & (smoothing < 0).all(axis=1)
+    smoothing = smoothing.copy()
+    smoothing[flat] = arrays.faces[flat]
+    return replace(arrays, smoothing=smoothing, normals=normals)
 
 
 def _uneven(linear: F64) -> bool:
@@ -188,7 +222,7 @@ def _moved_normals(positions: F32, arrays: MeshArrays, recomputed: NDArray[np.bo
     if smoothing is None or normals is None:
         return None
     count, faces = len(positions), arrays.faces
-    of_corners = not (len(normals) == count and np.array_equal(smoothing, faces))
+    of_corners = not _of_vertices(arrays)
     if of_corners:
         recomputed = np.ones_like(recomputed)
     elif not recomputed.any():
@@ -205,6 +239,14 @@ def _moved_normals(positions: F32, arrays: MeshArrays, recomputed: NDArray[np.bo
     return usable(out.astype(np.float32))
 
 
+def _of_vertices(arrays: MeshArrays) -> bool:
+    """Whether each vertex has one normal, which its smooth faces have."""
+    smoothing, normals = arrays.smoothing, arrays.normals
+    if smoothing is None or normals is None or len(normals) != len(arrays.positions):
+        return False
+    return bool(((smoothing < 0) | (smoothing == arrays.faces)).all())
+
+
 def _vertex_normals(positions: F32, faces: I32, count: int) -> F64:
     """(count, 3) normalised sums of the unit normals of faces at vertices."""
     flat = np.repeat(face_normals(positions, faces), 3, axis=0)
@@ -216,19 +258,7 @@ def _evaluated(one: Displacement, group: Group, corner: NDArray[np.intp], normal
     arrays, matrix = group.arrays, np.asarray(group.sources[0].matrix, np.float64)
     face, at = corner // 3, corner % 3
     linear, inverse = matrix[:3, :3], np.linalg.inv(matrix[:3, :3])
-    own = normal[face, at]
-    upright = unit(own @ inverse)
-    values: dict[str, F64] = {
-        NORMAL: upright,
-        # Cycles brings the world's normal back to the object by the transposed matrix, and normalises it there.
-        OBJECT_NORMAL: unit(upright @ linear) @ linear.T,
-        **{AXES[k]: np.tile(linear[:, k], (len(corner), 1)) for k in range(3)},
-    }
-    along = group.attributes.get(ACTIVE_UV + TANGENT)
-    if along is not None:
-        tangent = along[face, at, :3].astype(np.float64)
-        across = unit(np.cross(own, tangent)) * along[face, at, 3:]
-        values |= {FRAME[0]: tangent @ linear.T, FRAME[1]: own @ linear.T, FRAME[2]: across @ linear.T}
+    values = {AXES[k]: np.tile(linear[:, k], (len(corner), 1)) for k in range(3)}
     read = {n.name for n in nodes_of(one.vector) if isinstance(n, e.Attribute)}
     # One triangle for each point, all of whose corners have the point's values.
     attributes = {name: value[face, at] for name, value in group.attributes.items()} | values
@@ -241,7 +271,7 @@ def _evaluated(one: Displacement, group: Group, corner: NDArray[np.intp], normal
     scene = Scene(edgegrad.Camera(np.eye(4)), {"m": mesh}, {"m": material}, {}, World(), dict(one.images))
     where = _Points(len(corner))
     where.position[:] = box[arrays.faces[face, at]]
-    where.normal[:] = where.view[:] = upright
+    where.normal[:] = where.view[:] = unit(normal[face, at] @ inverse)
     where.true_normal[:] = unit(face_normals(arrays.positions, arrays.faces)[face] @ inverse)
     rows = np.zeros((len(corner), WIDTH), np.float32)
     _native.evaluate_textures(compile_textures(scene), where, rows, "")
@@ -257,31 +287,6 @@ class _Points:
         self.ray_kind, self.backside, self.program = (np.zeros(count, np.int32) for _ in range(3))
         self.b1, self.b2 = (np.zeros(count, np.float32) for _ in range(2))
         self.position, self.normal, self.true_normal, self.view = (np.zeros((count, 3), np.float32) for _ in range(4))
-
-
-def _scaled(vector: Expression, factor: Operand) -> Expression:
-    return e.VectorMath("MULTIPLY", vector, factor)
-
-
-@reads("DISPLACEMENT")
-def _displacement(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    height, middle, scale = (reader.get(node, name, groups) for name in ("Height", "Midlevel", "Scale"))
-    linked = feed(by_identifier(node.inputs, "Normal"), groups).output
-    if linked is not None and (linked.node.type, linked.identifier) != ("NEW_GEOMETRY", "Normal"):
-        raise Unreadable(f"the normal of node '{node.name}'")
-    amount = e.Math("MULTIPLY", e.Math("SUBTRACT", height, middle), scale)
-    return _scaled(layer(NORMAL if node.space == "WORLD" else OBJECT_NORMAL), amount)
-
-
-@reads("VECTOR_DISPLACEMENT")
-def _vector_displacement(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    vector, middle, scale = (reader.get(node, name, groups) for name in ("Vector", "Midlevel", "Scale"))
-    moved = _scaled(e.VectorMath("SUBTRACT", vector, middle), scale)
-    if node.space == "WORLD":
-        return moved
-    axes = AXES if node.space == "OBJECT" else FRAME
-    x, y, z = (_scaled(layer(axis), e.Channel(moved, k)) for k, axis in enumerate(axes))
-    return e.VectorMath("ADD", e.VectorMath("ADD", x, y), z)
 
 
 def warn_about_adaptive(ob: Any, scene: Any, report: Report) -> None:

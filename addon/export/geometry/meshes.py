@@ -168,9 +168,9 @@ class PlacedMeshes:
             return
         if coarse_share(arrays.positions, arrays.faces, arrays.smoothing, arrays.normals) > COARSE_AREA:
             for name in dict.fromkeys(source.object for source in group.sources):
-                self._report.warn(f"object '{name}'", "is smooth but coarse, and its shadow terminator offset is 0: "
-                                  "light from below its triangles is left out, with which Cycles lights them where "
-                                  "their smooth normals allow it")  # fmt: skip
+                self._report.warn(f"object '{name}'", "is shaded smooth but coarse, without a shadow terminator "
+                                  "offset: light from below its triangles is left out, with which Cycles lights them "
+                                  "where their smooth normals allow it")  # fmt: skip
 
 
 def _shadows_itself(placed: Placed, arrays: MeshArrays) -> bool:

@@ -17,11 +17,6 @@ _PANORAMA = ("panorama_type latitude_min latitude_max longitude_min longitude_ma
              + " ".join(f"fisheye_polynomial_k{k}" for k in range(5)))
 
 
-def _limits(struct: object, scene: object) -> bool:
-    """Whether a limit of the bounces that a light illuminates is below the limit of all bounces."""
-    return bool(struct.max_bounces < getattr(scene.cycles, "max_bounces", 1024))  # type: ignore[attr-defined]
-
-
 def _has_caster(struct: object, scene: object) -> bool:
     """Whether an object casts caustics of lights that are made for them."""
     return any(ob.cycles.is_caustics_caster for ob in scene.objects)  # type: ignore[attr-defined]
@@ -37,7 +32,6 @@ _IN_VOLUMES = Named("it acts on light that volumes scatter, although its ray vis
                     acts=_has_volume)  # fmt: skip
 _SHADOW_CAUSTICS = Named("its caustics are rendered by plain path tracing, without 'Shadow Caustics'",
                          acts=_has_caster)  # fmt: skip
-_LIT_BOUNCES = Named("illuminates paths of any number of bounces; Cycles limits it to {value}", 1024, _limits)
 
 STRUCTS: dict[str, Table] = {
     "ID": Table(without={DATA: "name name_full id_type session_uid is_evaluated original users use_fake_user "
@@ -146,7 +140,8 @@ STRUCTS: dict[str, Table] = {
         },
     ),
     "CyclesWorldSettings": Table(
-        named={"max_bounces": _LIT_BOUNCES, "is_caustics_light": _SHADOW_CAUSTICS,
+        read="max_bounces",
+        named={"is_caustics_light": _SHADOW_CAUSTICS,
                "use_shadows": Named("its light casts shadows, although its 'Cast Shadow' is off", True)},
         without={NOISE: "sampling_method sample_map_resolution volume_sampling",
                  VOLUMES: "volume_i* volume_step* homogeneous_volume",

@@ -22,7 +22,7 @@ from ..nodes.camera_view import CameraView
 from ..nodes.constants import Place, attributes_of, constants_of
 from ..nodes.expressions import Reader, Unreadable, number
 from ..nodes.images import Images
-from ..nodes.read_normals import displaced_normal
+from ..nodes.read_displacement import displaced_normal
 from .coats import separate_coat
 from .shader_nodes import read_shader
 from .shaders import Closure, Part, mixture, parts, product

@@ -34,6 +34,8 @@ LOSS_UNSEEN = 0.01
 # Roughness of refraction above which microfacets that face away from the viewer are a visible share.
 ROUGH_REFRACTION = 0.6
 
+# Cycles drops the emission of a Principled BSDF whose colour or strength is a constant of no more than this.
+LEAST_EMISSION = 1e-5
 # Shaders of volumes and of EEVEE.
 BLACK_IN_CYCLES = ("PRINCIPLED_VOLUME", "VOLUME_ABSORPTION", "VOLUME_SCATTER", "VOLUME_COEFFICIENTS", "EEVEE_SPECULAR")
 
@@ -96,7 +98,7 @@ def _microfacets(closure: Closure) -> None:
 def _principled(closure: Closure) -> None:
     closure.material.kind = "PRINCIPLED"
     closure.set_all(PRINCIPLED)
-    closure.emission("Emission Color", "Emission Strength")
+    closure.emission("Emission Color", "Emission Strength", LEAST_EMISSION)
     closure.normal()
     closure.tangent()
     _microfacets(closure)

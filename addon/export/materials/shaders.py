@@ -178,12 +178,17 @@ class Closure:
             if self.has(name):
                 self.set(field, name)
 
-    def emission(self, color: str, strength: str) -> None:
-        """Set the emission to the product of a colour input and a strength input."""
+    def emission(self, color: str, strength: str, least: float = -np.inf) -> None:
+        """Set the emission to the product of a colour input and a strength input.
+
+        Where one of the two is a constant of at most `least`, also if it is negative, nothing is emitted.
+        """
         own = rgb(self.own(color)) * (number(self.own(strength)) or 0.0)  # type: ignore[operator]
         a, b = self.read(color), self.read(strength)
         constant, factor = rgb(a), number(b)
         if factor == 0.0 or (constant is not None and not constant.any()):
+            return
+        if (factor is not None and factor <= least) or (constant is not None and constant.max() <= least):
             return
         if constant is not None and factor is not None:
             self.put("emission", tuple(map(float, constant * factor)), 0.0)

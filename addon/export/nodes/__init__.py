@@ -2,6 +2,7 @@
 
 from . import (  # noqa: F401  (they register the node types)
     read_colors,
+    read_displacement,
     read_inputs,
     read_mappings,
     read_normals,

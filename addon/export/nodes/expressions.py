@@ -90,6 +90,8 @@ class Reader:
         Whether displacement bends the normals of the material.
     scatters
         Whether a shader that has been read scatters light below the surface.
+    moves
+        Whether displacement is read to move vertices; False: to bend normals.
     """
 
     images: Images | None = None
@@ -102,6 +104,7 @@ class Reader:
     stretched: bool = False
     displaced: bool = False
     scatters: bool = False
+    moves: bool = False
     _known: dict[tuple[Any, ...], Operand] = field(default_factory=dict, repr=False)
 
     def value(self, socket: Any, groups: Groups = ()) -> Operand:

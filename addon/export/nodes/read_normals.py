@@ -1,4 +1,4 @@
-"""Translation of nodes that bend normals, and of displacement, which is rendered as bump."""
+"""Translation of nodes that bend normals."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from typing import Any
 import bpy
 
 from edgegrad import expression as e
-from edgegrad.expression import Expression, Operand, nodes_of, replaced
+from edgegrad.expression import Operand
 
 from ..geometry import attributes
-from .expressions import Reader, Unreadable, UnreadableNormal, folded, number, reads
-from .links import Feed, Groups, by_identifier, feed, label, upstream
-from .object_space import to_object
+from .expressions import Reader, UnreadableNormal, folded, number, reads
+from .links import Groups, by_identifier, feed, label, upstream
 
 # Distance of the points at which heights are evaluated, in pixels: Cycles' for displacement, and for all bumps where
 # the node has no setting, as before Blender 4.4.
 FILTER_WIDTH = 0.1 if bpy.app.version >= (4, 4, 0) else 1.0
 
 
-def _step(reader: Reader, width: Operand) -> Operand:
+def bump_step(reader: Reader, width: Operand) -> Operand:
+    """Distance, in metres, of the points at which a bump takes its heights, from Blender's filter width."""
     pixel = 1e-3 if reader.view is None else reader.view.pixel_size
     return folded(e.Math("MULTIPLY", e.Math("MAXIMUM", width, 1e-3), pixel))
 
@@ -41,7 +41,7 @@ def _bump(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
                     f"'{label(node, groups)}' than in Cycles, which divides it by the size of a pixel")  # fmt: skip
     wide = by_identifier(node.inputs, "Filter Width")
     width: Operand = FILTER_WIDTH if wide is None else reader.value(wide, groups)
-    return e.Bump(height, strength, reader.get(node, "Distance", groups), _step(reader, width), normal, node.invert)
+    return e.Bump(height, strength, reader.get(node, "Distance", groups), bump_step(reader, width), normal, node.invert)
 
 
 @reads("NORMAL_MAP")
@@ -63,56 +63,3 @@ def _normal_map(reader: Reader, node: Any, groups: Groups, output: Any) -> Opera
 @reads("BEVEL")
 def _bevel(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     raise UnreadableNormal(f"node '{label(node, groups)}' (rounded edges)")
-
-
-def displaced_normal(reader: Reader, found: Feed, moved: bool) -> Expression | None:
-    """Normal of a surface that is displaced by what is linked to the Displacement of the output; None: the smooth one.
-
-    Cycles takes the part of the displacement along the smooth normal as the height of a bump.
-
-    Parameters
-    ----------
-    moved
-        Whether the displacement also moves vertices. Then the height is read at the place before displacement.
-
-    Raises
-    ------
-    Unreadable
-        If the displacement cannot be read.
-    """
-    if found.output is None:
-        return None
-    node = found.output.node
-    if node.type == "DISPLACEMENT":
-        height, scale = _displacement(reader, node, found.groups)
-    elif node.type == "VECTOR_DISPLACEMENT":
-        raise Unreadable(f"node '{label(node, found.groups)}' (vector displacement)")
-    else:
-        vector = reader.output(found.output, found.groups)
-        height, scale = e.VectorMath("DOT_PRODUCT", vector, e.Coordinates("NORMAL")), 1.0
-    if number(folded(height)) is not None:
-        return None
-    step = _step(reader, FILTER_WIDTH)
-    if not moved:
-        return e.Bump(height, 1.0, scale, step, None)
-    before = attributes.layer(attributes.BEFORE)
-    own = attributes.layer(attributes.OBJECT)
-    place = e.DisplacedPosition(before, own)
-    there = replaced(e.Math("MULTIPLY", height, scale), lambda node: place if node == own else node)
-    if any(node == e.Coordinates("POSITION") for node in nodes_of(there)):
-        reader.note("the bump beside its displacement reads the position after displacement; Cycles reads that before, "
-                    "which differs a little")  # fmt: skip
-    return e.DisplacedBump(there, step, before, own, attributes.layer(attributes.SIDE))
-
-
-def _displacement(reader: Reader, node: Any, groups: Groups) -> tuple[Operand, Operand]:
-    """Height and factor of a Displacement node; its midlevel has no slope unless it varies."""
-    height, middle = reader.get(node, "Height", groups), reader.get(node, "Midlevel", groups)
-    scale = reader.get(node, "Scale", groups)
-    height = e.Math("MULTIPLY", e.Math("SUBTRACT", height, middle), scale)
-    if node.space == "OBJECT":
-        # Metres of the object's own space. Under a non-uniform scale, a step along the unit normal there goes by
-        # |M^T n| along the normal n in the world, where M is the object's matrix.
-        return height, (e.VectorMath("LENGTH", to_object(e.Coordinates("NORMAL"), "NORMAL")) if reader.stretched
-                        else attributes.layer(attributes.SCALE))  # fmt: skip
-    return height, 1.0

@@ -9,7 +9,7 @@ from edgegrad.expression import Operand
 from edgegrad.expression import procedural as p
 
 from ..geometry import attributes
-from .expressions import INLINES, Reader, Unreadable, reads
+from .expressions import INLINES, Reader, Unreadable, folded, number, reads
 from .images import FROM_SRGB, MISSING, UnreadableImage, alpha_mode, is_missing
 from .links import Groups, by_identifier, feed, is_computed_by_blender, is_implicit, label
 from .read_inputs import object_normal
@@ -160,6 +160,11 @@ def _voronoi(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
 @reads("TEX_WAVE")
 def _wave(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     inputs = _inputs(reader, node, groups, "Scale", "Distortion", "Detail", "Detail Scale", "Detail Roughness")
+    detail = number(folded(inputs["detail"]))
+    if detail is not None and detail <= -1.0 and number(folded(inputs["distortion"])) != 0.0:
+        reader.note(f"node '{label(node, groups)}': its detail is taken as 0; with {detail:g}, it has no value in "
+                    "Cycles, which shows it black or not at all")  # fmt: skip
+        inputs["detail"] = 0.0
     direction = node.bands_direction if node.wave_type == "BANDS" else node.rings_direction
     return p.Wave(_place(reader, node, groups), **inputs, phase=reader.get(node, "Phase Offset", groups),
                   kind=node.wave_type, direction=direction, profile=node.wave_profile)  # fmt: skip

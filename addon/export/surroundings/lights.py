@@ -111,6 +111,32 @@ def warn_about_translucent(scene: edgegrad.Scene, closures: Iterable[edgegrad.Ma
         report.warn(f"world '{world.name}'", seen + "its light as transmission, in Cycles only if both see it")
 
 
+def warn_about_unshadowing(scene: edgegrad.Scene, names: Mapping[str, str], report: Report) -> None:
+    """Warn of emissive meshes that shadow rays do not meet, `names` as in `warn_about_translucent`."""
+    for key, mesh in scene.meshes.items():
+        if "shadow" not in mesh.visible_to and mesh.visible_to != {"camera"} and scene.emits(key):
+            report.warn(names[key], "glows and is hidden from shadow rays: light sampling sees its far side through "
+                        "its near side, other rays do not; as in Cycles, how much of that light counts depends on the "
+                        "sampling, and so differs a little")  # fmt: skip
+
+
+def warn_about_limits(scene: edgegrad.Scene, bounces: int, names: Mapping[str, str], report: Report) -> None:
+    """Warn of lights that rays may meet after more bounces than they shine for, `names` as in `warn_about_translucent`.
+
+    Parameters
+    ----------
+    bounces
+        Limit of the bounces of all paths.
+    """
+    for key, light in scene.lights.items():
+        if light.max_bounces is None or light.max_bounces >= bounces:
+            continue
+        has_size = light.angle > 0.0 if isinstance(light, edgegrad.SunLight) else getattr(light, "radius", 1.0) > 0.0
+        if has_size and light.visible_to & {"glossy", "transmission"}:
+            report.warn(names[key], f"shines for paths of at most {light.max_bounces} bounces; in Cycles, rays that "
+                        "meet the light itself bring more, as caustics do")  # fmt: skip
+
+
 def _sun(light: Any, matrix: F64, power: float) -> edgegrad.SunLight:
     angle = float(light.angle)
     if not getattr(light, "normalize", True) and angle > 0.0:

@@ -69,7 +69,7 @@ def read_settings(scene: Any) -> RenderSettings:
             diffuse=limit("diffuse_bounces", 4),
             glossy=limit("glossy_bounces", 4),
             transmission=limit("transmission_bounces", 12),
-            transparent=limit("transparent_max_bounces", 8),
+            transparent=max(limit("transparent_max_bounces", 8), 1),  # Cycles' paths always pass one surface
             medium=limit("volume_bounces", 0),
             ambient=_ambient_limit(cycles),
             filter_glossy=max(float(getattr(cycles, "blur_glossy", 1.0)), 0.0),

@@ -217,6 +217,21 @@ def test_constant_emission_may_be_negative(tmp_path: Path) -> None:
     assert export.report.lines == []
 
 
+@pytest.mark.parametrize(
+    ("color", "strength"), [((0.8, 0.7, 0.9), -1.0), ((-0.5, 0.0, -0.1), 1.0), ((0.5, -0.4, 0.3), 1.0)]
+)
+def test_emission_of_principled_surfaces_that_is_not_positive(color: Any, strength: float, tmp_path: Path) -> None:
+    """Cycles drops it unless the strength and a channel of the colour are positive. A lamp lights the surface."""
+    scene = bs.empty(16)
+    scene.cycles.samples = 16
+    bs.camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0))
+    stage.lamp("SUN", "Lamp", 3.0, (0.0, 0.0, 9.0))
+    glow = {"Emission Color": color, "Emission Strength": strength, "Base Color": (0.8, 0.8, 0.8)}
+    bs.add("Plane", stage.plane("Plane", stage.simple("M", "ShaderNodeBsdfPrincipled", glow), size=4.0))
+    ours = edgegrad.Renderer(bs.export().scene).render(spp=16, max_depth=2)
+    assert np.allclose(ours, bs.cycles(tmp_path)[..., :3], atol=0.05)
+
+
 def test_lines_as_heights_are_named() -> None:
     bs.empty(16)
     bs.camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0))
@@ -226,3 +241,17 @@ def test_lines_as_heights_are_named() -> None:
     value = bent(lambda tree: node(tree, "Wireframe").outputs[0])(made.node_tree)
     made.node_tree.links.new(value, bs.shader(made).inputs["Color"])
     assert any("'Wireframe' are steps of another slope" in line for line in bs.export().report.lines)
+
+
+@pytest.mark.parametrize(("detail", "distortion", "named"), [(-1.0, 2.0, True), (-0.5, 2.0, False), (-1.0, 0.0, False)])
+def test_waves_without_a_value_in_cycles_are_named(
+    detail: float, distortion: float, named: bool, tmp_path: Path
+) -> None:
+    bs.empty(16)
+    bs.camera((0.0, 0.0, 3.0), (0.0, 0.0, 0.0))
+    bs.world((1.0, 1.0, 1.0))
+    made = stage.material("M", lambda tree: node(tree, "Emission", {"Color": node(tree, "TexWave", {
+        0: coordinates(tree, "Object"), "Detail": detail, "Distortion": distortion}).outputs["Color"]}))  # fmt: skip
+    bs.add("Plane", bs.plane("Plane", 4.0, made))
+    assert any("has no value in Cycles" in line for line in bs.export().report.lines) == named
+    assert (bs.cycles(tmp_path)[..., :3].max() == 0.0) == named

@@ -35,6 +35,8 @@ def _rays(scene: Scene, facts: PictureFacts, max_depth: int) -> Iterator[str]:
         yield "shadow rays multiply the transmittances of surfaces"
     else:
         yield "no surface is transparent: shadow rays stop at the first hit"
+    if facts.media:
+        yield "media scatter or absorb light: each ray finds those along it by a second query"
 
 
 def _shaders(scene: Scene, facts: PictureFacts) -> Iterator[str]:

@@ -24,6 +24,8 @@ class PictureFacts(NamedTuple):
         The sampled lights: number of triangles, and lights of the scene, as indices in its order.
     environment, environment_image
         Whether the environment emits light, and whether it is an image.
+    media
+        Whether some medium scatters or absorbs light.
     """
 
     triangles: int
@@ -38,3 +40,4 @@ class PictureFacts(NamedTuple):
     sampled_rows: tuple[int, ...]
     environment: bool
     environment_image: bool
+    media: bool = False

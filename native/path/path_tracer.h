@@ -272,8 +272,11 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
             scene.any_medium && find_media(scene, p, distance, work.hits.edges != nullptr, media);
         if (!work.vertices && scene.lights.all_sized() > 0)
             add_sized_lights(scene, work, p, distance, in_media ? &media : nullptr);
-        // Scatter paths in media
-        if (in_media) {
+        // Scatter paths in media. What media scatter towards the start of a boundary sample is no part of its
+        // edge's light.
+        if (in_media && work.hits.edges) {
+            p.throughput = p.throughput * kept_over(media.extinction, distance - media.begin);
+        } else if (in_media) {
             alive = cross_medium(scene, task, work, p, load_hits(work.hits, at, hit), media, moving, alive);
             hit &= p.active;
             if (!any(p.active)) continue;

@@ -261,6 +261,7 @@ class Scene {
         out["material_rows"] = nb::tuple(to_list(f.material_rows));
         out["sampled_rows"] = nb::tuple(to_list(f.sampled_rows));
         out["environment"] = f.environment, out["environment_image"] = f.environment_image;
+        out["media"] = f.media;
         return out;
     }
 

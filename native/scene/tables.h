@@ -95,13 +95,19 @@ bool has_flags(const Tables& tables, size_t material, int32_t flags) {
     return any_closure(tables, material, [&](size_t k) { return (tables.closure_flags[k] & flags) != 0; });
 }
 
-// Whether any used material, or the world, has a medium.
+// Whether a row of floats (MediumFloat) is a medium.
+inline bool is_medium(const float* row) { return std::max({row[0], row[1], row[2]}) > 0.0f; }
+
+// Whether visible faces have the material, and it has a medium.
+inline bool has_medium(const SceneTables& tables, size_t material) {
+    return tables.material_used[material] && is_medium(tables.media.data() + kMediumFloats * material);
+}
+
+// Whether any visible mesh, or the world, has a medium.
 inline bool any_medium(const SceneTables& tables) {
-    const auto thick = [](const float* row) { return row[0] > 0.0f || row[1] > 0.0f || row[2] > 0.0f; };
-    if (thick(tables.world_medium)) return true;
-    for (size_t m = 0; m < tables.material_used.size(); ++m)
-        if (tables.material_used[m] && thick(tables.media.data() + kMediumFloats * m)) return true;
-    return false;
+    bool any = is_medium(tables.world_medium);
+    for (size_t m = 0; m < tables.material_used.size(); ++m) any |= has_medium(tables, m);
+    return any;
 }
 
 // The motion that the requested derivatives need.

@@ -77,7 +77,8 @@ def test_equal_bits_for_any_number_of_threads() -> None:
 
 def test_the_plan_names_what_motions_lack() -> None:
     scene = foggy_room()
-    assert "media" not in str(edgegrad.plan(scene, ["materials.floor.base_color", "lights.lamp.power"]))
+    by_colors = edgegrad.plan(scene, ["materials.floor.base_color", "lights.lamp.power"])
+    assert "media scatter or absorb light" in str(by_colors) and "in media" not in str(by_colors)
     for path in ("meshes.floor.vertices", "lights.lamp.position", "camera.to_world"):
         assert "in media (fog)" in str(edgegrad.plan(scene, [path])), path
     scene.world.medium = scene.materials["fog"].medium

@@ -20,6 +20,7 @@ PictureFacts picture_facts(const SceneView& scene, const SceneTables& tables) {
             out.sampled_rows.push_back(scene.lights.index[light]);
     out.environment = scene.has_environment;
     out.environment_image = scene.environment_image.pixels;
+    out.media = scene.any_medium;
     return out;
 }
 

@@ -17,6 +17,7 @@ struct PictureFacts {
     int64_t emissive_triangles = 0;      // sampled as lights
     std::vector<int32_t> sampled_rows;   // of the light table
     bool environment = false, environment_image = false;
+    bool media = false;  // scatter or absorb light (shading/media.h)
 };
 
 PictureFacts picture_facts(const SceneView& scene, const SceneTables& tables);

@@ -15,10 +15,9 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Finds the media along rays, which end after `distance`. Rays from the start of boundary samples are only
-// attenuated: what media scatter towards them is no part of the edge's light. Returns whether any ray may be
-// scattered or must be recorded.
-EG_INLINE bool find_media(const SceneView& scene, PathPacket& p, Float distance, bool boundary,
+// Finds the media along rays, which end after `distance`; `boundary`: they are the first ones of boundary
+// samples. Returns whether any ray is in a medium.
+EG_INLINE bool find_media(const SceneView& scene, const PathPacket& p, Float distance, bool boundary,
                           RayMedia& media) {
     const Mask seen = p.active & (p.kind != splat(kUnseenRay));
     const Mask from_camera = (p.kind == splat(kCameraRay)) & (boundary ? splat(-1) : p.vertex == 0);
@@ -28,10 +27,7 @@ EG_INLINE bool find_media(const SceneView& scene, PathPacket& p, Float distance,
     const Mask dense = seen & media.dense();
     for (Vec3* field : {&media.extinction, &media.scattering, &media.depth})
         *field = select(dense, *field, zero3());
-    if (!any(dense)) return false;
-    if (!boundary) return true;
-    p.throughput = p.throughput * kept_over(media.extinction, distance - begin);
-    return false;
+    return any(dense);
 }
 
 // Records the rays of a packet in a medium.

@@ -27,14 +27,9 @@ void absorbing_surfaces(const MissingSearch& s) {
 // Scattering events in media stand still, and media have no boundary terms of their own.
 void media(const MissingSearch& s) {
     if (!s.facts.scene.any_medium || !s.motion.any()) return;
-    const auto thick = [&](size_t m) {
-        const float* row = s.tables.media.data() + kMediumFloats * m;
-        return row[kMediumExtinction] > 0.0f || row[kMediumExtinction + 1] > 0.0f ||
-               row[kMediumExtinction + 2] > 0.0f;
-    };
     Decision& part = s.miss(Part::kMedia);
     for (size_t m = 0; m < s.tables.material_used.size(); ++m)
-        if (s.tables.material_used[m] && thick(m)) part.materials.push_back(static_cast<int32_t>(m));
+        if (has_medium(s.tables, m)) part.materials.push_back(static_cast<int32_t>(m));
 }
 
 // Light of the table jumps on a surface that passes through its source, and where its source lies in a

@@ -7,7 +7,7 @@ share of the picture's light that is missing without them. Both are measured in 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -60,8 +60,8 @@ def name_transparent_limit(scene: Any, out: Export) -> None:
     if not clear or faces > MOST_FACES or engine_class("auto").narrow:
         return
     depth = min(out.settings.max_depth, LIGHT_DEPTH)
-    light, fewer = (_light(out, out.scene.world, depth, replace(out.settings.bounces, transparent=most))
-                    for most in (limit, max(limit - 1, 0)))  # fmt: skip
+    light, fewer = _light(out, out.scene.world, [(depth, replace(out.settings.bounces, transparent=most))
+                                                 for most in (limit, max(limit - 1, 0))])  # fmt: skip
     share = abs(light - fewer) / light if light > 0.0 else 0.0
     if share > LEAST_SHARE:
         out.report.warn(f"scene '{scene.name}'", f"paths that pass {limit} transparent surfaces see the next surface, "
@@ -81,8 +81,8 @@ def name_world_limit(scene: Any, limit: int, out: Export) -> None:
     size = "of unknown size"
     if faces <= MOST_FACES and not engine_class("auto").narrow:
         dark = replace(out.scene.world, color=np.zeros(3))
-        full, few, others, few_others = (_light(out, world, most, out.settings.bounces)
-                                         for world in (out.scene.world, dark) for most in (depth, lower))  # fmt: skip
+        both = [(most, out.settings.bounces) for most in (depth, lower)]
+        (full, few), (others, few_others) = (_light(out, world, both) for world in (out.scene.world, dark))
         share = ((full - others) - (few - few_others)) / full if full > 0.0 else 0.0
         if share < LEAST_SHARE:
             return
@@ -91,13 +91,14 @@ def name_world_limit(scene: Any, limit: int, out: Export) -> None:
                     f"light only up to {limit} ({size})")  # fmt: skip
 
 
-def _light(out: Export, world: edgegrad.World, depth: int, bounces: edgegrad.Bounces) -> float:
-    """Mean of a small picture of the exported scene with another world and other limits."""
+def _light(out: Export, world: edgegrad.World, limits: Sequence[tuple[int, edgegrad.Bounces]]) -> list[float]:
+    """Means of small pictures of the exported scene with another world, one for each depth and limits of bounces."""
     scene = replace(out.scene, camera=_small(out.scene.camera, LIGHT_PIXELS), world=world)
     if not scene.lights and not scene.emitters and not world.color.any():
-        return 0.0
-    return float(edgegrad.Renderer(scene).render(spp=LIGHT_SAMPLES, max_depth=depth, bounces=bounces)
-                 .mean(dtype=np.float64))  # fmt: skip
+        return [0.0] * len(limits)
+    renderer = edgegrad.Renderer(scene)
+    return [float(renderer.render(spp=LIGHT_SAMPLES, max_depth=depth, bounces=bounces).mean(dtype=np.float64))
+            for depth, bounces in limits]  # fmt: skip
 
 
 def _percent(share: float) -> str:

@@ -94,34 +94,41 @@ def _depth(camera: edgegrad.Camera) -> Expression:
 
 
 def _emitting(scene: edgegrad.Scene, emitted: Callable[[str, Closures], Operand], world: float = 0.0) -> edgegrad.Scene:
-    """Make a scene whose materials emit `emitted(name, closures)` where they are opaque; `world`: its radiance."""
+    """Make a scene whose materials emit `emitted(name, closures)` where they are opaque; `world`: its radiance.
+
+    Only what is seen of the world is dimmed by media.
+    """
     used = {name for mesh in scene.meshes.values() for name in mesh.materials}
     materials: dict[str, edgegrad.Material | edgegrad.Mixture] = {}
     for name in used:
-        materials |= _emitter(scene, name, emitted)
+        materials |= _emitter(scene, name, emitted, world > 0.0)
     meshes = {name: mesh for name, mesh in scene.meshes.items() if name != BACKDROP}
-    return replace(scene, meshes=meshes, materials=materials, lights={},
-                   world=edgegrad.World(np.full(3, world)))  # fmt: skip
+    sky = edgegrad.World(np.full(3, world), medium=scene.world.medium if world > 0.0 else None)
+    return replace(scene, meshes=meshes, materials=materials, lights={}, world=sky)
 
 
-def _emitter(scene: edgegrad.Scene, name: str, emitted: Callable[[str, Closures], Operand]) -> dict[
+def _emitter(scene: edgegrad.Scene, name: str, emitted: Callable[[str, Closures], Operand], filled: bool) -> dict[
         str, edgegrad.Material | edgegrad.Mixture]:  # fmt: skip
     closures = weighted(scene.materials[name], scene.closures(name))
     layers: Closures = []
     for part, weight in closures:
         clear = _clearness(part)
         if part.kind == "TRANSPARENT":
-            layers.append((part, weight))
+            layers.append((part.as_surface(), weight))
         elif clear != 0.0:
             layers.append((edgegrad.Material(np.ones(3), kind="TRANSPARENT"), product(weight, clear)))
-    value = _scaled(emitted(name, closures), _opaqueness(closures))
-    glow = edgegrad.Material(np.zeros(3), kind="DIFFUSE")
-    if isinstance(value, Expression):
-        glow.textures = {"emission": value}
-    else:
-        glow.emission = np.broadcast_to(np.asarray(value, np.float64), 3).copy()
-    layers.append((glow, 1.0))
-    parts = {f"{name} / {k}": part for k, (part, _) in enumerate(layers)}
+    opaque = _opaqueness(closures)
+    # A layer that is nowhere opaque would end half of the paths, so that channels of one sample miss what lies behind
+    if opaque != 0.0:
+        value = _scaled(emitted(name, closures), opaque)
+        glow = edgegrad.Material(np.zeros(3), kind="DIFFUSE")
+        if isinstance(value, Expression):
+            glow.textures = {"emission": value}
+        else:
+            glow.emission = np.broadcast_to(np.asarray(value, np.float64), 3).copy()
+        layers.append((glow, 1.0))
+    medium = closures[0][0].medium if filled else None
+    parts = {f"{name} / {k}": replace(part, medium=medium) for k, (part, _) in enumerate(layers)}
     return {**parts, name: mixture({key: weight for key, (_, weight) in zip(parts, layers, strict=True)})}
 
 

@@ -101,8 +101,8 @@ def _lets_through(material: Material | Mixture) -> bool:
 
 def _flat(material: Material, glows: bool) -> Material:
     if material.kind == "TRANSPARENT":
-        return replace(material, emission=np.zeros(3), textures={key: value for key, value in material.textures.items()
-                                                                 if key == "base_color"})  # fmt: skip
+        colors = {key: value for key, value in material.textures.items() if key == "base_color"}
+        return replace(material.as_surface(), emission=np.zeros(3), textures=colors)
     passes = _lets_through(material)
     return Material(
         np.zeros(3), np.full(3, float(glows)), alpha=material.alpha if passes else 1.0,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -184,6 +184,10 @@ class Material(Checked):
     def emits(self) -> bool:
         """Whether the surface may give light; a texture of the emission may be black."""
         return "emission" in self.textures or any(x > 0.0 for x in self.emission.tolist())
+
+    def as_surface(self) -> Material:
+        """Return the material without the absorption and the medium behind its surface."""
+        return replace(self, absorption=_rgb(0.0), medium=None)
 
     def validate(self, name: str) -> None:
         """Raise ``ValueError`` with one sentence that names the material and the wrong field."""

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from edgegrad import Field, Material, Mesh, Mixture, PointLight, Renderer, Scene, Target, fit
+from edgegrad import Field, Material, Medium, Mesh, Mixture, PointLight, Renderer, Scene, Target, fit
 from edgegrad import expression as e
 from edgegrad.fitting.silhouettes import is_negative, silhouette_scene
 from edgegrad.scene import parameters
@@ -55,6 +55,17 @@ def test_what_lets_light_through_covers_in_part() -> None:
     ):
         scene.materials = material  # type: ignore[assignment]
         np.testing.assert_allclose(coverage(scene, 1024), expected, atol=0.08)
+
+
+def test_volumes_do_not_cover() -> None:
+    """The picture of a ball in fog is that of the ball alone."""
+    scene = behind_a_post()
+    alone = coverage(scene)
+    vertices, faces = shapes.cube(3.0)
+    scene.meshes = {**scene.meshes, "cloud": Mesh(vertices, faces, ("fog",))}
+    scene.materials = {**scene.materials,
+                       "fog": Material(np.ones(3), kind="TRANSPARENT", medium=Medium((0.3,) * 3))}  # fmt: skip
+    np.testing.assert_allclose(coverage(scene).mean((0, 1)), alone.mean((0, 1)), rtol=1e-2)
 
 
 @pytest.mark.parametrize("path", [VERTICES, "meshes.object.transform", "camera.fov_x"])

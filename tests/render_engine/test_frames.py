@@ -166,6 +166,42 @@ def test_clear_materials_let_channels_through(scene: Any, tmp_path: Path) -> Non
     assert seen[6:-6, 6:-6].mean(axis=(0, 1)) == pytest.approx(0.25 * front + 0.75 * behind, abs=0.03)
 
 
+def add_fog() -> None:
+    """Add a cube that scatters light."""
+    fog = bpy.data.materials.new("Fog")
+    fog.use_nodes = True
+    nodes = fog.node_tree.nodes
+    nodes.clear()
+    fog.node_tree.links.new(nodes.new("ShaderNodeVolumeScatter").outputs[0],
+                            nodes.new("ShaderNodeOutputMaterial").inputs["Volume"])  # fmt: skip
+    bs.add("Fog", bs.cube("Fog", fog), scale=(1.5, 1.5, 1.5))
+
+
+def test_volumes_leave_channels_as_they_are(scene: Any, tmp_path: Path) -> None:
+    for one in final.CHANNELS:
+        setattr(scene.view_layers[0], one.switch, True)
+    clear = rendered(tmp_path)
+    add_fog()
+    foggy = rendered(tmp_path)
+    assert not np.array_equal(foggy["Combined.R"], clear["Combined.R"]) and (foggy["Combined.A"] == 1.0).all()
+    for one in final.CHANNELS:
+        for letter in "XYZRGB":
+            if (name := f"{one.name}.{letter}") in clear:
+                np.testing.assert_allclose(foggy[name], clear[name], rtol=1e-5, atol=1e-5)
+
+
+def test_the_alpha_of_fog_is_what_it_hides_of_the_world(scene: Any, tmp_path: Path) -> None:
+    for name in ("Cube", "Plane"):
+        bpy.data.objects.remove(bpy.data.objects[name])
+    add_fog()
+    scene.render.film_transparent = True
+    ours = rendered(tmp_path)["Combined.A"]
+    scene.render.engine, scene.cycles.samples = "CYCLES", 64
+    theirs = rendered(tmp_path)["Combined.A"]
+    assert 0.05 < ours.mean() < 0.95 and ours.mean() == pytest.approx(theirs.mean(), rel=0.01)
+    assert np.abs(ours - theirs).mean() < 0.05
+
+
 def test_animated_values_are_those_of_each_frame(scene: Any, tmp_path: Path) -> None:
     cube = bpy.data.objects["Cube"]
     shader = bs.shader(bpy.data.materials["Red"]).inputs["Color"]

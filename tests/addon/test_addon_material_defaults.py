@@ -80,47 +80,6 @@ def test_faces_without_material_have_the_default_surface_of_cycles() -> None:
         assert material.kind == "DIFFUSE"
 
 
-def test_homogeneous_volumes_become_media() -> None:
-    tree = Tree()
-    fog = tree.node("VolumeScatter", {"Color": (0.5, 0.25, 1.0, 1.0), "Density": 2.0, "Anisotropy": 0.4})
-    tree.tree.links.new(fog.outputs[0], tree.output.inputs["Volume"])
-    for kind in ("TRANSPARENT", "DIFFUSE"):
-        m = tree.export()
-        assert m.kind == kind and m.medium == edgegrad.Medium((1.0, 0.5, 2.0), anisotropy=pytest.approx(0.4))
-        assert not tree.made.report.lines
-        tree.surface(tree.node("BsdfDiffuse").outputs[0])
-    ink = tree.node("VolumeAbsorption", {"Color": (0.5, 0.5, 1.0, 1.0), "Density": 3.0})
-    tree.tree.links.new(tree.node("AddShader", {0: fog.outputs[0], 1: ink.outputs[0]}).outputs[0],
-                        tree.output.inputs["Volume"])  # fmt: skip
-    assert tree.export().medium == edgegrad.Medium((1.0, 0.5, 2.0), (1.5, 1.5, 0.0), pytest.approx(0.4))
-    share = {0: 0.25, 1: fog.outputs[0], 2: ink.outputs[0]}
-    tree.tree.links.new(tree.node("MixShader", share).outputs[0], tree.output.inputs["Volume"])
-    medium = tree.export().medium
-    assert medium.scattering == pytest.approx((0.75, 0.375, 1.5))
-    assert medium.absorption == pytest.approx((0.375, 0.375, 0.0))
-    tree.tree.links.new(ink.outputs[0], tree.output.inputs["Volume"])
-    m = tree.export()  # absorption alone has derivatives
-    assert m.medium is None and m.absorption == pytest.approx([1.5, 1.5, 0.0])
-    for link in tree.output.inputs["Surface"].links:
-        tree.tree.links.remove(link)
-    m = tree.export()  # what stands in it counts
-    assert m.medium == edgegrad.Medium((0.0, 0.0, 0.0), (1.5, 1.5, 0.0)) and not m.absorption.any()
-
-
-def test_volumes_that_vary_or_glow_and_other_phase_functions_are_named() -> None:
-    tree = Tree()
-    fog = tree.node("VolumeScatter", {"Density": tree.node("TexNoise").outputs[0]})
-    tree.tree.links.new(fog.outputs[0], tree.output.inputs["Volume"])
-    assert tree.export().medium is None and "is left out, since it is not homogeneous" in tree.lines
-    fire = tree.node("VolumePrincipled", {"Density": 1.0, "Blackbody Intensity": 1.0})
-    tree.tree.links.new(fire.outputs[0], tree.output.inputs["Volume"])
-    assert tree.export().medium is not None and "set 'Blackbody Intensity' to 0" in tree.lines
-    if hasattr(fog, "phase"):
-        fog = tree.node("VolumeScatter", {"Density": 1.0}, phase="RAYLEIGH")
-        tree.tree.links.new(fog.outputs[0], tree.output.inputs["Volume"])
-        assert tree.export().medium.anisotropy == 0.0 and "phase function Rayleigh" in tree.lines
-
-
 def test_a_color_or_a_number_that_is_linked_to_the_surface_emits() -> None:
     tree = Tree()
     color = tree.node("RGB")
@@ -358,43 +317,3 @@ class TestSubsurface:
         theirs = bs.cycles(tmp_path)[..., :3]
         lost = 1.0 - theirs[middle].mean() / ours[middle].mean()
         assert subsurface.rounded_share(color, radius, "RANDOM_WALK", 1.0) == pytest.approx(lost, rel=0.35)
-
-
-def test_what_absorption_does_not_reach_is_named() -> None:
-    """An object within an absorbing mesh, and a mesh with open borders."""
-    tree = Tree()
-    tree.tree.links.new(tree.node("VolumeAbsorption", {"Density": 1.0}).outputs[0], tree.output.inputs["Volume"])
-    tree.surface(tree.node("BsdfGlass").outputs[0])
-    for name, place in (("Within", (0.0, 0.0, 0.0)), ("Beside", (5.0, 0.0, 0.0))):
-        other = bs.add(name, bs.cube(name, bs.material(name, (0.5, 0.5, 0.5))))
-        other.location, other.scale = place, (0.2, 0.2, 0.2)
-    tree.export()
-    lines = [line for line in tree.made.report.lines if "absorbs light" in line]
-    assert len(lines) == 1 and "'Cube'" in lines[0] and "'Within'" in lines[0]
-    data = bpy.data.objects["Cube"].data
-    data.clear_geometry()
-    data.from_pydata([(-1, -1, 0), (1, -1, 0), (0, 1, 0)], [], [(0, 1, 2)])
-    tree.export()
-    assert any("'Cube'" in line and "open borders" in line for line in tree.made.report.lines)
-    tree.tree.links.new(tree.node("VolumeScatter", {"Density": 1.0}).outputs[0], tree.output.inputs["Volume"])
-    tree.export()
-    assert any("'Cube': holds a volume" in line and "open borders" in line for line in tree.made.report.lines)
-
-
-def test_homogeneous_volumes_of_the_world_are_read() -> None:
-    tree = Tree()
-    bpy.context.scene.world = world = bpy.data.worlds.new("W")
-    if world.node_tree is None:
-        world.use_nodes = True
-    nodes, links = world.node_tree.nodes, world.node_tree.links
-    output, fog = world.node_tree.get_output_node("CYCLES"), nodes.new("ShaderNodeVolumeScatter")
-    fog.inputs["Color"].default_value, fog.inputs["Density"].default_value = (0.5, 0.5, 0.5, 1.0), 0.2
-    links.new(fog.outputs[0], output.inputs["Volume"])
-    tree.export()
-    assert tree.made.scene.world.medium == edgegrad.Medium((pytest.approx(0.1),) * 3)
-    links.remove(output.inputs["Surface"].links[0])
-    tree.export()
-    assert tree.made.scene.world.medium is not None
-    links.new(nodes.new("ShaderNodeTexNoise").outputs[0], fog.inputs["Density"])
-    tree.export()
-    assert tree.made.scene.world.medium is None and "in Cycles, it has no end" in tree.lines

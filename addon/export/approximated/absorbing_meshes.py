@@ -27,10 +27,14 @@ def warn_about_absorbing(out: Export) -> None:
     """Report open meshes that absorb light, and objects within meshes that do."""
     for name, mesh in out.scene.meshes.items():
         absorbs = any(_absorbs(out.scene, material) for material in mesh.materials)
-        filled = any(one.medium is not None for material in mesh.materials for one in out.scene.closures(material))
+        media = {one.medium for material in mesh.used_materials for one in out.scene.closures(material)}
+        filled = media != {None}
         if not absorbs and not filled:
             continue
         where = f"object '{out.meshes[name].object}'"
+        if len(media) > 1:
+            out.report.warn(where, "holds a volume, but not all of its faces have a material with that volume: rays "
+                            "that pass the others get wrong ways in it; give all faces the same volume")  # fmt: skip
         label = topology.weld(mesh.vertices)
         is_closed = topology.is_closed(mesh.faces, label)
         if filled and not is_closed:

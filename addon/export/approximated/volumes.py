@@ -16,6 +16,9 @@ from .sizes import thinnest
 
 F64 = NDArray[np.float64]
 
+# Anisotropies that differ by less are one.
+ALIKE = 0.05
+
 
 @dataclass
 class Volume:
@@ -42,16 +45,24 @@ class Volume:
 
     def plus(self, other: Volume) -> Volume:
         """Return the sum of two volumes."""
+        remarks = self.remarks + other.remarks
+        one, two = self.anisotropy, other.anisotropy
+        if one is not None and two is not None and abs(one - two) > ALIKE:
+            remarks = [*remarks, f"its volumes of anisotropy {one:.2g} and {two:.2g} are rendered with their mean"]
         return Volume(self.scattering + other.scattering, self.absorption + other.absorption,
-                      self.forward + other.forward, self.remarks + other.remarks)  # fmt: skip
+                      self.forward + other.forward, remarks)  # fmt: skip
+
+    @property
+    def anisotropy(self) -> float | None:
+        """Mean cosine of all that scatters; None: nothing does."""
+        total = float(self.scattering.sum())
+        return float(self.forward.sum()) / total if total > 0.0 else None
 
     @property
     def medium(self) -> edgegrad.Medium:
-        """The medium; its phase function has the mean cosine of all that scatters."""
-        total = float(self.scattering.sum())
-        anisotropy = float(self.forward.sum()) / total if total > 0.0 else 0.0
+        """The medium, with one phase function for all that scatters."""
         return edgegrad.Medium(tuple(self.scattering.tolist()), tuple(self.absorption.tolist()),
-                               min(max(anisotropy, -0.999), 0.999))  # fmt: skip
+                               min(max(self.anisotropy or 0.0, -0.999), 0.999))  # fmt: skip
 
 
 def read_volume(found: Feed) -> Volume | None:
@@ -115,16 +126,17 @@ def _node_volume(node: Any, groups: Any) -> Volume | None:
         color, density = value("Color"), value("Density")
         if color is None or density is None:
             return None
-        color, density = np.clip(color, 0.0, 1.0) * np.ones(3), np.maximum(density, 0.0)
+        color, density = np.maximum(color, 0.0), np.maximum(density, 0.0)
+        rest = np.maximum(1.0 - color, 0.0)
         if node.type == "VOLUME_ABSORPTION":
-            return Volume(zero, density * (1.0 - color), zero)
+            return Volume(zero, density * rest, zero)
         volume = Volume(density * color, zero, zero)
         if node.type == "PRINCIPLED_VOLUME":
             tint = value("Absorption Color")
             if tint is None:
                 return None
             kept = np.sqrt(np.maximum(tint, 0.0))
-            volume.absorption = density * (1.0 - color) * np.maximum(1.0 - kept, 0.0)
+            volume.absorption = density * rest * np.maximum(1.0 - kept, 0.0)
     else:
         return None
     cosine = _mean_cosine(node, value, volume.remarks, label(node, groups))

@@ -145,7 +145,8 @@ def _divided(
     count[sides] = np.bincount(side, minlength=len(sides))
     row = np.repeat(row, count)
     new = ends[row]
-    new[count[row] > 1] = used[cut]  # both in the order of the edges
+    # Both are in the order of the edges. Some are not divided after all: the point is at one of their ends.
+    new[np.isin(row, sides)] = used[cut]
     within = cut[:, 1] != own[side, 1]
     on_line = np.column_stack([ends[sides[side[within]]], used[cut[within, 1]]])
     faces = np.diff(begin)[row]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad import Mesh, Renderer, Scene, _native
-from edgegrad.geometry import points_on_edges
+from edgegrad.geometry import joint_edges, points_on_edges, topology
 from edgegrad.rendering.scene_edges import SceneEdges
 from edgegrad.scene import parameters
 from edgegrad.tables import tables as flat
@@ -224,3 +224,14 @@ def test_boxes_that_overlap_few_others_are_those_of_a_comparison_of_all(most: in
     count, pairs = _native.overlapping_boxes(low, high, most)
     np.testing.assert_array_equal(count, np.minimum(meets.sum(axis=1), most + 1))
     np.testing.assert_array_equal(pairs, np.argwhere(meets & (count <= most)[:, None]))
+
+
+def test_points_at_the_ends_of_edges_do_not_divide_them() -> None:
+    """Points are on two edges, but by rounding just beyond their ends."""
+    vertices = np.array([[0, 0, 0], [0, 1, 0], [1, 0, 0], [0, -1e-9, 0], [-1e-9, 0, 0]], np.float32)
+    triangle = topology.edges(np.array([[0, 1, 2]], np.int32), np.arange(5), vertices)
+    rows = np.flatnonzero((triangle.vertices == 0).any(axis=1))
+    label = np.array([-1, 3, 4, 1, 2])
+    edges, row, on_line = joint_edges._divided(triangle, vertices, label, np.array([3, 4]), rows)
+    assert row.tolist() == [0, 1, 2] and len(on_line) == 0
+    assert {tuple(sorted(pair)) for pair in edges.vertices.tolist()} == {(0, 1), (0, 2), (1, 2)}

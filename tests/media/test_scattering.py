@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import ArrayLike, NDArray
 
 import edgegrad
+from tests.support import shapes
 from tests.support.block_statistics import check, mean_p_value
 from tests.support.small_scenes import box, camera, glowing, rectangle, white_world
 
@@ -117,6 +118,33 @@ def test_white_media_look_like_the_light_around_them(g: float, emitter: str) -> 
         scene.meshes |= {"room": box((0, 0, 0), (5, 5, 5), "lamp")}
         scene.materials |= {"lamp": glowing(1.0, True)}
     check(mean_p_value(pictures(scene, spp=256, max_depth=200), 1.0, rounding=2e-3))
+
+
+@pytest.mark.parametrize("lamp", ["sphere", "mesh"])
+def test_thrown_light_is_absorbed_on_all_of_its_way(lamp: str) -> None:
+    """A small ball of rough metal throws the light of a lamp on a floor that a plate hides from the lamp."""
+    vertices, faces = shapes.ball(2)
+    vertices = 0.1 * vertices / np.linalg.norm(vertices, axis=1).max() + [1.0, 0.3, 0.0]
+    at = np.array([-3.0, 3.0, 0.0])
+    scene = cloud(
+        edgegrad.Material(np.full(3, 0.8), kind="GLOSSY", roughness=0.3),
+        meshes={"cloud": edgegrad.Mesh(vertices, faces.astype(np.int32), ("smoke",)),
+                "floor": rectangle((0, 0, 0), (0.2, 0, 0), (0, 0, -0.2), "floor"),
+                "plate": rectangle((-1.2, 1.2, 0), (0, 0.4, 0), (0, 0, 0.4), "black")},
+        materials={"floor": edgegrad.Material(np.full(3, 0.8), kind="DIFFUSE"),
+                   "black": edgegrad.Material(np.zeros(3), kind="DIFFUSE"), "glow": glowing(30.0, True)},
+        camera=camera((0, 3, 0), (0, 0, 0), size=1, fov=1e-4, up=(0, 0, 1)),
+    )  # fmt: skip
+    if lamp == "mesh":
+        scene.meshes["lamp"] = rectangle(at, (0.1, 0.1, 0), (0, 0, 0.1), "glow")
+    else:
+        scene.lights = {"lamp": edgegrad.PointLight(at, 300.0, radius=0.1)}
+    renderer = edgegrad.Renderer(scene)
+    clear = renderer.render(spp=1 << 14, max_depth=3)[0, 0]
+    scene.world = edgegrad.World(np.zeros(3), medium=edgegrad.Medium(absorption=(0.1, 0.1, 0.1)))
+    way = np.linalg.norm(at - [1.0, 0.3, 0.0]) + np.hypot(1.0, 0.3) + 3.0 - scene.camera.clip_start
+    kept = edgegrad.Renderer(scene).render(spp=1 << 14, max_depth=3)[0, 0] / clear
+    assert kept == pytest.approx(np.exp(-0.1 * way), rel=0.03)  # the ball and the lamp have sizes of 0.2 m
 
 
 def test_media_that_overlap_add_up() -> None:

@@ -33,8 +33,7 @@ CODES = 1000
 def append_effects(out: Export) -> None:
     """Append the estimated effect to each warning about an object, material, light or world that is exported."""
     subjects = set(out.report.subjects())
-    faces = sum(len(mesh.faces) for mesh in out.scene.meshes.values())
-    if not subjects or faces > MOST_FACES or engine_class("auto").narrow:
+    if not subjects or not _is_measured(out):
         return
     effects: dict[tuple[str, str], str] = {}
     if any(kind in ("object", "material") for kind, _ in subjects):
@@ -52,12 +51,11 @@ def name_transparent_limit(scene: Any, out: Export) -> None:
     Cycles ends such paths there, and lights do not light that surface. The light of paths with so many passages is
     measured by the picture with a limit that is lower by one.
     """
-    faces = sum(len(mesh.faces) for mesh in out.scene.meshes.values())
     limit = out.settings.bounces.transparent
     clear = any(isinstance(one, edgegrad.Material) and (one.kind == "TRANSPARENT" or one.alpha < 1.0
                                                          or "alpha" in one.textures)
                 for one in out.scene.materials.values())  # fmt: skip
-    if not clear or faces > MOST_FACES or engine_class("auto").narrow:
+    if not clear or not _is_measured(out):
         return
     depth = min(out.settings.max_depth, LIGHT_DEPTH)
     light, fewer = _light(out, out.scene.world, [(depth, replace(out.settings.bounces, transparent=most))
@@ -74,12 +72,11 @@ def name_world_limit(scene: Any, limit: int, out: Export) -> None:
 
     The light after more bounces is the change of the world's light by the depth of paths.
     """
-    faces = sum(len(mesh.faces) for mesh in out.scene.meshes.values())
     depth, lower = out.settings.max_depth, limit + SEGMENTS_AROUND_BOUNCES
     if lower >= depth or not out.scene.world.color.any():
         return
     size = "of unknown size"
-    if faces <= MOST_FACES and not engine_class("auto").narrow:
+    if _is_measured(out):
         dark = replace(out.scene.world, color=np.zeros(3))
         both = [(most, out.settings.bounces) for most in (depth, lower)]
         (full, few), (others, few_others) = (_light(out, world, both) for world in (out.scene.world, dark))
@@ -89,6 +86,12 @@ def name_world_limit(scene: Any, limit: int, out: Export) -> None:
         size = f"at most {_percent(share)} of the picture's light"
     out.report.warn(f"scene '{scene.name}'", "its world lights paths of any number of bounces; Cycles samples its "
                     f"light only up to {limit} ({size})")  # fmt: skip
+
+
+def _is_measured(out: Export) -> bool:
+    """Whether small pictures of the exported scene are cheap."""
+    faces = sum(len(mesh.faces) for mesh in out.scene.meshes.values())
+    return faces <= MOST_FACES and not engine_class("auto").narrow
 
 
 def _light(out: Export, world: edgegrad.World, limits: Sequence[tuple[int, edgegrad.Bounces]]) -> list[float]:

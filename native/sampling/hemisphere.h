@@ -40,15 +40,9 @@ EG_INLINE Vec3 direction_at(Vec3 n, Float cosine, Float v) {
 
 // Samples half of the directions in proportion to the cosine, half uniformly.
 EG_INLINE Vec3 mixed_direction(Vec3 n, Float u, Float v) {
-    Vec3 a, b;
-    basis(n, a, b);
-    Float s, c;
-    sincos_turn(v, s, c);
     const Mask uniform = u < 0.5f;
     const Float height = max(select(uniform, 1.0f - 2.0f * u, 2.0f - 2.0f * u), 0.0f);
-    const Float cosine = select(uniform, height, sqrt(height));
-    const Float sine = sqrt(max(1.0f - cosine * cosine, 0.0f));
-    return a * (sine * c) + b * (sine * s) + n * cosine;
+    return direction_at(n, select(uniform, height, sqrt(height)), v);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -12,7 +12,6 @@ import edgegrad
 
 from ..nodes.expressions import constant
 from ..nodes.links import Feed, by_identifier, feed, label
-from .sizes import thinnest
 
 F64 = NDArray[np.float64]
 
@@ -66,16 +65,16 @@ class Volume:
 
 
 def read_volume(found: Feed) -> Volume | None:
-    """Return what is linked to the volume of an output; None if it varies or cannot be read."""
+    """Return what is linked to a volume, which may be nothing; None if it varies or cannot be read."""
     if found.output is None:
-        return None if found.input is None else Volume(np.zeros(3), np.zeros(3), np.zeros(3))
+        return Volume(np.zeros(3), np.zeros(3), np.zeros(3))
     node, groups = found.output.node, found.groups
     if node.type == "ADD_SHADER":
-        one, other = (_linked(socket, groups) for socket in node.inputs[:2])
+        one, other = (read_volume(feed(socket, groups)) for socket in node.inputs[:2])
         return None if one is None or other is None else one.plus(other)
     if node.type == "MIX_SHADER":
         share = constant(node.inputs[0], groups)
-        one, other = (_linked(socket, groups) for socket in node.inputs[1:3])
+        one, other = (read_volume(feed(socket, groups)) for socket in node.inputs[1:3])
         if share is None or one is None or other is None:
             return None
         weight = float(np.clip(share.mean(), 0.0, 1.0))
@@ -83,32 +82,11 @@ def read_volume(found: Feed) -> Volume | None:
     return _node_volume(node, groups)
 
 
-def describe_volume(found: Feed, material: Any) -> str:
-    """Return the sentence on a volume that is left out: which node, and how much light it would keep.
-
-    Parameters
-    ----------
-    found
-        What is linked to the volume of the output.
-    material
-        Blender's material, or None for a world.
-    """
-    node, groups = found.output.node, found.groups
-    text = (f"its volume (node '{label(node, groups)}', {node.bl_label}) is left out, since it is not homogeneous: "
-            "light passes through it unchanged")
-    volume = read_volume(found)
-    name, size = ("", 0.0) if material is None else thinnest(material)
-    if volume is None or not name:
-        return text
-    kept = float(np.exp(-(volume.scattering + volume.absorption) * size).mean())
-    return f"{text}; Cycles lets {kept:.0%} of it pass straight through the {size:.3g} m of object '{name}'"
-
-
-def _linked(socket: Any, groups: Any) -> Volume | None:
-    found = feed(socket, groups)
-    if found.output is None:
-        return Volume(np.zeros(3), np.zeros(3), np.zeros(3))  # nothing is linked: no volume
-    return read_volume(found)
+def describe_volume(found: Feed) -> str:
+    """Return the sentence on what is linked to the volume of an output and cannot be read."""
+    node = found.output.node
+    return (f"its volume (node '{label(node, found.groups)}', {node.bl_label}) is left out, since it is not "
+            "homogeneous: light passes through it unchanged")
 
 
 def _node_volume(node: Any, groups: Any) -> Volume | None:

@@ -202,7 +202,7 @@ def read_material(material: Any, images: Images, report: Report, view: CameraVie
     filling = None
     if volume.output is not None:
         filling = read_volume(volume)
-        for text in (describe_volume(volume, material),) if filling is None else filling.remarks:
+        for text in (describe_volume(volume),) if filling is None else filling.remarks:
             report.warn(where, text)
         if nodes.source(output.inputs["Surface"]) is None:
             reading.value = edgegrad.Material(np.ones(3), kind="TRANSPARENT")

@@ -86,7 +86,7 @@ def _medium(volume: nodes.Feed, where: str, report: Report) -> edgegrad.Medium |
         return None
     found = read_volume(volume)
     if found is None:
-        report.warn(where, f"{describe_volume(volume, None)}; in Cycles, it has no end, so that it hides the "
+        report.warn(where, f"{describe_volume(volume)}; in Cycles, it has no end, so that it hides the "
                            "background and suns, and dims all other light")  # fmt: skip
     for text in () if found is None else found.remarks:
         report.warn(where, text)

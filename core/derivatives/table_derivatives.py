@@ -26,6 +26,7 @@ from ..scene.scene import Scene
 from ..tables import lights as light_table
 from ..tables import materials as material_table
 from ..tables.camera import WIDTH as CAMERA_WIDTH
+from ..tables.media import MEDIUM_WIDTH
 from ..tables.tables import Tables, environment_pixels
 from ..tables.textures.data import is_opaque
 from ..tables.textures.program import compile_textures
@@ -96,6 +97,8 @@ def shapes(tables: Tables) -> dict[str, tuple[int, ...]]:
     texture_attributes           (n,)         `TextureTables.attributes`
     texture_lookups              (n,)         `TextureTables.lookups`
     texture_constants            (n,)         `TextureTables.constants`
+    media                        (M * 8,)     rows of `tables.media.coefficients`
+    world_medium                 (8,)         that of the space around them
     light_params                 (R * 24,)    rows of `light_table`
     environment                  (3,)         colour times strength
     environment_pixels           (h, w, 3)    of the image, absent without one; not scaled by `environment`
@@ -108,6 +111,8 @@ def shapes(tables: Tables) -> dict[str, tuple[int, ...]]:
         "normals": (int(tables.mesh_first_normal[-1]), 3),
         "instance_to_world": (len(tables.instance_mesh), 12),
         "closure_params": (len(tables.materials.kind) * material_table.WIDTH,),
+        "media": (tables.media.size,),
+        "world_medium": (MEDIUM_WIDTH,),
         "light_params": (len(tables.lights.kind) * light_table.WIDTH,),
         "environment": (3,),
         "environment_rotation": (9,),

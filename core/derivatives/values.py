@@ -7,12 +7,14 @@ from typing import Any
 import numpy as np
 
 from ..scene.material import Mixture
-from ..scene.parameters import TEXTURES
+from ..scene.medium import Medium
+from ..scene.parameters import MEDIUM, TEXTURES
 from ..scene.scene import Scene
 from ..tables import lights as light_table
 from ..tables import materials as material_table
 from ..tables.camera import camera_row
 from ..tables.lights import light_row
+from ..tables.media import MEDIUM_WIDTH, coefficients
 from ..tables.tables import Tables
 from ..tables.textures.texture_tables import NumberPlaces
 from .complex_step import jacobian
@@ -22,6 +24,11 @@ from .linear_map import F64, Piece, by_matrix, same
 def material_pieces(scene: Scene, tables: Tables, name: str, field: str) -> list[Piece]:
     """Return the derivative of all closures made from a material; of a mixture, that of its closures' weights."""
     material = scene.materials[name]
+    if field.startswith(MEDIUM):
+        # A mixture has the medium of its first part
+        rows = [k for k, other in enumerate(scene.materials) if scene.closures(other)[0] is material]
+        matrix = _medium_matrix(scene.closures(name)[0].medium, f"material '{name}'", field[len(MEDIUM) :])
+        return [piece for k in rows for piece in by_matrix("media", k * MEDIUM_WIDTH, matrix)]
     if field.startswith(TEXTURES):
         return _number_pieces(tables, name, field[len(TEXTURES) :])
     if isinstance(material, Mixture):
@@ -32,6 +39,21 @@ def material_pieces(scene: Scene, tables: Tables, name: str, field: str) -> list
     place, count = material_table.COLUMNS[field]
     first = [closure * material_table.WIDTH + place for closure in tables.materials.closures_of[name]]
     return [same("closure_params", k, k + count, (count,), np.shape(getattr(material, field))) for k in first]
+
+
+def _medium_matrix(medium: Medium | None, where: str, field: str) -> F64:
+    """Return the derivative of a medium's row of coefficients.
+
+    Raises
+    ------
+    ValueError
+        If the medium has no effect, so that no path finds where it is.
+    """
+    assert medium is not None  # the path names it
+    if not any(medium.scattering) and not any(medium.absorption):
+        raise ValueError(f"{where}: all coefficients of its medium are 0, where they have no derivatives; start from "
+                         "small positive ones")
+    return jacobian(coefficients, medium, field)
 
 
 def _weight(closure: int, k: int, parts: int) -> list[Piece]:
@@ -78,8 +100,10 @@ def light_pieces(scene: Scene, tables: Tables, name: str, field: str) -> list[Pi
 
 
 def world_pieces(scene: Scene, _tables: Tables, _name: str, field: str) -> list[Piece]:
-    """Return the derivative of the environment's radiance, colour times strength, or that of its rotation."""
+    """Return the derivative of the environment's radiance, colour times strength, of its rotation or its medium."""
     world = scene.world
+    if field.startswith(MEDIUM):
+        return by_matrix("world_medium", 0, _medium_matrix(world.medium, "world", field[len(MEDIUM) :]))
     if field == "rotation":
         return [same("environment_rotation", 0, 9, (9,), (3, 3))]
     factor: Any = world.strength * np.eye(3) if field == "color" else world.color

@@ -76,6 +76,14 @@ _FIELDS: dict[str, Kind] = {
 }  # fmt: skip
 
 
+# Of a medium, whose coefficients stay positive where they are: there are no derivatives where it vanishes.
+_MEDIUM_FIELDS: dict[str, Kind] = {
+    "scattering": _SIZE,
+    "absorption": _SIZE,
+    "anisotropy": Kind((-0.999, 0.999), WEIGHT_STEP),
+}
+
+
 def kind_of(scene: Scene, path: str) -> Kind:
     """Return the kind of a parameter that is not a position, a direction or a pose."""
     collection, name, field = parameters.split(path)
@@ -89,6 +97,8 @@ def kind_of(scene: Scene, path: str) -> Kind:
         return Kind(_ANY, SHIFT_STEP) if uv else _COLOR if within else Kind(_ANY, RELATIVE_STEP, relative=True)
     if field.startswith(parameters.TEXTURES):
         return Kind(_ANY, RELATIVE_STEP, relative=True)
+    if field.startswith(parameters.MEDIUM):
+        return _MEDIUM_FIELDS[field[len(parameters.MEDIUM) :]]
     return _FIELDS[field]
 
 

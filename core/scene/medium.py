@@ -22,8 +22,7 @@ class Medium(Checked):
 
     `Material.medium` fills the closed meshes with the material, `World.medium` the space around them. Where media
     overlap, their coefficients add up. Derivatives have the light that media scatter and keep, at scattering events
-    that stand still: exact by colours and strengths, while the plan names what motions lack. The coefficients
-    themselves have no derivatives.
+    that stand still: exact by colours, strengths and the coefficients, while the plan names what motions lack.
 
     Attributes
     ----------

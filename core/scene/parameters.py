@@ -2,10 +2,10 @@
 
 Grammar::
 
-    path   = "camera." FIELD | "world." FIELD
+    path   = "camera." FIELD | "world." FIELD | "world.medium." FIELD
            | "meshes." NAME "." FIELD | "meshes." NAME ".attributes." LAYER
            | "meshes." NAME ".instance_attributes." LAYER
-           | "materials." NAME "." FIELD | "materials." NAME ".textures." FIELD
+           | "materials." NAME "." FIELD | "materials." NAME ".textures." FIELD | "materials." NAME ".medium." FIELD
            | "lights." NAME "." FIELD | "images." NAME ".pixels"
            | "fields." NAME "." FIELD | "fields." NAME ".attributes." LAYER
 
@@ -14,12 +14,13 @@ the field. The name of a LAYER (UV map, colours, other values) may contain dots 
 ".attributes." or ".instance_attributes.". An object or layer whose name contains one of these has no valid path.
 
 The parameter "textures.FIELD" is the vector of all numbers in the expression of this field (`expression.numbers`).
+The parameter "medium.FIELD" is a coefficient of the medium.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import fields
+from dataclasses import fields, replace
 from functools import lru_cache
 from typing import Any
 
@@ -28,6 +29,7 @@ import numpy as np
 from .._check import shaped, shown
 from .._fields import near
 from ..expression.numbers import numbers, with_numbers
+from .medium import Medium
 from .names import listed
 from .scene import Scene
 
@@ -35,14 +37,16 @@ COLLECTIONS = ("meshes", "materials", "lights", "images", "fields")
 SINGLE = ("camera", "world")
 # Fields that hold a dict of parameters, and the collections whose objects have such a field.
 ATTRIBUTES, INSTANCE_ATTRIBUTES, TEXTURES = "attributes.", "instance_attributes.", "textures."
-_HOLDERS = {"meshes": (ATTRIBUTES, INSTANCE_ATTRIBUTES), "materials": (TEXTURES,), "fields": (ATTRIBUTES,)}
+# The field that holds a medium, whose own fields are parameters.
+MEDIUM = "medium."
+_HOLDERS = {"meshes": (ATTRIBUTES, INSTANCE_ATTRIBUTES), "materials": (TEXTURES, MEDIUM), "fields": (ATTRIBUTES,)}
 
 
 def split(path: str) -> tuple[str, str, str]:
     """Split a path into (collection, name, field).
 
     The name is empty for ``camera`` and ``world``. The field of a layer is "attributes.LAYER", the field of an
-    expression is "textures.FIELD".
+    expression is "textures.FIELD", that of a medium is "medium.FIELD".
 
     Raises
     ------
@@ -57,7 +61,7 @@ def split(path: str) -> tuple[str, str, str]:
 @lru_cache(maxsize=1 << 14)  # each call with derivatives splits its paths several times
 def _split(path: str) -> tuple[str, str, str]:
     collection, _, rest = path.partition(".")
-    if collection in SINGLE and rest and "." not in rest:
+    if collection in SINGLE and rest and "." not in rest.removeprefix(MEDIUM if collection == "world" else ""):
         return collection, "", rest
     for holder in _HOLDERS.get(collection, ()):
         name, dot, key = rest.rpartition(f".{holder}")
@@ -66,10 +70,10 @@ def _split(path: str) -> tuple[str, str, str]:
     name, dot, fieldname = rest.rpartition(".")
     if collection in COLLECTIONS and dot and name and fieldname:
         return collection, name, fieldname
-    raise ValueError(f"unknown parameter path {shown(path)}; a path is camera.FIELD, world.FIELD, meshes.NAME.FIELD, "
-                     "meshes.NAME.attributes.LAYER, meshes.NAME.instance_attributes.LAYER, materials.NAME.FIELD, "
-                     "materials.NAME.textures.FIELD, lights.NAME.FIELD, images.NAME.pixels, fields.NAME.FIELD or "
-                     "fields.NAME.attributes.LAYER")
+    raise ValueError(f"unknown parameter path {shown(path)}; a path is camera.FIELD, world.FIELD, world.medium.FIELD, "
+                     "meshes.NAME.FIELD, meshes.NAME.attributes.LAYER, meshes.NAME.instance_attributes.LAYER, "
+                     "materials.NAME.FIELD, materials.NAME.textures.FIELD, materials.NAME.medium.FIELD, "
+                     "lights.NAME.FIELD, images.NAME.pixels, fields.NAME.FIELD or fields.NAME.attributes.LAYER")
 
 
 def owner(scene: Scene, path: str) -> tuple[Any, str]:
@@ -101,7 +105,15 @@ def value_of(held: Any, fieldname: str) -> Any:
         return getattr(held, layer[0])[layer[1]]
     if fieldname.startswith(TEXTURES):
         return numbers(held.textures[fieldname[len(TEXTURES) :]])
+    if fieldname.startswith(MEDIUM):
+        return coefficient(held.medium, fieldname[len(MEDIUM) :])
     return getattr(held, fieldname)
+
+
+def coefficient(medium: Medium, fieldname: str) -> Any:
+    """Return the value of a medium's field: a float array, or a float."""
+    value = getattr(medium, fieldname)
+    return np.array(value) if isinstance(value, tuple) else value
 
 
 def put(scene: Scene, path: str, value: Any) -> None:
@@ -118,6 +130,9 @@ def put(scene: Scene, path: str, value: Any) -> None:
     elif fieldname.startswith(TEXTURES):
         key = fieldname[len(TEXTURES) :]
         held.textures = {**held.textures, key: with_numbers(held.textures[key], new.tolist())}
+    elif fieldname.startswith(MEDIUM):
+        plain = tuple(new.tolist()) if new.ndim else float(new)
+        held.medium = replace(held.medium, **{fieldname[len(MEDIUM) :]: plain})
     else:
         setattr(held, fieldname, new if new.ndim else float(new))
 
@@ -148,13 +163,15 @@ def _float_fields(held: Any) -> Iterator[str]:
             yield from (f"{f.name}.{layer}" for layer in value)
         elif f.name + "." == TEXTURES:
             yield from (TEXTURES + key for key, expression in value.items() if len(numbers(expression)))
+        elif isinstance(value, Medium):
+            yield from (MEDIUM + one.name for one in fields(value))
         elif _is_float(value):
             yield f.name
 
 
 def _has_float(held: Any, fieldname: str) -> bool:
     """Whether `fieldname` is in `_float_fields(held)`, without a visit to the other fields."""
-    if fieldname.startswith((ATTRIBUTES, INSTANCE_ATTRIBUTES, TEXTURES)):
+    if fieldname.startswith((ATTRIBUTES, INSTANCE_ATTRIBUTES, TEXTURES, MEDIUM)):
         return fieldname in _float_fields(held)
     return fieldname in held.__dataclass_fields__ and _is_float(getattr(held, fieldname))
 

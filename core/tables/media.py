@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,14 +13,16 @@ from ..scene.scene import Scene
 MEDIUM_WIDTH = 8
 
 
+def coefficients(medium: Medium) -> NDArray[Any]:
+    """(8,) extinction, scattering, the mean scattering times the mean cosine, and 0."""
+    scattering = np.asarray(medium.scattering)
+    extinction = scattering + np.asarray(medium.absorption)
+    return np.concatenate([extinction, scattering, [scattering.mean() * medium.anisotropy, 0.0]])
+
+
 def medium_row(medium: Medium | None) -> NDArray[np.float32]:
-    """(8,) extinction, scattering, and the mean scattering times the mean cosine; zeros without a medium."""
-    row = np.zeros(MEDIUM_WIDTH, np.float32)
-    if medium is not None:
-        scattering = np.array(medium.scattering)
-        row[0:3], row[3:6] = scattering + medium.absorption, scattering
-        row[6] = scattering.mean() * medium.anisotropy
-    return row
+    """(8,) the coefficients; zeros without a medium."""
+    return (np.zeros(MEDIUM_WIDTH) if medium is None else coefficients(medium)).astype(np.float32)
 
 
 def medium_table(scene: Scene, others: int) -> NDArray[np.float32]:

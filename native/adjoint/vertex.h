@@ -19,6 +19,7 @@
 
 #include "adjoint/field_surface.h"
 #include "adjoint/incident_light.h"
+#include "adjoint/media_light.h"
 #include "adjoint/specular_block.h"
 #include "adjoint/thrown_sweep.h"
 #include "path/shaded_surface.h"
@@ -108,10 +109,10 @@ struct RimOfSurface {
 };
 
 // Radiance of lights of the table along specular and camera rays.
-EG_INLINE Vec3 lights_met(const SceneView& scene, const Vertex& v, Mask active, Vec3 from, Vec3 direction) {
+EG_INLINE Vec3 lights_met(const SceneView& scene, const Vertex& v, Mask active, Vec3 from, Vec3 direction,
+                          Mask in_medium, const MediumAround& medium) {
     Vec3 sum = zero3();
     const Vec3 w = unit_vector(direction);
-    const Mask in_medium = active & (load(v.face) == splat(kInMedium));
     for_each_met_light(
         scene, active, from, load(v.from_mesh), w, load(v.near), load(v.far), load(v.kind),
         load(v.bounces_before_last), [&](int row, Mask seen, const LightRow& l, Float distance, Float) {
@@ -122,29 +123,29 @@ EG_INLINE Vec3 lights_met(const SceneView& scene, const Vertex& v, Mask active, 
             if (any(in_medium))
                 light = select(
                     in_medium,
-                    light * kept_over(load3(v.medium_extinction), max(detach(distance) - load(v.near), 0.0f)),
-                    light);
+                    light * kept_over(medium.extinction, max(detach(distance) - load(v.near), 0.0f)), light);
             sum = sum + select(seen, light, zero3());
         });
     return sum;
 }
 
 // Light that leaves media: scattered at points that move with the rays that found them, or passing. How the
-// media's transmittance changes is left out.
+// media's transmittance changes with distances is left out.
 inline void leave_medium(const SceneView& scene, const VertexMemory& memory, const Vertex& v, Mask in_medium,
-                         const Arrival& arrival, Vec3 direction, Vec3 incoming, Int next, bool geometry,
-                         Leaving& out) {
-    const Vec3 weight = load3(v.medium_weight);
+                         const MediumAround& medium, const Arrival& arrival, Vec3 direction, Vec3 incoming,
+                         Int next, bool geometry, Leaving& out) {
+    const Float way = load(v.medium_way);
+    const Vec3 weight = load3(v.medium_weight) * change_over(medium.extinction, way - load(v.near));
     const Mask passes = in_medium & load(v.passes), scatters = in_medium & ~passes;
     Vec3 light = select(passes, incoming, zero3());
     if (any(scatters)) {
         const Vec3 along = unit_vector(direction);
-        const Vec3 position = arrival.from + along * load(v.medium_way);
+        const Vec3 position = arrival.from + along * way;
         Scattering s =
             light_sources(scene, memory, v, scatters, position, splat(0), incoming, next, geometry);
-        if (memory.passed.count > 0) pass_transparent_surfaces(scene, memory, v, position, s, geometry);
-        const PhaseFunction phase{-along, along, load(v.medium_cosine)};
-        light = select(scatters, scattered(scene, phase, scatters, s), light);
+        pass_on_shadow_rays(scene, memory, v, position, s, geometry);
+        const PhaseFunction phase{-along, along, mean_cosine(medium.scattering, medium.forward)};
+        light = select(scatters, scattered(scene, phase, scatters, s) * medium.scattering, light);
         out.position = select(scatters, position, out.position);
     }
     out.light = select(in_medium, out.light + light * weight, out.light);
@@ -227,12 +228,18 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
         const Vec3 towards = select(screen_form, arrival.direction, turned_with_environment(scene, recorded));
         out.light = select(missed, environment_radiance(scene, towards) * environment_weight, out.light);
     }
-    // Add lights of the table along the ray
+    // Add lights of the table along the ray, and light in media
+    Mask in_medium = splat(0);
+    MediumAround medium{};
+    if (scene.any_medium) {
+        in_medium = active & (load(v.face) == splat(kInMedium));
+        if (any(in_medium)) medium = medium_around(scene, memory, v);
+    }
     if (scene.lights.all_sized() > 0 && any(screen_form))
-        out.light = out.light + lights_met(scene, v, screen_form & ~on_rim, arrival.from, direction);
-    if (scene.any_medium)
-        if (const Mask in_medium = active & (load(v.face) == splat(kInMedium)); any(in_medium))
-            leave_medium(scene, memory, v, in_medium, arrival, direction, incoming, next, geometry, out);
+        out.light = out.light +
+                    lights_met(scene, v, screen_form & ~on_rim, arrival.from, direction, in_medium, medium);
+    if (any(in_medium))
+        leave_medium(scene, memory, v, in_medium, medium, arrival, direction, incoming, next, geometry, out);
     if (!any(hit)) return out;
 
     // Compute the surface point and the view direction
@@ -297,7 +304,7 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
 
     // Collect the incoming light and attenuate it by transparent surfaces
     Scattering s = light_sources(scene, memory, v, stays, x.position, x.material, incoming, next, geometry);
-    if (memory.passed.count > 0) pass_transparent_surfaces(scene, memory, v, x.position, s, geometry);
+    pass_on_shadow_rays(scene, memory, v, x.position, s, geometry);
     const Vec3 normal = shading_normal(scene, stays, shader, point);
     // Scatter at Lambertian surfaces
     const Mask lambertian = stays & has(shader, kLambertian);

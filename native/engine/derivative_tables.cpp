@@ -29,6 +29,8 @@ std::vector<NamedTable> differentiable_tables(const SceneView& scene, const Scen
         {FloatTable::kEnvironment, scene.environment, 3},
         {FloatTable::kEnvironmentRotation, scene.environment_rotation, 9},
         {FloatTable::kCamera, scene.camera.position, kCameraFloats},
+        table(FloatTable::kMedia, t.media),
+        {FloatTable::kWorldMedium, scene.world_medium, kMediumFloats},
     };
     if (scene.environment_image.pixels)
         all.push_back({FloatTable::kEnvironmentPixels, scene.environment_image.pixels,
@@ -60,6 +62,7 @@ void add_span(DifferentiableTables& to, const NamedTable& table, const Requested
 size_t row_width(FloatTable table) {
     if (table == FloatTable::kClosures) return kMaterialParams;
     if (table == FloatTable::kEnvironment) return 3;
+    if (table == FloatTable::kMedia || table == FloatTable::kWorldMedium) return kMediumFloats;
     return table == FloatTable::kLights ? kLightParams : 1;
 }
 

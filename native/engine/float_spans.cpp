@@ -12,7 +12,8 @@ namespace edgegrad {
 const char* const kFloatTableNames[] = {
     "vertices",       "normals",        "instance_to_world",  "field_values",         "field_to_world",
     "closure_params", "texture_pixels", "texture_attributes", "texture_lookups",      "texture_constants",
-    "light_params",   "environment",    "environment_pixels", "environment_rotation", "camera"};
+    "light_params",   "environment",    "environment_pixels", "environment_rotation", "camera",
+    "media",          "world_medium"};
 
 FloatTable float_table(std::string_view name) {
     const auto* at = std::find(std::begin(kFloatTableNames), std::end(kFloatTableNames), name);

@@ -31,6 +31,8 @@ enum class FloatTable : int32_t {
     kEnvironmentPixels,
     kEnvironmentRotation,
     kCamera,
+    kMedia,
+    kWorldMedium,
     kTables
 };
 extern const char* const kFloatTableNames[static_cast<size_t>(FloatTable::kTables)];
@@ -75,6 +77,7 @@ class FloatSpans {
     }
     // Whether anything but the strength of a light is requested.
     bool moves_lights() const;
+    bool changes_media() const { return any(FloatTable::kMedia) || any(FloatTable::kWorldMedium); }
     bool moves_fields() const { return any(FloatTable::kFieldValues) || any(FloatTable::kFieldPlaces); }
 
  private:

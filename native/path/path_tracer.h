@@ -269,7 +269,7 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
         const Float distance = select(hit, load(work.hits.distance + at), splat(__builtin_inff()));
         RayMedia media;
         const bool in_media =
-            scene.any_medium && find_media(scene, p, distance, work.hits.edges != nullptr, media);
+            scene.any_medium && find_media(scene, work, p, distance, work.hits.edges != nullptr, media);
         if (!work.vertices && scene.lights.all_sized() > 0)
             add_sized_lights(scene, work, p, distance, in_media ? &media : nullptr);
         // Scatter paths in media. What media scatter towards the start of a boundary sample is no part of its

@@ -58,11 +58,15 @@ EG_INLINE void add_radiance(Workspace& work, const PathPacket& p, Mask m, Vec3 v
     }
 }
 
-// Shadow rays of a vertex towards meshes of the ray mask `mask`, and where they record transparent surfaces.
+// Shadow rays of a vertex towards meshes of the ray mask `mask`, and where it is recorded what they pass.
 EG_INLINE PassingRays shadow_rays(const Workspace& work, const Vertex* vertex, RecordedRay ray, Int mask) {
     PassingRays rays{mask};
-    if (vertex && work.vertices->passed.closures)
-        rays.record = {&work.vertices->passed, static_cast<int32_t>(vertex - &work.vertices->at<W>(0)), ray};
+    if (!vertex) return rays;
+    VertexMemory& memory = *work.vertices;
+    if (memory.passed.closures) rays.record.surfaces = &memory.passed;
+    if (memory.media.wanted) rays.record.media = &memory.media;
+    rays.record.vertex = static_cast<int32_t>(vertex - &memory.at<W>(0));
+    rays.record.ray = ray;
     return rays;
 }
 

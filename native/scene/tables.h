@@ -95,9 +95,6 @@ bool has_flags(const Tables& tables, size_t material, int32_t flags) {
     return any_closure(tables, material, [&](size_t k) { return (tables.closure_flags[k] & flags) != 0; });
 }
 
-// Whether a row of floats (MediumFloat) is a medium.
-inline bool is_medium(const float* row) { return std::max({row[0], row[1], row[2]}) > 0.0f; }
-
 // Whether visible faces have the material, and it has a medium.
 inline bool has_medium(const SceneTables& tables, size_t material) {
     return tables.material_used[material] && is_medium(tables.media.data() + kMediumFloats * material);

@@ -63,6 +63,8 @@ enum MediumFloat : int32_t {
     kMediumForward = 6,     // mean scattering times the mean cosine of the phase function, 1/m
     kMediumFloats = 8
 };
+// Whether a row is a medium.
+inline bool is_medium(const float* row) { return row[0] > 0.0f || row[1] > 0.0f || row[2] > 0.0f; }
 
 struct CameraView {
     // Floats with derivatives, consecutive (kCameraFloats).

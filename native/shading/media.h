@@ -9,6 +9,8 @@
 
 #include "scene/rays/filtered_hits.h"
 #include "shading/absorption.h"
+#include "shading/media_recorder.h"
+#include "shading/phase_function.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -20,11 +22,7 @@ struct RayMedia {
     Float begin = splat(0.0f);    // distance from which on the ray is in the media (near_plane)
 
     EG_INLINE Mask dense() const { return largest_component(extinction) > 0.0f; }
-    EG_INLINE Float cosine() const {
-        const Float mean = (scattering.x + scattering.y + scattering.z) * (1.0f / 3.0f);
-        const Float cosine = select(mean > 0.0f, forward / max(mean, 1e-30f), splat(0.0f));
-        return min(max(cosine, splat(-0.999f)), splat(0.999f));
-    }
+    EG_INLINE Float cosine() const { return mean_cosine(scattering, forward); }
 };
 
 struct MediaContext {
@@ -33,6 +31,8 @@ struct MediaContext {
     float sum[kMediumFloats][W];
     float densest[W];  // the largest extinction of a medium along the ray
     float depth[3][W];
+    float length[W];          // of the direction
+    MediaRecorder* recorder;  // null: nothing is recorded
 };
 
 static void filter_media(const embree::FilterArguments* args) {
@@ -52,29 +52,48 @@ static void filter_media(const embree::FilterArguments* args) {
         for (int c = 0; c < 3; ++c)
             context->densest[lane] = std::max(context->densest[lane], row[kMediumExtinction + c]);
         for (int c = 0; c < 3; ++c) context->depth[c][lane] += sign * row[kMediumExtinction + c] * way;
+        if (context->recorder && is_medium(row))
+            context->recorder->add(lane, x.material[lane], sign, sign * way * context->length[lane]);
     }
 }
 
-// The media along rays up to `far` times the direction's length.
+// Records the medium of the space outside. Where it takes all light, up to an infinite distance, nothing is
+// left to change.
+EG_INLINE void record_world_medium(MediaRecorder& recorder, Mask active, Float way) {
+    for (int lane = 0; lane < W; ++lane)
+        if (active[lane])
+            recorder.add(lane, kWorldMedium, 1.0f, way[lane] < __builtin_inff() ? way[lane] : 0.0f);
+}
+
+// The media along rays up to `far` times the direction's length. They are recorded by `recorder`, which keeps
+// none yet.
 [[maybe_unused]] EG_OUTLINE RayMedia media_along(const SceneView& scene, Mask active, Vec3 origin,
-                                                 Vec3 direction, Float far) {
+                                                 Vec3 direction, Float far,
+                                                 MediaRecorder* recorder = nullptr) {
     MediaContext context;
+    const Float length = sqrt(dot(direction, direction));
     context.along.start(scene, ignore_nothing(), direction);
+    context.recorder = recorder;
     store(context.far, far);
-    for (auto& row : context.sum) store(row, splat(0.0f));
-    for (auto& row : context.depth) store(row, splat(0.0f));
-    store(context.densest, splat(0.0f));
-    if (scene.bvh && any(active)) {
-        alignas(64) int32_t valid[W];
-        store(valid, active);
-        Ray ray;
-        set_ray(ray, origin, direction, splat(0.0f), splat(__builtin_inff()), splat(-1));
-        embree::QueryArguments args;
-        args.context = &context.along.edges.bricks.base;
-        args.flags |= embree::kInvokeArgumentFilter;
-        args.filter = context.along.edges.bricks.filter = filter_media;
-        query_occluded(scene, valid, ray, args);
-    }
+    store(context.length, length);
+    do {
+        if (recorder) recorder->start();
+        for (auto& row : context.sum) store(row, splat(0.0f));
+        for (auto& row : context.depth) store(row, splat(0.0f));
+        store(context.densest, splat(0.0f));
+        if (scene.bvh && any(active)) {
+            alignas(64) int32_t valid[W];
+            store(valid, active);
+            Ray ray;
+            set_ray(ray, origin, direction, splat(0.0f), splat(__builtin_inff()), splat(-1));
+            embree::QueryArguments args;
+            args.context = &context.along.edges.bricks.base;
+            args.flags |= embree::kInvokeArgumentFilter;
+            args.filter = context.along.edges.bricks.filter = filter_media;
+            query_occluded(scene, valid, ray, args);
+        }
+        if (recorder && is_medium(scene.world_medium)) record_world_medium(*recorder, active, far * length);
+    } while (recorder && recorder->needs_room());
     // Add the medium of the space outside. Sums that are as small as their rounding, or negative since a ray
     // along an edge has missed a face, are no medium.
     const float* world = scene.world_medium;
@@ -83,7 +102,6 @@ static void filter_media(const embree::FilterArguments* args) {
         const Float own = load(context.sum[k]);
         return select(own > rounding, own, splat(0.0f)) + world[k];
     };
-    const Float length = sqrt(dot(direction, direction));
     const auto depth = [&](int c) {
         Float own = max(load(context.depth[c]), splat(0.0f)) * length;
         if (world[kMediumExtinction + c] > 0.0f) own = own + far * length * world[kMediumExtinction + c];
@@ -105,9 +123,14 @@ EG_INLINE Float near_plane(const SceneView& scene, Mask from_camera, Vec3 direct
 }
 
 // The share of light that media keep along rays up to `far` times the direction's length.
-EG_INLINE Vec3 kept_by_media(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float far) {
+EG_INLINE Vec3 kept_by_media(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float far,
+                             const RayRecord& record = {}) {
     if (!scene.any_medium || !any(active)) return one3();
-    return select(active, kept_over(media_along(scene, active, origin, direction, far).depth), one3());
+    MediaRecorder recorder(record.media, record);
+    const RayMedia media =
+        media_along(scene, active, origin, direction, far, record.media ? &recorder : nullptr);
+    if (record.media) recorder.keep(active);
+    return select(active, kept_over(media.depth), one3());
 }
 
 // The same from the distance `begin` on, along the segment of the length `distance` from `origin` to the

@@ -9,6 +9,13 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
+// The mean cosine of a medium with the scattering and MediumFloat kMediumForward.
+EG_INLINE Float mean_cosine(Vec3 scattering, Float forward) {
+    const Float mean = (scattering.x + scattering.y + scattering.z) * (1.0f / 3.0f);
+    const Float cosine = select(mean > 0.0f, forward / max(mean, 1e-30f), splat(0.0f));
+    return min(max(cosine, splat(-0.999f)), splat(0.999f));
+}
+
 struct PhaseFunction {
     Vec3 normal;  // against the ray; it has no effect
     Vec3 along;   // unit: the direction in which the path arrives

@@ -15,7 +15,7 @@ struct PassingRays {
     RayKind kind = kShadowRay;       // for textures
     int most_transparent = 1 << 30;  // surfaces; rays end behind more
     Ignored ignored = ignore_nothing();
-    TransparentRecord record{};
+    RayRecord record{};
 };
 
 // Context of a shadow query whose filter multiplies transmittances.
@@ -85,8 +85,8 @@ EG_OUTLINE Vec3 through_surfaces(const SceneView& scene, Mask active, Vec3 origi
     ShadowContext context;
     context.along.start(scene, rays.ignored, direction);
     context.kind = rays.kind;
-    TransparentRecorder recorder(rays.record);
-    context.recorder = rays.record.memory ? &recorder : nullptr;
+    TransparentRecorder recorder(rays.record.surfaces, rays.record);
+    context.recorder = rays.record.surfaces ? &recorder : nullptr;
     embree::QueryArguments args;
     args.context = &context.along.edges.bricks.base;
     args.flags |= embree::kInvokeArgumentFilter;
@@ -116,7 +116,7 @@ EG_INLINE Vec3 transmittance(const SceneView& scene, Mask active, Vec3 origin, V
     const Vec3 through = through_surfaces(scene, active, origin, direction, far, rays);
     if (!scene.any_medium) return through;
     const Mask open = active & (largest_component(through) > 0.0f);
-    return through * kept_by_media(scene, open, origin, direction, far);
+    return through * kept_by_media(scene, open, origin, direction, far, rays.record);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "scene/requested_surfaces.h"
+#include "tasks/media_on_rays.h"
 #include "tasks/transparent_surfaces.h"
 #include "util/tape_memory.h"
 
@@ -79,9 +80,9 @@ struct alignas(64) VertexPacket {
     Floats thrown_scale;   // the same for light of the environment that the sampled lobe throws; 0: none
     Floats last_scale[3];  // of the environment's light along it, if it can meet nothing else
 
-    // In media (face kInMedium): the extinction, the weight of the scattered or passing light, the distance
-    // from `from` to the scattering event, and the mean cosine of the phase function.
-    Floats medium_extinction[3], medium_weight[3], medium_way, medium_cosine;
+    // In media (face kInMedium): MediumFloat, the weight of the scattered or passing light without the
+    // scattering coefficient, and the distance from `from` to the scattering event or the ray's end.
+    Floats medium_extinction[3], medium_scattering[3], medium_forward, medium_weight[3], medium_way;
 
     // -1: its light is not finite; the lane is no longer active (adjoint/path_sweeps.cpp).
     Ints lost;
@@ -99,8 +100,9 @@ struct VertexMemory {
     RequestedSurfaces requested;
     bool rims = false;         // paths sample rims of lobes only (path/rim.h)
     TransparentMemory passed;  // surfaces passed by the vertices' shadow rays
+    MediaMemory media;         // along these and the rays that found vertices in media
 
-    void clear() { count = passed.count = 0; }
+    void clear() { count = passed.count = media.count = 0; }
     template <int N>
     VertexPacket<N>& at(int64_t k) const {
         return static_cast<VertexPacket<N>*>(packets.data())[k];

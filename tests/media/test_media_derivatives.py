@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import edgegrad
+from edgegrad.scene import parameters
 from tests.support.block_statistics import check, half_width, mean_p_value
 from tests.support.picture_differences import check_equal_bits, check_transpose, sums_of_differences
 from tests.support.small_scenes import box, camera, glowing, rectangle
@@ -62,7 +63,110 @@ def test_lamps_move_over_what_thin_fog_scatters(name: str) -> None:
     assert half_width(found - exact) < 0.5 * abs(exact.mean())
 
 
-PATHS = ("materials.floor.base_color", "materials.glow.emission", "lights.lamp.power", "lights.lamp.position",
+def smoke_between(*, overlap: bool = False) -> edgegrad.Scene:
+    """Smoke between a lamp and a floor in a sky, beside the camera: only shadow rays and bounces pass it."""
+    smoke = edgegrad.Medium((0.4, 0.2, 0.1), (0.3, 0.5, 0.4), 0.2)
+    scene = edgegrad.Scene(
+        camera((0, 1.5, 3.5), size=8, fov=0.5),
+        {"smoke": box((0, 1.8, 0), (0.8, 0.4, 0.8), "smoke"),
+         "floor": rectangle((0, 0, 0), (1.2, 0, 0), (0, 0, -1.2), "floor")},
+        {"smoke": edgegrad.Material(np.ones(3), kind="TRANSPARENT", medium=smoke),
+         "floor": edgegrad.Material(np.array([0.7, 0.5, 0.3]), kind="DIFFUSE")},
+        {"lamp": edgegrad.PointLight(np.array([0.1, 3.0, 0.2]), 60.0, radius=0.05)},
+        edgegrad.World(np.array([0.3, 0.2, 0.4])),
+    )  # fmt: skip
+    if overlap:
+        scene.meshes["more"] = box((0.2, 1.7, 0.1), (0.7, 0.4, 0.7), "more")
+        scene.materials["more"] = edgegrad.Material(
+            np.ones(3), kind="TRANSPARENT", medium=edgegrad.Medium((0.3, 0.3, 0.6), (0.1, 0.2, 0.1), -0.4))
+    return scene
+
+
+COEFFICIENTS = {"scattering": np.array([1.0, 0.5, 0.3]), "absorption": np.array([0.4, 1.0, 0.6]), "anisotropy": 1.0}
+
+
+def check_coefficient(scene: edgegrad.Scene, holder: str, field: str, **options: Any) -> None:
+    """The derivative by a medium's coefficient agrees with differences, whose noise is small."""
+    found, exact = sums_of_differences(scene, f"{holder}.medium.{field}", COEFFICIENTS[field], 0.02, **options)
+    light = float(edgegrad.render(scene, spp=64, max_depth=options["max_depth"]).sum())
+    check(mean_p_value(found - exact, 0.0, rounding=2e-3 * abs(found.mean())))
+    assert half_width(exact) < 0.25 * abs(found.mean()) + 0.1 * light
+
+
+@pytest.mark.parametrize("field", COEFFICIENTS)
+@pytest.mark.parametrize("gloss", [False, True])
+def test_coefficients_of_fog_in_a_mesh(field: str, gloss: bool) -> None:
+    check_coefficient(foggy_room(gloss=gloss), "materials.fog", field, max_depth=5, spp=256)
+
+
+@pytest.mark.parametrize("field", COEFFICIENTS)
+def test_coefficients_of_fog_in_the_world(field: str) -> None:
+    scene = foggy_room()
+    scene.world.medium, scene.materials["fog"].medium = scene.materials["fog"].medium, None
+    check_coefficient(scene, "world", field, max_depth=5, spp=256)
+
+
+@pytest.mark.parametrize(("field", "overlap"), [("scattering", False), ("absorption", False), ("absorption", True)])
+def test_coefficients_of_smoke_that_only_shadow_rays_pass(field: str, overlap: bool) -> None:
+    """Paths of two segments: light of the lamp and of the sky that reaches the floor through the smoke."""
+    scene = smoke_between(overlap=overlap)
+    check_coefficient(scene, "materials.smoke", field, max_depth=2, spp=256)
+
+
+@pytest.mark.parametrize("field", COEFFICIENTS)
+def test_coefficients_where_media_overlap(field: str) -> None:
+    scene = smoke_between(overlap=True)
+    scene.camera.to_world = camera((0, 1.8, 2.5), size=8, fov=0.6).to_world
+    check_coefficient(scene, "materials.more", field, max_depth=4, spp=512)
+
+
+def test_scattering_of_a_channel_that_scatters_nothing_yet() -> None:
+    """The one-sided derivative at 0, of which pictures have no samples."""
+    scene = smoke_between()
+    scene.materials["smoke"].medium = edgegrad.Medium((0.4, 0.2, 0.0), (0.3, 0.5, 0.4), 0.2)
+    scene.camera.to_world = camera((0, 1.8, 2.5), size=8, fov=0.6).to_world
+    blue = np.array([0.0, 0.0, 1.0])
+    found, exact = sums_of_differences(scene, "materials.smoke.medium.scattering", blue, 0.02, one_sided=True,
+                                       spp=1024, max_depth=4)  # fmt: skip
+    # The difference has the second derivative, too: an extinction of .4 grows by .02 over ways of at most 1 m
+    check(mean_p_value(found - exact, 0.0, rounding=0.03 * abs(found.mean())))
+    assert half_width(exact) < 0.25 * abs(found.mean())
+
+
+def test_parts_of_mixtures_pass_on_the_mediums_derivative() -> None:
+    """A mixture has the medium of its first part."""
+    plain = foggy_room()
+    mixed = foggy_room()
+    fog = mixed.materials["fog"]
+    mixed.materials |= {"a": fog, "b": edgegrad.Material(np.ones(3), kind="TRANSPARENT", medium=fog.medium),
+                        "fog": edgegrad.Mixture(("a", "b"), np.array([0.5, 0.5]))}  # fmt: skip
+    adjoint = np.ones((8, 8, 3), np.float32)
+    one = edgegrad.Renderer(plain).render_backward(adjoint, ["materials.fog.medium.absorption"], spp=64, max_depth=4)
+    parts = [f"materials.{name}.medium.absorption" for name in "ab"]
+    two = edgegrad.Renderer(mixed).render_backward(adjoint, parts, spp=64, max_depth=4)
+    np.testing.assert_allclose(two[parts[0]], one["materials.fog.medium.absorption"], rtol=0.2)
+    assert not two[parts[1]].any()
+
+
+def test_a_medium_without_coefficients_is_refused() -> None:
+    scene = foggy_room()
+    scene.world.medium = edgegrad.Medium()
+    with pytest.raises(ValueError, match="world: all coefficients of its medium are 0"):
+        edgegrad.plan(scene, ["world.medium.scattering"])
+
+
+def test_a_fit_finds_the_density() -> None:
+    scene = smoke_between()
+    target = edgegrad.render(scene, spp=256, max_depth=3)
+    path = "materials.smoke.medium.absorption"
+    truth = parameters.get(scene, path)
+    parameters.put(scene, path, 0.5 * truth)
+    edgegrad.fit(scene, target, [path], iterations=60, spp=16, max_depth=3)
+    np.testing.assert_allclose(parameters.get(scene, path), truth, rtol=0.1)
+
+
+PATHS = ("materials.fog.medium.scattering", "materials.fog.medium.anisotropy", "materials.floor.base_color",
+         "materials.glow.emission", "lights.lamp.power", "lights.lamp.position",
          "meshes.floor.vertices", "camera.to_world", "world.color")  # fmt: skip
 
 

@@ -19,6 +19,7 @@ struct PathRecording {
     // Starts to record vertices of a task's paths, and returns a sweep over them.
     AdjointTask begin(const TermRun& run, const ImageTask& task) const {
         Workspace& work = run.work();
+        const bool media = requested.floats().changes_media();
         AdjointTask sweep = run.memory.adjoint.task(task, work);
         sweep.tables = &run.tables;
         sweep.geometry = geometry;
@@ -26,8 +27,9 @@ struct PathRecording {
         work.vertices->geometry = sweep.geometry;
         // Light of rays without a hit has a derivative by its own parameters, or by the ray's direction.
         work.vertices->misses = run.scene.lights.all_sized() > 0 || run.scene.environment_image.pixels ||
-                                requested.any(FloatTable::kEnvironment);
+                                requested.any(FloatTable::kEnvironment) || media;
         work.vertices->requested = surfaces;
+        work.vertices->media.wanted = media;
         work.vertices->passed.closures = passed.empty() ? nullptr : passed.data();
         return sweep;
     }

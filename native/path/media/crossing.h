@@ -16,15 +16,21 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 // Finds the media along rays, which end after `distance`; `boundary`: they are the first ones of boundary
-// samples. Returns whether any ray is in a medium.
-EG_INLINE bool find_media(const SceneView& scene, const PathPacket& p, Float distance, bool boundary,
-                          RayMedia& media) {
+// samples. Returns whether any ray is in a medium. Records them for the next vertex, which is recorded then.
+EG_INLINE bool find_media(const SceneView& scene, Workspace& work, const PathPacket& p, Float distance,
+                          bool boundary, RayMedia& media) {
     const Mask seen = p.active & (p.kind != splat(kUnseenRay));
     const Mask from_camera = (p.kind == splat(kCameraRay)) & (boundary ? splat(-1) : p.vertex == 0);
     const Float begin = near_plane(scene, seen & from_camera, p.direction);
-    media = media_along(scene, seen, p.origin + p.direction * begin, p.direction, distance - begin);
+    RayRecord record;
+    if (work.vertices && work.vertices->media.wanted)
+        record = {nullptr, &work.vertices->media, static_cast<int32_t>(work.vertices->count), kArrivingRay};
+    MediaRecorder recorder(record.media, record);
+    media = media_along(scene, seen, p.origin + p.direction * begin, p.direction, distance - begin,
+                        record.media ? &recorder : nullptr);
     media.begin = begin;
     const Mask dense = seen & media.dense();
+    if (record.media) recorder.keep(dense);
     for (Vec3* field : {&media.extinction, &media.scattering, &media.depth})
         *field = select(dense, *field, zero3());
     return any(dense);
@@ -39,9 +45,10 @@ EG_INLINE void record_crossing(const SceneView& scene, Vertex& v, const PathPack
     store(v.number, ~p.vertex);
     put(v.passes, dense & ~event.scatters, splat(-1));
     put3(v.medium_extinction, dense, media.extinction);
+    put3(v.medium_scattering, dense, media.scattering);
+    put(v.medium_forward, dense, media.forward);
     put3(v.medium_weight, dense, event.weight);
     put(v.medium_way, dense, way_so_far(p) + event.way);
-    put(v.medium_cosine, dense, media.cosine());
 }
 
 // Scatters a part of the paths in the media along their rays, and removes them from the packet's active
@@ -56,8 +63,11 @@ EG_OUTLINE int cross_medium(const SceneView& scene, const ImageTask& task, Works
     inside.origin = p.origin + p.direction * media.begin;
     Closest ahead = hit;
     ahead.distance = select(hit.hit, hit.distance - media.begin, splat(__builtin_inff()));
-    const MediumEvent event = sample_event(scene, inside, dense & ~p.final_ray, media, ahead.distance, index);
+    const bool all = work.vertices && work.vertices->media.wanted;
+    const MediumEvent event =
+        sample_event(scene, inside, dense & ~p.final_ray, media, ahead.distance, index, all);
     const Mask scatters = dense & event.scatters;
+    const Vec3 weight = select(scatters, event.weight * media.scattering, event.weight);
     // Record the event
     Vertex* vertex = nullptr;
     if (work.vertices) {
@@ -67,17 +77,17 @@ EG_OUTLINE int cross_medium(const SceneView& scene, const ImageTask& task, Works
     }
     if (work.values) {
         Values& v = record_values(*work.values, p, dense);
-        put3(v.color, dense, event.weight);
+        put3(v.color, dense, weight);
         put3(v.next_gain, dense & ~scatters, one3());
         keep_touched(*work.values, v, p.touched);
     }
     // Scatter paths. Sweeps over values multiply by the event's weight themselves.
     PathPacket part = p;
     part.active = scatters;
-    p.throughput = select(dense & ~scatters, p.throughput * event.weight, p.throughput);
+    p.throughput = select(dense & ~scatters, p.throughput * weight, p.throughput);
     p.active &= ~scatters;
     if (!any(scatters)) return alive;
-    if (!work.values) part.throughput = part.throughput * event.weight;
+    if (!work.values) part.throughput = part.throughput * weight;
     SurfacePoint x;
     x.active = splat(0);
     x.face = x.instance = splat(-1);

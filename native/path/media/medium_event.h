@@ -18,7 +18,9 @@ constexpr float kNearLight = 0.5f;
 struct MediumEvent {
     Mask scatters;
     Float way;
-    Vec3 weight;  // of the scattered light; of the light that passes, in the other lanes
+    // Of the scattered light, without the scattering coefficient; of the light that passes, in the other
+    // lanes
+    Vec3 weight;
 };
 
 // The place of a light along a ray: its foot on the ray, and its distance from there (Kulla and Fajardo
@@ -74,9 +76,10 @@ EG_INLINE LightAlong light_along(const SceneView& scene, const PathPacket& p, Ma
 
 // Samples where paths are scattered. The distance follows the transmittance of a channel, chosen by the
 // path's throughput, or half of the time the angle that a light sees. The weights are those of the balance
-// heuristic (Veach 1997).
+// heuristic (Veach 1997). `all`: the derivative by scattering coefficients is requested, so that events count
+// where these are 0, too.
 EG_INLINE MediumEvent sample_event(const SceneView& scene, const PathPacket& p, Mask may,
-                                   const RayMedia& media, Float distance, const PathIndex& index) {
+                                   const RayMedia& media, Float distance, const PathIndex& index, bool all) {
     MediumEvent event{may, distance, one3()};
     const auto [choice, place] = sobol_pair(index, vertex_pair(p.vertex, kVertexMedium));
     // Choose a channel in proportion to the light that it would scatter
@@ -86,7 +89,8 @@ EG_INLINE MediumEvent sample_event(const SceneView& scene, const PathPacket& p, 
     const Float brightest = largest_component(p.throughput);
     Float share[3], lost[3], total = splat(0.0f), chance = splat(0.0f);
     for (int c = 0; c < 3; ++c) {
-        share[c] = select(*scattering[c] > 0.0f, *throughput[c] + 0.1f * brightest + 1e-30f, splat(0.0f));
+        const Mask counts = *(all ? extinction : scattering)[c] > 0.0f;
+        share[c] = select(counts, *throughput[c] + 0.1f * brightest + 1e-30f, splat(0.0f));
         lost[c] = 1.0f - exp(-select(*extinction[c] > 0.0f, *extinction[c] * distance, splat(0.0f)));
         total = total + share[c];
     }
@@ -118,10 +122,10 @@ EG_INLINE MediumEvent sample_event(const SceneView& scene, const PathPacket& p, 
     for (int c = 0; c < 3; ++c)
         density = density + share[c] * *extinction[c] * exp(-*extinction[c] * way) / max(lost[c], 1e-30f);
     if (any(light.found)) density = density * (1.0f - near_light) + near_light * light.density(way);
-    const Vec3 scattered = media.scattering * kept_over(media.extinction, way);
     event.way = select(event.scatters, way, distance);
-    event.weight = select(event.scatters, scattered * (1.0f / max(density * chance, 1e-30f)),
-                          kept_over(media.extinction, distance) * (1.0f / max(1.0f - chance, 1e-30f)));
+    event.weight =
+        select(event.scatters, kept_over(media.extinction, way) * (1.0f / max(density * chance, 1e-30f)),
+               kept_over(media.extinction, distance) * (1.0f / max(1.0f - chance, 1e-30f)));
     return event;
 }
 

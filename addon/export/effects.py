@@ -41,6 +41,9 @@ def append_effects(out: Export) -> None:
         effects |= {subject: f"{_percent(share)} of the picture's pixels"
                     for subject, share in first_surfaces(out, subjects).items()}  # fmt: skip
     lit = [subject for subject in subjects if subject[0] in ("light", "world") and _paths(out, subject)]
+    black = {subject for subject in lit if subject[0] == "light" and all(map(_is_black, _lights(out, subject[1])))}
+    effects |= dict.fromkeys(black, "it is black here, so its part of the picture's light is unknown")
+    lit = [subject for subject in lit if subject not in black]
     effects |= {subject: f"{_percent(share)} of the picture's light"
                 for subject, share in _shares_of_light(out, lit).items()}  # fmt: skip
     out.report.append(effects)
@@ -213,6 +216,16 @@ def _paths(out: Export, subject: tuple[str, str]) -> list[str]:
     if kind == "world":
         return ["world.color"]
     return [f"lights.{key}.color" for key, source in out.lights.items() if source.object == name]
+
+
+def _lights(out: Export, name: str) -> list[Any]:
+    """The exported lights of Blender's light of a name."""
+    return [out.scene.lights[key] for key, source in out.lights.items() if source.object == name]
+
+
+def _is_black(light: Any) -> bool:
+    """Whether a light gives nothing."""
+    return not np.any(light.color) or (light.strength if isinstance(light, edgegrad.SunLight) else light.power) == 0.0
 
 
 def _small(camera: edgegrad.Camera, pixels: int) -> edgegrad.Camera:

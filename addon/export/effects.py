@@ -12,6 +12,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad.rendering.engine import engine_class
@@ -40,6 +41,9 @@ def append_effects(out: Export) -> None:
         effects |= {subject: f"{_percent(share)} of the picture's pixels"
                     for subject, share in first_surfaces(out, subjects).items()}  # fmt: skip
     lit = [subject for subject in subjects if subject[0] in ("light", "world") and _paths(out, subject)]
+    black = {subject for subject in lit if subject[0] == "light" and all(map(_is_black, _lights(out, subject[1])))}
+    effects |= dict.fromkeys(black, "it is black here, so its part of the picture's light is unknown")
+    lit = [subject for subject in lit if subject not in black]
     effects |= {subject: f"{_percent(share)} of the picture's light"
                 for subject, share in _shares_of_light(out, lit).items()}  # fmt: skip
     out.report.append(effects)
@@ -86,6 +90,34 @@ def name_world_limit(scene: Any, limit: int, out: Export) -> None:
         size = f"at most {_percent(share)} of the picture's light"
     out.report.warn(f"scene '{scene.name}'", "its world lights paths of any number of bounces; Cycles samples its "
                     f"light only up to {limit} ({size})")  # fmt: skip
+
+
+def change_by_media(out: Export, names: Collection[str]) -> str:
+    """How much of the picture's light changes if meshes hold no media: the mean change of parts of the picture."""
+    if not _is_measured(out):
+        return "of unknown size"
+    keys = {key for name in names for slot in out.scene.meshes[name].used_materials for key in _parts(out.scene, slot)}
+    hollow = {key: replace(one, medium=None) if key in keys and isinstance(one, edgegrad.Material) else one
+              for key, one in out.scene.materials.items()}  # fmt: skip
+    scene = replace(out.scene, camera=_small(out.scene.camera, LIGHT_PIXELS))
+    filled, empty = (_parts_of_picture(out, one) for one in (scene, replace(scene, materials=hollow)))
+    light = max(float(filled.sum()), float(empty.sum()))
+    return f"at most {_percent(float(np.abs(filled - empty).sum()) / light if light > 0.0 else 0.0)} of its light"
+
+
+def _parts(scene: edgegrad.Scene, name: str) -> set[str]:
+    """Names of a material and of the materials that it mixes."""
+    parts = getattr(scene.materials[name], "parts", ())
+    return {name}.union(*(_parts(scene, part) for part in parts))
+
+
+def _parts_of_picture(out: Export, scene: edgegrad.Scene) -> NDArray[np.float64]:
+    """Mean colours of 6 x 6 parts of a small picture."""
+    depth = min(out.settings.max_depth, LIGHT_DEPTH)
+    picture = edgegrad.Renderer(scene).render(spp=LIGHT_SAMPLES, max_depth=depth, bounces=out.settings.bounces)
+    rows = (row for row in np.array_split(picture.astype(np.float64), 6) if row.size)
+    parts = (part for row in rows for part in np.array_split(row, 6, axis=1) if part.size)
+    return np.array([part.mean(axis=(0, 1)) * part.shape[0] * part.shape[1] for part in parts])
 
 
 def _is_measured(out: Export) -> bool:
@@ -184,6 +216,16 @@ def _paths(out: Export, subject: tuple[str, str]) -> list[str]:
     if kind == "world":
         return ["world.color"]
     return [f"lights.{key}.color" for key, source in out.lights.items() if source.object == name]
+
+
+def _lights(out: Export, name: str) -> list[Any]:
+    """The exported lights of Blender's light of a name."""
+    return [out.scene.lights[key] for key, source in out.lights.items() if source.object == name]
+
+
+def _is_black(light: Any) -> bool:
+    """Whether a light gives nothing."""
+    return not np.any(light.color) or (light.strength if isinstance(light, edgegrad.SunLight) else light.power) == 0.0
 
 
 def _small(camera: edgegrad.Camera, pixels: int) -> edgegrad.Camera:

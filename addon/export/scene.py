@@ -18,6 +18,8 @@ from edgegrad.scene.placement import is_tangent, places, stretches
 from ..evaluation import Evaluation, evaluate
 from ..problem import Report
 from .approximated.absorbing_meshes import warn_about_absorbing
+from .approximated.filled_meshes import warn_about_filled
+from .approximated.lit_through import warn_about_lit_through
 from .bakes.baking import bake_materials
 from .coincident_faces.coincident import warn_about_coincident
 from .effects import append_effects, name_transparent_limit, name_world_limit
@@ -161,6 +163,8 @@ def export_evaluated(evaluation: Evaluation, more_cameras: Sequence[Any], bake: 
         _warn_of_frames(out)
         warn_about_coincident(out)
         warn_about_absorbing(out)
+        warn_about_filled(out)
+        warn_about_lit_through(out)
         warn_of_missing_layers(out)
         name_transparent_limit(scene, out)
         name_world_limit(scene, int(getattr(getattr(world.world, "cycles", None), "max_bounces", 1024)), out)

@@ -18,9 +18,10 @@ EG_INLINE void corner_normal(const SceneView& scene, int32_t corner, int32_t ins
 }
 
 // Height above x's face, along its interpolated normal, at which a shadow ray starts: `normal` and `at` are
-// the unit normals, on the viewer's side, and the positions of the corners, relative to x, and b their
-// weights. It is the height of the lowest of three planes, or that of the patch of second order through the
-// normals if that is higher. A corner's plane is its tangent plane, raised until no corner lies above it.
+// the unit normals, on the side to which the ray is lifted, and the positions of the corners, relative to x,
+// and b their weights. It is the height of the lowest of three planes, or that of the patch of second order
+// through the normals if that is higher. A corner's plane is its tangent plane, raised until no corner lies
+// above it.
 EG_INLINE float terminator_height(const float (&normal)[3][3], const float (&at)[3][3], const float (&b)[3]) {
     const auto along = [&](int k, int j) {
         return normal[k][0] * at[j][0] + normal[k][1] * at[j][1] + normal[k][2] * at[j][2];
@@ -41,16 +42,20 @@ EG_INLINE float terminator_height(const float (&normal)[3][3], const float (&at)
 // Offset of the origin of a shadow ray towards w, onto a smooth surface through the corners
 // (terminator_height). As in Cycles, the offset applies only where the cosines to the shading and geometric
 // normals are small compared with the mesh's `terminator_offset`, with a smooth transition, and in full below
-// the triangle's plane. The offset is a bias, and is 0 for meshes that do not set it.
+// the triangle's plane. It leads to the side of the face that the light reaches by the shading normal: to the
+// far side for light that passes through, also where the interpolated normal points into the face. The offset
+// is a bias, and is 0 for meshes that do not set it.
 EG_INLINE Vec3 terminator_lift(const SceneView& scene, const SurfacePoint& x, Vec3 shading, Vec3 w) {
     Vec3 lift = zero3();
     if (!scene.any_terminator) return lift;
     const Float cutoff = gather(scene.mesh_terminator, x.mesh);
-    const Float facing = dot(shading, w), smooth = abs(facing), flat = dot(x.normal, w);
+    const Float facing = dot(shading, w), smooth = abs(facing);
+    const Float lit_side = select(facing < 0.0f, splat(-1.0f), splat(1.0f));
+    const Float flat = dot(x.normal, w) * lit_side;
     const Float inverse = 1.0f / max(cutoff, 1e-6f);
     Float amount = select(smooth < cutoff, 2.0f - (flat + smooth) * inverse, 1.0f - flat * inverse);
     amount = min(max(amount, 0.0f), splat(1.0f));
-    const Mask lifted = x.active & (cutoff > 0.0f) & (amount > 0.0f) & ((flat > 0.0f) | (facing > 0.0f));
+    const Mask lifted = x.active & (cutoff > 0.0f) & (amount > 0.0f);
     if (!any(lifted)) return lift;
     for (int i = 0; i < W; ++i) {
         const int32_t* corner = scene.corner_normal + 3 * static_cast<int64_t>(x.face[i]);
@@ -60,13 +65,16 @@ EG_INLINE Vec3 terminator_lift(const SceneView& scene, const SurfacePoint& x, Ve
         float normal[3][3], at[3][3], up[3] = {};
         for (int k = 0; k < 3; ++k) {
             corner_normal(scene, corner[k], x.instance[i], normal[k]);
-            for (float& c : normal[k]) c *= x.side[i];
             for (int c = 0; c < 3; ++c) up[c] += b[k] * normal[k][c];
             at[k][0] = corners[k].x[i] - x.position.x[i];
             at[k][1] = corners[k].y[i] - x.position.y[i];
             at[k][2] = corners[k].z[i] - x.position.z[i];
         }
-        const float height = terminator_height(normal, at, b) * amount[i];
+        const float above = up[0] * x.normal.x[i] + up[1] * x.normal.y[i] + up[2] * x.normal.z[i];
+        const float sign = above * lit_side[i] > 0.0f ? 1.0f : -1.0f;
+        for (auto& one : normal)
+            for (float& c : one) c *= sign;
+        const float height = sign * terminator_height(normal, at, b) * amount[i];
         lift.x[i] = height * up[0], lift.y[i] = height * up[1], lift.z[i] = height * up[2];
     }
     return lift;

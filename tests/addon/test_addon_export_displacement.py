@@ -175,6 +175,25 @@ def test_what_cannot_be_read_is_named() -> None:
     assert any("its displacement is left out, since node 'Ambient Occlusion'" in line for line in export.report.lines)
 
 
+def test_lamps_behind_open_surfaces_with_displacement_as_bump_are_named() -> None:
+    made, move = displaced()
+    waves = made.node_tree.nodes.new("ShaderNodeTexWave")
+    made.node_tree.links.new(waves.outputs["Fac"], move.inputs["Height"])
+    made.displacement_method = "BUMP"
+    bs.camera((0.0, 0.0, 5.0))
+    bs.add("Sheet", bs.plane("Sheet", 2.0, made))
+    lamp = bs.light("POINT", "Lamp", (0.0, 3.0, 2.0))
+
+    def named() -> bool:
+        return any("lamps behind it ('Lamp') light it through" in line for line in bs.export().report.lines)
+
+    assert not named()
+    lamp.location.z = -2.0
+    assert named()
+    made.displacement_method = "BOTH"
+    assert not named()
+
+
 def test_displaced_vertices_are_not_fitted() -> None:
     body(displaced()[0])
     with pytest.raises(Problem, match="its material displaces its vertices"):

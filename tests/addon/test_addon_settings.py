@@ -355,3 +355,19 @@ def test_simplify_limits_images_by_means_of_their_stored_values() -> None:
     assert small.pixels.shape[:2] == (1, 64)
     assert not any(line.startswith("scene") for line in export.report.lines)
     assert np.allclose(small.pixels[0, :, 0], codes[:, :512].reshape(3, 64, 8).mean(axis=(0, 2)), atol=1e-3)
+
+
+def test_effects_of_lights_that_are_black_here_are_unknown() -> None:
+    """The replaced length of rays makes the light black, so that its share of the light cannot be measured."""
+    bs.empty()
+    bs.camera()
+    bs.world((0.5, 0.5, 0.5))
+    bs.add("Plane", bs.plane("Plane", 4.0, bs.material("M")))
+    lamp = bs.light("POINT", "Bulb", (0.0, 0.0, 3.0))
+    lamp.data.use_nodes = True
+    tree = lamp.data.node_tree
+    length = tree.nodes.new("ShaderNodeLightPath").outputs["Ray Length"]
+    tree.links.new(length, next(one for one in tree.nodes if one.type == "EMISSION").inputs["Strength"])
+    lines = [line for line in bs.export().report.lines if line.startswith("light 'Bulb'")]
+    assert len(lines) == 1 and "is replaced by 0" in lines[0]
+    assert lines[0].endswith("(it is black here, so its part of the picture's light is unknown)")

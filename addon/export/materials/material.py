@@ -90,6 +90,8 @@ class MaterialReading:
         Values of the whole object, and of the view layer, that they depend on.
     scatters
         Whether light scatters below the surface.
+    bumped
+        Whether its displacement is rendered as bump alone.
     """
 
     value: edgegrad.Material | edgegrad.Mixture
@@ -102,6 +104,7 @@ class MaterialReading:
     baked: list[BakedOutput] = field(default_factory=list)
     constants: dict[Place, Operand] = field(default_factory=dict)
     scatters: bool = False
+    bumped: bool = False
 
     def stand_in(self, baked: BakedOutput) -> str:
         """Name of the placeholder image that expressions read for an output that must be baked."""
@@ -253,6 +256,7 @@ class _Reading:
         except Unreadable as error:
             self.reader.note(f"the bump of its displacement is left out, since {error} can't be read")
         self.reader.displaced = self.normal is not None
+        self.reading.bumped = self.reader.displaced and self.material.displacement_method == "BUMP"
 
     def read(self, output: Any, report: Report) -> None:
         found = list(parts(self.reader, nodes.feed(output.inputs["Surface"])))

@@ -109,3 +109,19 @@ def test_shading_is_that_of_cycles(shader: str, light: str, faces: str, color: A
     difference, noise = compare(ball(shader, color, light, faces), tmp_path)
     # Shadow rays at the terminator of smooth meshes start in slightly other places.
     assert difference < 2.0 * noise + (0.01 if faces != "flat" and light == "sun" else 0.001)
+
+
+@pytest.mark.parametrize("into", ["up", "aside"])
+def test_shadow_rays_start_on_the_side_that_custom_normals_face(into: str, tmp_path: Path) -> None:
+    """Custom normals that point into faces: with a terminator offset, shadow rays start below these faces."""
+    scene = ball("diffuse", UP, "sun", "smooth")
+    ob = next(one for one in bpy.data.objects if one.type == "MESH" and one.name != "Floor")
+    bs.offset_shadow_rays(ob, 0.1)
+    tree = ob.data.materials[0].node_tree
+    tree.links.remove(bs.shader(ob.data.materials[0]).inputs["Normal"].links[0])
+    lean = np.array([0.0, 0.0, 9.0] if into == "up" else [1.5, 0.0, 0.0])
+    normals = np.array([vertex.normal for vertex in ob.data.vertices]) + lean
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    ob.data.normals_split_custom_set_from_vertices(normals.tolist())
+    difference, noise = compare(scene, tmp_path)
+    assert difference < 2.0 * noise + 0.01

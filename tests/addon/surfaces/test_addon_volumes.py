@@ -130,3 +130,29 @@ def test_mixed_phase_functions_and_partly_filled_meshes_are_named() -> None:
     tree.object.data.polygons[0].material_index = 1
     tree.export()
     assert "'Cube': holds a volume, but not all of its faces" in tree.lines
+
+
+def test_hidden_volumes_and_those_that_overlap_with_another_anisotropy_are_named() -> None:
+    tree = Tree()
+    smoke = tree.node("VolumeScatter", {"Density": 1.0})
+    tree.link(smoke.outputs[0], tree.output.inputs["Volume"])
+    tree.export()
+    assert "volume of object" not in tree.lines
+    tree.object.visible_camera = tree.object.visible_shadow = False
+    tree.export()
+    assert "volume of object 'Cube': camera and shadow rays do not see the object" in tree.lines
+    assert "changes the picture by at most" in tree.lines
+    tree.object.visible_camera = tree.object.visible_shadow = True
+    fog = bs.material("Fog", (0.5, 0.5, 0.5))
+    scatter = fog.node_tree.nodes.new("ShaderNodeVolumeScatter")
+    scatter.inputs["Anisotropy"].default_value = 0.8
+    fog.node_tree.links.new(scatter.outputs[0], fog.node_tree.get_output_node("CYCLES").inputs["Volume"])
+    other = bs.add("Other", bs.cube("Other", fog), (5.0, 0.0, 0.0))
+    tree.export()
+    assert "volume of object" not in tree.lines  # they stand apart
+    other.location.x = 0.5
+    tree.export()
+    assert "where it overlaps that of object 'Other', both scatter light with the mean" in tree.lines
+    scatter.inputs["Anisotropy"].default_value = 0.0
+    tree.export()
+    assert "volume of object" not in tree.lines

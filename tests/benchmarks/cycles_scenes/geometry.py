@@ -43,6 +43,25 @@ def _bent_normals(one: Any) -> Any:
     return board
 
 
+@case("Balls in the sun whose custom normals point up or aside, also into their faces; a lit leaf")
+def leaning_normals() -> None:
+    """Normals that are painted, or taken from another mesh, as foliage and characters have them."""
+    stage.studio()
+    bpy.data.objects["Key"].hide_render = bpy.data.objects["Rim"].hide_render = True
+    stage.lamp("SUN", "Sun", 2.0, (3.0, -4.0, 5.0), (0, 0, 0))
+    clay, metal = stage.diffuse("Clay", (0.7, 0.5, 0.4)), stage.principled("Metal", Metallic=1.0, Roughness=0.35)
+    leaf = stage.simple("Leaf", "ShaderNodeBsdfTranslucent", {"Color": (0.4, 0.7, 0.2)})
+    up, aside = (0, 0, 9), (1.5, 0, 0)
+    for k, (name, one, lean) in enumerate(
+        (("Up", clay, up), ("Aside", clay, aside), ("Metal", metal, up), ("Leaf", leaf, (0, 0, 0)))
+    ):
+        ball = stage.sphere(name, one, radius=0.6, segments=24)
+        normals = np.array([v.normal for v in ball.vertices]) + lean
+        ball.normals_split_custom_set_from_vertices(
+            (normals / np.linalg.norm(normals, axis=1, keepdims=True)).tolist())  # fmt: skip
+        stage.add(name, ball, (1.5 * (k - 1.5), 0.0, 0.8))
+
+
 @case("Free normals of points, faces and corners, on meshes with some flat faces")
 def free_normals() -> None:
     """Blender's window shows those of faces as flat faces; Cycles shows their means at the vertices."""

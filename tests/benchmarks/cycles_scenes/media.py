@@ -127,3 +127,18 @@ def copied_fog() -> None:
         stage.add(f"Fog {k}", mesh, (1.5 * (k - 1), 0.0, 0.8), (0.2 * k, 0.1, 0.4 * k), scale)
     rod = stage.cylinder("Rod", stage.emitter("Glow", (1.0, 0.6, 0.3), 5.0), radius=0.03, depth=5.0)
     stage.add("Rod", rod, (0.0, 0.1, 0.8), (0, 1.5708, 0))
+
+
+@case("Smoke that the camera or shadow rays do not see, and in fog that scatters forwards", samples=128, differs=[
+    "rays that do not see a volume's mesh pass its volume all the same",
+    "overlapping volumes have one phase function"])  # fmt: skip
+def hidden_smoke() -> None:
+    """Visibility of objects, as it is set for surfaces, on volumes."""
+    _small()
+    smoke = _volume("Smoke", partial(_scatter, Density=1.0, Color=(0.8, 0.5, 0.3)))
+    forwards = _volume("Forwards", partial(_scatter, Density=1.0, Anisotropy=0.8))
+    for k, ray in enumerate(("camera", "shadow", "none")):
+        ob = stage.add(f"Smoke {ray}", stage.cube(f"Smoke {ray}", smoke, size=1.2), (1.7 * (k - 1), 0.0, 0.65))
+        if ray != "none":
+            setattr(ob, f"visible_{ray}", False)
+    stage.add("Forwards", stage.cube("Forwards", forwards, size=1.0), (1.9, -0.4, 0.6))

@@ -70,6 +70,18 @@ def _glossy(ob: Any) -> None:
                                        Metallic=0.6)  # fmt: skip
 
 
+def _smoke(ob: Any) -> None:
+    """A cube of smoke alone."""
+    made = bs.material("Smoke", (0.8, 0.5, 0.2), "ShaderNodeBsdfDiffuse")
+    tree = made.node_tree
+    output = tree.get_output_node("CYCLES")
+    tree.links.remove(output.inputs["Surface"].links[0])
+    volume = tree.nodes.new("ShaderNodeVolumeScatter")
+    volume.inputs["Density"].default_value = 0.4
+    tree.links.new(volume.outputs[0], output.inputs["Volume"])
+    ob.data.materials[0] = made
+
+
 def _driven(ob: Any) -> None:
     zoo.subdivided(ob, 1)
     bend = ob.modifiers.new("Bend", "SIMPLE_DEFORM")
@@ -118,6 +130,7 @@ KINDS: dict[str, tuple[Callable[[Any], None], str]] = {
     "light's place": (_nothing, 'objects["Lamp"].location[1]'),
     "world": (_nothing, 'worlds["World"].node_tree.nodes["Background"].inputs[1].default_value'),
     "socket": (_glossy, 'materials["Shiny"].node_tree.nodes["Principled BSDF"].inputs["Roughness"].default_value'),
+    "density": (_smoke, 'materials["Smoke"].node_tree.nodes["Volume Scatter"].inputs["Density"].default_value'),
     "input of a node group": (_material, 'materials["Mixed"].node_tree.nodes["Tint"].inputs[0].default_value'),
     "colour within a node group": (_material, 'node_groups["Tint"].nodes["Mix"].inputs[6].default_value[1]'),
     "shape key": (lambda ob: zoo.shape_key(ob, "Key 1", 7, (0.6, -0.3, 0.4)), f'{zoo.KEYS}.key_blocks["Key 1"].value'),

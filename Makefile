@@ -51,9 +51,10 @@ demo: $(TO_RUN)
 recover: $(TO_RUN)
 	$(RUN) blend_examples/recover.py
 
-# Most tests keep one core busy.
+# Most tests keep one core busy. worksteal: the tests of a file follow each other in one process, which computes what they
+# share once.
 test: $(VENV)/installed
-	$(RUN) -m pytest -n auto --maxprocesses 4
+	$(RUN) -m pytest -n auto --maxprocesses 4 --dist worksteal
 
 test-slow: $(VENV)/installed
 	$(RUN) -m pytest -m slow

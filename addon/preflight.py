@@ -20,12 +20,15 @@ class Obstacle:
         The reason.
     operator, label, options
         What cures it: the operator, the text of its button, and its properties; empty: only the user can.
+    is_above
+        Whether the panel Targets has the same button.
     """
 
     sentence: str
     operator: str = ""
     label: str = ""
     options: dict[str, Any] = field(default_factory=dict)
+    is_above: bool = False
 
 
 def obstacle(context: Any) -> Obstacle | None:
@@ -35,7 +38,8 @@ def obstacle(context: Any) -> Obstacle | None:
     if not any(ob.type == "CAMERA" for ob in scene.objects):
         return Obstacle("The scene has no camera", "object.camera_add", "Add a Camera")
     if not settings.targets:
-        return Obstacle("There is no target", "edgegrad.target_open", "Open Target Picture")
+        return Obstacle("There is no target: open its picture above", "edgegrad.target_open", "Open Target Picture",
+                        is_above=True)
     for k, row in enumerate(settings.targets):
         found = _target(row, k, scene)
         if found is not None:

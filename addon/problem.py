@@ -1,4 +1,4 @@
-"""Errors for the user, the report of an export (warnings and readings, each issued once), and numbers in words."""
+"""Errors for the user, the report of an export (warnings and readings, each issued once), as Blender writes them."""
 
 from __future__ import annotations
 
@@ -8,6 +8,10 @@ from dataclasses import dataclass, field
 
 # The subject of a warning, at the start of its line.
 SUBJECT = re.compile(r"(object|material|light|world) '(.*?)'(?:, |: )")
+# Parts of words of the library as Blender spells them.
+SPELT = {"olour": "olor", "eighbour": "eighbor", "centre": "center", "grey": "gray", "metre": "meter"}
+# A word at the start of a sentence, which is no name of the code such as `max_depth`.
+WORD = re.compile(r"[a-z][a-z'’-]*(?=[\s:,;]|$)")
 
 
 class Problem(RuntimeError):
@@ -17,6 +21,20 @@ class Problem(RuntimeError):
 def counted(count: int, one: str, several: str) -> str:
     """Write a number of things: '1 parameter is', '1,200 parameters are'."""
     return f"{count:,} {one if count == 1 else several}"
+
+
+def spelt(text: str) -> str:
+    """Spell a sentence of the library as Blender does, but not the names in quotes."""
+    parts = re.split(r"((?<!\w)'[^']*')", text)  # an apostrophe within a word opens no name
+    for british, american in SPELT.items():
+        parts = [part if part.startswith("'") else part.replace(british, american) for part in parts]
+    return "".join(parts)
+
+
+def sentence(text: str) -> str:
+    """Write a message of the library as Blender does: in its spelling, with a capital letter."""
+    text = spelt(text)
+    return text[:1].upper() + text[1:] if WORD.match(text) else text
 
 
 @dataclass

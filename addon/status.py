@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import bpy
 
+from .problem import sentence
 from .running.job import Job
 
 
@@ -55,9 +56,9 @@ class Status:
         self.checks = self.checks if checks is None else tuple(checks)
         redraw()
 
-    def ended(self, sentence: str, failed: bool = False) -> None:
+    def ended(self, said: str, failed: bool = False) -> None:
         """Say how a job ended."""
-        self.said, self.failed = sentence[:1].upper() + sentence[1:], failed
+        self.said, self.failed = sentence(said), failed
         redraw()
 
     def forget(self) -> None:

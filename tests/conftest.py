@@ -4,12 +4,18 @@ The slow and the windowed ones run only when ``-m`` names them. A run fails if i
 than the level of their alarms assumes, or if a test changes a scene's parts that tests share.
 """
 
+# ruff: noqa: E402  (NumPy reads the environment when it is imported)
+
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
+
+# NumPy's inverses of small matrices otherwise wait for a second thread, for milliseconds where all cores are busy.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from tests.support import block_statistics, shared_objects
 

@@ -13,32 +13,37 @@ from numpy.typing import NDArray
 from edgegrad import images
 from edgegrad.images.code_values import write_codes
 
-from ..problem import Problem, Report
+from ..problem import Problem, Report, sentence
 from ..status import STATUS
 
 # Errors that the user can correct. Any other exception is a defect of Edgegrad and shows its traceback.
 EXPECTED = (Problem, ValueError, OSError, FloatingPointError, ImportError)
 
 
+def say(operator: Any, kind: str, text: str) -> None:
+    """Show a message of a kind, such as "INFO", in Blender's message area."""
+    operator.report({kind}, sentence(text))
+
+
 def tell(operator: Any, report: Report, notes: Sequence[str] = ()) -> None:
     """Show the warnings of an export, and notes on the derivatives, in Blender's message area and in the panel."""
     STATUS.say(report.lines, notes)
     for line in report.lines:
-        operator.report({"WARNING"}, line)
+        say(operator, "WARNING", line)
     for note in notes:
-        operator.report({"INFO"}, note)
+        say(operator, "INFO", note)
 
 
 def done(operator: Any, said: str, failed: bool = False) -> set[str]:
     """Report what the work has led to, there and in the panel; return the result of the operator."""
     STATUS.ended(said, failed=failed)
-    operator.report({"WARNING" if failed else "INFO"}, STATUS.said)
+    say(operator, "WARNING" if failed else "INFO", STATUS.said)
     return {"FINISHED"}
 
 
 def refuse(operator: Any, error: BaseException) -> set[str]:
     """Report an error; return the result of the operator."""
-    operator.report({"ERROR"}, str(error))
+    say(operator, "ERROR", str(error))
     return {"CANCELLED"}
 
 

@@ -90,7 +90,7 @@ class InBackground:
         if job.ending == RESTORE:
             said = current.sentence(job)
             STATUS.ended(said, failed=bool(job.reason))
-            self.report({"WARNING" if job.reason else "INFO"}, said)  # type: ignore[attr-defined]
+            _common.say(self, "WARNING" if job.reason else "INFO", said)
             return {"CANCELLED"}
         try:
             return self.finish(context, job)

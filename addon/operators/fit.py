@@ -54,7 +54,7 @@ class RunsFit(InBackground):
         assert isinstance(job, FitJob)
         job.session.write(job.result)
         for sentence in job.session.unwritten:
-            self.report({"ERROR"}, sentence)
+            _common.say(self, "ERROR", sentence)
         job.draw()
         show_state(self._scene(), job)
         notes = [*job.notes, *job.session.notes, *job.result.notes, *job.session.late_notes]

@@ -126,7 +126,7 @@ class Check(InBackground, bpy.types.Operator):
             found, notes = [case_of(derivative, row.name, camera.name)], derivative.notes
             _common.tell(self, derivative.export.report, notes)
         for note in notes:
-            self.report({"INFO"}, note)
+            _common.say(self, "INFO", note)
 
         def work(job: Job) -> list[Any]:
             def part(k: int, fraction: float) -> None:

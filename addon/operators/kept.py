@@ -28,8 +28,8 @@ class WriteKeptResult(bpy.types.Operator):
         except _common.EXPECTED as error:
             return _common.refuse(self, error)
         for sentence in failed:
-            self.report({"WARNING"}, sentence)
-        self.report({"INFO"}, f"written: {', '.join(done) or 'nothing'}")
+            _common.say(self, "WARNING", sentence)
+        _common.say(self, "INFO", f"written: {', '.join(done) or 'nothing'}")
         return {"FINISHED"} if done else {"CANCELLED"}
 
 

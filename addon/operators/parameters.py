@@ -113,9 +113,9 @@ class ParametersAdd(bpy.types.Operator):
         for places in kept:
             add_row(context.scene, places[0].owner, places[0].path, places[0].index if len(places) == 1 else -1)
         for sentence in refused:
-            self.report({"INFO"}, sentence)
+            _common.say(self, "INFO", sentence)
         settings.active_parameter = max(0, min(count, len(settings.parameters) - 1))
-        self.report({"INFO"}, f"{counted(len(kept), 'property', 'properties')} may change")
+        _common.say(self, "INFO", f"{counted(len(kept), 'property', 'properties')} may change")
         return {"FINISHED"}
 
 
@@ -203,7 +203,7 @@ class SetUp(bpy.types.Operator):
         except _common.EXPECTED as error:
             return _common.refuse(self, error)
         STATUS.ended("; ".join(said))
-        self.report({"INFO"}, STATUS.said)
+        _common.say(self, "INFO", STATUS.said)
         return {"FINISHED"}
 
 

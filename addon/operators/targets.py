@@ -35,7 +35,7 @@ class AddTarget(bpy.types.Operator):
     def execute(self, context: Any) -> set[str]:
         row = add_target(context.scene)
         if row.camera is None:
-            self.report({"INFO"}, "every camera has a target; choose the camera of the new one")
+            _common.say(self, "INFO", "every camera has a target; choose the camera of the new one")
         return {"FINISHED"}
 
 
@@ -120,9 +120,9 @@ def _import(operator: Any, context: Any, source: str, every: int = 1) -> set[str
             item.camera, item.image = one.camera, str(one.image)
             item.use_frame, item.frame = one.frame is not None, one.frame or 1
     if missing:
-        operator.report({"WARNING"}, f"of {counted(len(found), 'picture', 'pictures')}, {len(missing)} can't be "
-                        f"found, such as '{missing[0]}'")
-    operator.report({"INFO"}, f"{counted(len(found), 'camera was', 'cameras were')} added below '{HOLDER}', which "
+        _common.say(operator, "WARNING", f"of {counted(len(found), 'picture', 'pictures')}, {len(missing)} can't be "
+                    f"found, such as '{missing[0]}'")
+    _common.say(operator, "INFO", f"{counted(len(found), 'camera was', 'cameras were')} added below '{HOLDER}', which "
                     "places and scales them all")
     return {"FINISHED"}
 
@@ -163,7 +163,7 @@ def _open(operator: Any, context: Any, path: str) -> set[str]:
         return _common.refuse(operator, Problem(f"image '{row.image}': {problem}"))
     if first and size is not None and size != render_size(context.scene):
         rows.set_render_size(context.scene, size)
-        operator.report({"INFO"}, f"renders have the size of the picture now, {size[0]} x {size[1]}")
+        _common.say(operator, "INFO", f"renders have the size of the picture now, {size[0]} x {size[1]}")
     return {"FINISHED"}
 
 
@@ -220,7 +220,7 @@ class MatchRender(bpy.types.Operator):
         if size is None:
             return _common.refuse(self, Problem(f"image '{row.image}': its size is not known; choose another picture"))
         rows.set_render_size(context.scene, size)
-        self.report({"INFO"}, f"renders are {size[0]} x {size[1]} pixels now")
+        _common.say(self, "INFO", f"renders are {size[0]} x {size[1]} pixels now")
         return {"FINISHED"}
 
 

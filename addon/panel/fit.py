@@ -84,7 +84,7 @@ def _start(context: Any, layout: Any, known: derived.Start) -> None:
     found = known.obstacle
     if found is not None:
         wrapped(context, layout, found.sentence, "ERROR")
-        if found.operator:
+        if found.operator and not found.is_above:
             button = layout.operator(found.operator, text=found.label, icon="FORWARD")
             for name, value in found.options.items():
                 setattr(button, name, value)

@@ -7,11 +7,11 @@ import re
 import textwrap
 from typing import Any
 
+from ..problem import sentence as as_sentence
+
 # Mean width of a character, and width of the margins and an icon of a panel; pixels at scale 1.
 CHARACTER, MARGINS = 6.6, 52
 FIXED_SPACE = "\N{NO-BREAK SPACE}"
-# Parts of words of the library as Blender spells them.
-SPELT = {"olour": "olor", "eighbour": "eighbor", "centre": "center", "grey": "gray", "metre": "meter"}
 
 
 def wrapped(context: Any, layout: Any, sentence: str, icon: str = "NONE") -> None:
@@ -26,17 +26,9 @@ def wrapped(context: Any, layout: Any, sentence: str, icon: str = "NONE") -> Non
 
 @functools.lru_cache(maxsize=1024)
 def lines(sentence: str, width: int) -> tuple[str, ...]:
-    """Return the lines of a sentence, of as many characters at most, as Blender spells it.
+    """Return the lines of a sentence, of as many characters at most, as Blender writes it.
 
     Numbers stay beside their units, and the numbers of a size together.
     """
-    whole = re.sub(r"(?<=\d) (?=(s|min|h)\b|× \d)|(?<=×) (?=\d)", FIXED_SPACE, spelt(sentence))
+    whole = re.sub(r"(?<=\d) (?=(s|min|h)\b|× \d)|(?<=×) (?=\d)", FIXED_SPACE, as_sentence(sentence))
     return tuple(line.replace(FIXED_SPACE, " ") for line in textwrap.wrap(whole, width))
-
-
-def spelt(sentence: str) -> str:
-    """Spell a sentence of the library as Blender does, but not the names in quotes."""
-    parts = re.split(r"((?<!\w)'[^']*')", sentence)  # an apostrophe within a word opens no name
-    for british, american in SPELT.items():
-        parts = [part if part.startswith("'") else part.replace(british, american) for part in parts]
-    return "".join(parts)

@@ -9,6 +9,7 @@ import bpy
 import edgegrad
 
 from ..operators._common import EXPECTED
+from ..problem import sentence
 from .final import channels, render_frame
 from .settings import ENGINE
 from .view import View
@@ -42,8 +43,9 @@ class EdgegradEngine(bpy.types.RenderEngine):
         except edgegrad.Cancelled:
             return
         except EXPECTED as error:
-            self.error_set(str(error))  # for the render window
-            self.report({"ERROR"}, str(error))  # for the operator, which fails with it
+            said = sentence(str(error))
+            self.error_set(said)  # for the render window
+            self.report({"ERROR"}, said)  # for the operator, which fails with it
 
     def view_update(self, context: Any, depsgraph: Any) -> None:
         """Read what has changed in a rendered view."""

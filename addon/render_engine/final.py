@@ -19,6 +19,7 @@ from ..export.exported import Export
 from ..export.geometry.attributes import INDEX
 from ..export.scene import BAKE_RESOLUTION, export_evaluated
 from ..preferences import threads
+from ..problem import sentence
 from .passes import ALBEDO, DEPTH, NORMAL, OBJECT_INDEX, alpha_scene, channel, has_alpha
 
 F32 = NDArray[np.float32]
@@ -93,7 +94,7 @@ def render_frame(engine: Any, depsgraph: Any) -> None:
     engine.update_stats("", "Exporting")
     export = _export(depsgraph, wanted)
     for line in _warnings(export, layer):
-        engine.report({"WARNING"}, line)
+        engine.report({"WARNING"}, sentence(line))
     if engine.test_break():
         return
     picture = _Picture(engine, export, scene, layer, wanted)

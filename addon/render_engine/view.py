@@ -17,6 +17,7 @@ from ..export.exported import Export
 from ..export.scene import export_evaluated
 from ..operators._common import EXPECTED
 from ..preferences import first_seconds, threads
+from ..problem import sentence
 from .drawing import Picture
 from .view_camera import Seen, camera_of_view, through_camera
 from .view_memory import ViewMemory
@@ -86,7 +87,7 @@ class View:
         try:
             return _seen(context, depsgraph)
         except EXPECTED as error:
-            self._export, self._error, self._request, self._blind = None, str(error), None, True
+            self._export, self._error, self._request, self._blind = None, sentence(str(error)), None, True
             return None
 
     def _export_for(self, camera: edgegrad.Camera, depsgraph: Any) -> None:
@@ -100,7 +101,7 @@ class View:
             self._memory.end()
             out.scene.validate()
         except EXPECTED as error:
-            self._export, self._error, self._request = None, str(error), None
+            self._export, self._error, self._request = None, sentence(str(error)), None
             return
         self._error = None
         transparent = bool(scene.render.film_transparent)
@@ -145,7 +146,7 @@ class View:
 
     def _status(self, request: Request) -> str:
         if self._thread.error is not None:
-            return self._thread.error
+            return sentence(self._thread.error)
         shown = self._thread.shown
         done = shown.samples if shown is not None and shown.request is request else 0
         return f"Sample {done} of {request.samples}"

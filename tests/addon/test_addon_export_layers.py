@@ -17,6 +17,7 @@ from edgegrad_addon.export.bakes.bake import new_scene
 from edgegrad_addon.export.exported import Export, Source
 from edgegrad_addon.export.geometry import attributes, hashes
 from edgegrad_addon.export.materials.coats import COSINES, reflected
+from edgegrad_addon.export.surroundings import lamp_bake
 from edgegrad_addon.export.surroundings.directed_lamps import replace_light, shown_area
 from tests.support.scenes import blender_scenes as bs
 
@@ -164,7 +165,8 @@ def test_the_octahedron_shows_the_area_of_a_sphere_on_average() -> None:
     assert np.average(area.mean(axis=1), weights=np.cos(rise)) == pytest.approx(np.pi * radius**2, rel=2e-3)
 
 
-def test_a_lamp_with_a_profile_becomes_a_body_and_keeps_no_light() -> None:
+def test_a_lamp_with_a_profile_becomes_a_body_and_keeps_no_light(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(lamp_bake, "DIRECTIONS", 128)  # Cycles takes half a minute for the 1024 of fits
     ob = bs.light("POINT", energy=5.0, rotation=(0.3, -0.9, 1.2))
     tree = ob.data.node_tree
     if tree is None or not ob.data.use_nodes:

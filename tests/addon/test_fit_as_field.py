@@ -289,7 +289,7 @@ def test_the_operator_fits_the_active_object(registered: Path) -> None:
     assert "Cube (field)" in bpy.data.objects
     assert STATUS.cost == 0.0, "a fit as field says nothing of the time of other fits"
     settings.targets.clear()
-    with pytest.raises(RuntimeError, match="there is no target; add a camera"):
+    with pytest.raises(RuntimeError, match="There is no target; add a camera"):
         bpy.ops.edgegrad.fit_as_field()
 
 

@@ -145,7 +145,7 @@ def test_other_stacks_are_refused_by_the_name_of_the_modifier(make: Callable[[An
 
 
 def test_a_subdivision_cage_is_found_from_pictures(tmp_path: Path) -> None:
-    ob = zoo.stage(56)
+    ob = zoo.stage(40)
     zoo.subdivided(ob, 2)
     truth = positions(ob.data)
     pictures = []
@@ -161,7 +161,7 @@ def test_a_subdivision_cage_is_found_from_pictures(tmp_path: Path) -> None:
     start = truth + np.random.default_rng(5).normal(0.0, 0.15, truth.shape).astype(np.float32)
     ob.data.vertices.foreach_set("co", start.ravel())
     ob.data.update()
-    request = Request(pictures, Names(vertices=("Cube",)), iterations=120, samples=16, smoothness=0.0, in_place=True)
+    request = Request(pictures, Names(vertices=("Cube",)), iterations=50, samples=8, smoothness=0.0, in_place=True)
     session = Session.prepare(bpy.context, request)
     result = session.run()
     assert session.write(result)

@@ -23,7 +23,7 @@ from edgegrad_addon.session import Picture, Request, Session
 from tests.support.animated import scenes as zoo
 from tests.support.scenes import blender_scenes as bs
 
-SIZE = 48
+SIZE = 32
 
 
 def read(paths: list[str]) -> Any:
@@ -66,7 +66,7 @@ def recover(folder: Path, paths: list[str], offsets: Any, iterations: int = 60, 
 
 def test_rotations_of_a_chain_of_bones(tmp_path: Path) -> None:
     """A long box in 48 slices, bent by eight bones."""
-    before, after = recover(tmp_path, *zoo.bent_arm(SIZE), 100, cameras=("Camera", "Front"))
+    before, after = recover(tmp_path, *zoo.bent_arm(SIZE), 50, cameras=("Camera", "Front"))
     assert after < 0.2 * before
 
 
@@ -85,7 +85,7 @@ def test_place_and_focal_length_of_a_camera(tmp_path: Path) -> None:
     bs.add("Post", bs.cube("Post", bs.material("Blue", (0.1, 0.2, 0.7))), (-1.6, 1.5, 0), scale=(0.3, 0.3, 1.2))
     bs.add("Box", bs.cube("Box", bs.material("Green", (0.1, 0.6, 0.2))), (1.7, -0.9, -0.7), scale=(0.35, 0.35, 0.35))
     paths = ['objects["Camera"].location', 'objects["Camera"].rotation_euler', 'cameras["Camera"].lens']
-    before, after = recover(tmp_path, paths, [0.2, -0.2, 0.15, 0.02, 0.03, -0.03, 3.0], 150)
+    before, after = recover(tmp_path, paths, [0.2, -0.2, 0.15, 0.02, 0.03, -0.03, 3.0], 80)
     assert after < 0.15 * before
 
 
@@ -95,7 +95,7 @@ def test_input_of_geometry_nodes_and_a_material_together(tmp_path: Path) -> None
     paths = [f'{zoo.CUBE}.modifiers["Nodes"]["Lift"]',
              f'{zoo.CLAY}.nodes["Diffuse BSDF"].inputs["Color"].default_value']  # fmt: skip
     assert len(read(paths)) == 5
-    before, after = recover(tmp_path, paths, [0.3, -0.2, 0.2, 0.2, 0.0], 120)
+    before, after = recover(tmp_path, paths, [0.3, -0.2, 0.2, 0.2, 0.0], 60)
     assert after < 0.1 * before
 
 
@@ -103,7 +103,7 @@ def test_two_cameras_with_moving_poses(tmp_path: Path) -> None:
     zoo.stage(32)
     bs.camera((5.0, 0.5, 2.0), (1.2, 0.0, 1.5), "Side")
     paths = ['objects["Side"].location', 'objects["Camera"].location', f"{zoo.CUBE}.location[2]"]
-    before, after = recover(tmp_path, paths, [0.0, 0.15, 0.1, 0.15, 0.0, -0.1, 0.0], 80, cameras=("Camera", "Side"))
+    before, after = recover(tmp_path, paths, [0.0, 0.15, 0.1, 0.15, 0.0, -0.1, 0.0], 40, cameras=("Camera", "Side"))
     assert after < 0.3 * before
 
 

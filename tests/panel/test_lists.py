@@ -172,7 +172,7 @@ def test_values_that_cannot_be_fitted_make_no_row(scene: Any) -> None:
     with pytest.raises(Problem, match="is no mesh"):
         rows.add_kind(scene, "VERTICES", bpy.data.objects["Lamp"])
     select("Front")
-    with pytest.raises(RuntimeError, match="no mesh is selected"):
+    with pytest.raises(RuntimeError, match="No mesh is selected"):
         bpy.ops.edgegrad.parameters_add(of="VERTICES")
     select("Cube")
     for name in ("location", "rotation_euler", "scale"):

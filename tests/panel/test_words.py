@@ -14,7 +14,8 @@ import pytest
 pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
 from edgegrad_addon import quality
-from edgegrad_addon.panel.words import lines, spelt
+from edgegrad_addon.panel.words import lines
+from edgegrad_addon.problem import sentence, spelt
 from edgegrad_addon.running.curve import BACK, LINE, curve
 from edgegrad_addon.running.fit_job import duration, trend
 from edgegrad_addon.running.job import BEST, RESTORE, Job
@@ -102,6 +103,13 @@ def test_an_error_in_a_job_is_kept() -> None:
 def test_each_edge_is_drawn_once() -> None:
     faces = np.array([[0, 1, 2], [2, 1, 3]])
     assert edges_of(faces).tolist() == [[0, 1], [0, 2], [1, 2], [1, 3], [2, 3]]
+
+
+def test_sentences_begin_with_a_capital_letter_but_names_of_the_code_and_quotes_do_not() -> None:
+    for text in ("object 'Cube': has no faces", "non-finite values", "the camera's colour"):
+        assert sentence(text) == text[0].upper() + spelt(text)[1:]
+    for text in ("max_depth: must be positive", "'cube' has no faces", "Sample 3 of 4", "2 lights", "x.exr: none", ""):
+        assert sentence(text) == text
 
 
 def test_sentences_are_spelt_as_blender_does() -> None:

@@ -245,7 +245,7 @@ def test_errors_are_one_sentence(scene: Any, tmp_path: Path) -> None:
     camera.data.type = "PANO"
     lens = camera.data if hasattr(camera.data, "panorama_type") else camera.data.cycles
     lens.panorama_type = "MIRRORBALL"
-    with pytest.raises(RuntimeError, match=r"camera 'Camera': panoramas of the type Mirror Ball can't be"):
+    with pytest.raises(RuntimeError, match=r"Camera 'Camera': panoramas of the type Mirror Ball can't be"):
         bpy.ops.render.render()
 
 

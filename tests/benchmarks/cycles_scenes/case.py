@@ -59,17 +59,21 @@ class Case:
 CASES: dict[str, Case] = {}
 
 
+@cache
+def _parts(file: Path) -> list[tuple[str | None, str]]:
+    """A module's parts without comments and layout, those of cases without their decorator; a case's has its name."""
+    found: list[tuple[str | None, str]] = []
+    for part in ast.parse(file.read_text()).body:
+        name = None
+        if isinstance(part, ast.FunctionDef) and part.decorator_list:
+            name, part.decorator_list = part.name, []
+        found.append((name, ast.dump(part)))
+    return found
+
+
 def _code(file: Path, name: str = "") -> str:
     """A module's code without comments and layout; of its cases only the one of that name, without its decorator."""
-    module = ast.parse(file.read_text())
-    kept = []
-    for part in module.body:
-        if isinstance(part, ast.FunctionDef) and part.decorator_list:
-            if part.name != name:
-                continue
-            part.decorator_list = []
-        kept.append(ast.dump(part))
-    return "\n".join(kept)
+    return "\n".join(code for of_case, code in _parts(file) if of_case in (None, name))
 
 
 @cache

@@ -13,11 +13,28 @@ from edgegrad import images
 from edgegrad_addon.export import Export, export_scene
 
 SIZE = 32
+_own_preferences = False  # this process has loaded Blender's own preferences
+
+
+def new_file() -> None:
+    """Load Blender's own empty file, with Blender's own preferences.
+
+    Loading the preferences registers all of Blender's add-ons again, which takes six times as long as the file. They
+    are loaded where they may differ: by the first call in a process, and after a test has changed one of them.
+    """
+    global _own_preferences
+    preferences = bpy.context.preferences
+    if _own_preferences and not preferences.is_dirty:
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        return
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.context.preferences.is_dirty = False  # which Blender does not say of its own ones
+    _own_preferences = True
 
 
 def empty(size: int = SIZE) -> Any:
     """A scene with nothing in it; returns Blender's scene, set up so that Cycles evaluates Edgegrad's integral."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    new_file()
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
     scene.render.resolution_x = scene.render.resolution_y = size

@@ -7,7 +7,7 @@
 #include "adjoint/transparent_light.h"
 #include "shading/lights/environment.h"
 #include "shading/lights/fixed_direction_light.h"
-#include "tasks/vertex_record.h"
+#include "tasks/records/vertex_record.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

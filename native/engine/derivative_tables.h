@@ -42,7 +42,7 @@ class Requested {
     // Whether positions, directions or normals of anything change.
     bool geometry() const;
     // Whether only strengths of lights and colours of Lambertian surfaces are requested, in which radiance is
-    // multilinear (tasks/value_record.h).
+    // multilinear (tasks/records/value_record.h).
     bool values_alone(const SceneView& scene) const;
     // The smallest span of floats that contains all requested floats of a table. For tables of rows
     // (closures, lights, the environment) the span consists of whole rows, with the requested columns as

@@ -1,4 +1,4 @@
-// Records the vertices of paths whose derivatives are computed (tasks/vertex_record.h).
+// Records the vertices of paths whose derivatives are computed (tasks/records/vertex_record.h).
 #pragma once
 
 #include "path/path_queue.h"
@@ -6,7 +6,7 @@
 #include "shading/bsdf/sample.h"
 #include "shading/lights/lights.h"
 #include "tasks/image_task.h"
-#include "tasks/vertex_record.h"
+#include "tasks/records/vertex_record.h"
 #include "tasks/workspace_view.h"
 
 namespace edgegrad::EDGEGRAD_ISA {

@@ -1,9 +1,9 @@
-// Records what derivatives by colours and strengths need of paths (tasks/value_record.h). Only the latest
-// packet is written to.
+// Records what derivatives by colours and strengths need of paths (tasks/records/value_record.h). Only the
+// latest packet is written to.
 #pragma once
 
 #include "path/recorder.h"
-#include "tasks/value_record.h"
+#include "tasks/records/value_record.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

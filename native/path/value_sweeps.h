@@ -1,5 +1,5 @@
-// Sweeps for derivatives by colours and strengths over the records of a task's paths (tasks/value_record.h).
-// The light L that leaves a vertex is linear in each colour and strength:
+// Sweeps for derivatives by colours and strengths over the records of a task's paths
+// (tasks/records/value_record.h). The light L that leaves a vertex is linear in each colour and strength:
 //   L = own_gain * source + color * scale * (light_gain * source + environment_gain * environment + next_gain
 //   * L'),
 // with the light L' that leaves the next vertex. The sweeps run from the ends of the paths to the camera, so

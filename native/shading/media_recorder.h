@@ -1,4 +1,4 @@
-// Records the media along a packet of rays (tasks/media_on_rays.h).
+// Records the media along a packet of rays (tasks/records/media_on_rays.h).
 #pragma once
 
 #include "shading/ray_recorder.h"

@@ -1,9 +1,9 @@
-// Records what a packet of rays passes (tasks/ray_records.h).
+// Records what a packet of rays passes (tasks/records/ray_records.h).
 #pragma once
 
 #include "simd/packet.h"
-#include "tasks/media_on_rays.h"
-#include "tasks/transparent_surfaces.h"
+#include "tasks/records/media_on_rays.h"
+#include "tasks/records/transparent_surfaces.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "shading/surface_shader.h"
-#include "tasks/transparent_surfaces.h"
+#include "tasks/records/transparent_surfaces.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

@@ -1,4 +1,4 @@
-// Records the transparent surfaces along a packet of shadow rays (tasks/transparent_surfaces.h).
+// Records the transparent surfaces along a packet of shadow rays (tasks/records/transparent_surfaces.h).
 #pragma once
 
 #include "scene/view.h"

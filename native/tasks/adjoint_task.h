@@ -6,8 +6,8 @@
 #include "scene/differentiable_tables.h"
 #include "tasks/dropped_samples.h"
 #include "tasks/image_task.h"
-#include "tasks/value_record.h"
-#include "tasks/vertex_record.h"
+#include "tasks/records/value_record.h"
+#include "tasks/records/vertex_record.h"
 #include "util/tape_memory.h"
 
 namespace edgegrad {

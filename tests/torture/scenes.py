@@ -86,7 +86,14 @@ def case(seed: int) -> Case:
 
 def paths_of(scene: Scene) -> list[str]:
     """Every parameter that has a derivative."""
-    return [path for path in parameters.paths(scene) if not path.endswith(WITHOUT)]
+    return [path for path in parameters.paths(scene) if not path.endswith(WITHOUT) and not _of_empty_medium(scene, path)]
+
+
+def _of_empty_medium(scene: Scene, path: str) -> bool:
+    """Whether the parameter is a coefficient of a medium whose coefficients are all 0, where there is no derivative."""
+    held, field = parameters.owner(scene, path)
+    medium = held.medium if field.startswith(parameters.MEDIUM) else None
+    return medium is not None and not any(medium.scattering) and not any(medium.absorption)
 
 
 def kinds_of(scene: Scene, scale: float) -> tuple[str, ...]:

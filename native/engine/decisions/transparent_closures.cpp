@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "engine/decisions/value_sources.h"
-#include "tasks/transparent_surfaces.h"
+#include "tasks/records/transparent_surfaces.h"
 
 namespace edgegrad {
 namespace {

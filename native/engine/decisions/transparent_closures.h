@@ -1,5 +1,5 @@
 // Finds closures whose transmittance may change. Derivatives record the transparent surfaces of such closures
-// along shadow rays (tasks/transparent_surfaces.h).
+// along shadow rays (tasks/records/transparent_surfaces.h).
 #pragma once
 
 #include <vector>

@@ -11,7 +11,7 @@ namespace edgegrad {
 // Derivatives of the radiance of paths, by sweeps over their recorded vertices.
 class InteriorTerm : public PictureTerm {
  public:
-    // `values_alone`: radiance is multilinear in the requested values (tasks/value_record.h).
+    // `values_alone`: radiance is multilinear in the requested values (tasks/records/value_record.h).
     InteriorTerm(ImagePlan plan, const PathRecording& recording, bool values_alone)
         : PictureTerm(kInteriorTerm, Part::kInterior, std::move(plan)),
           recording_(recording),

@@ -1,9 +1,9 @@
-// The transparent surfaces along shadow rays of recorded vertices (tasks/vertex_record.h), if their
+// The transparent surfaces along shadow rays of recorded vertices (tasks/records/vertex_record.h), if their
 // transmittance may have a derivative. The recorded light does not contain these transmittances. Sweeps
 // evaluate their product again (adjoint/transparent_light.h), so that a factor may be zero.
 #pragma once
 
-#include "tasks/ray_records.h"
+#include "tasks/records/ray_records.h"
 
 namespace edgegrad {
 

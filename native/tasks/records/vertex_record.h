@@ -8,8 +8,8 @@
 #include <cstdint>
 
 #include "scene/requested_surfaces.h"
-#include "tasks/media_on_rays.h"
-#include "tasks/transparent_surfaces.h"
+#include "tasks/records/media_on_rays.h"
+#include "tasks/records/transparent_surfaces.h"
 #include "util/tape_memory.h"
 
 namespace edgegrad {

@@ -1,4 +1,5 @@
-// Records of what the rays of recorded vertices pass (tasks/vertex_record.h), where it may have a derivative.
+// Records of what the rays of recorded vertices pass (tasks/records/vertex_record.h), where it may have a
+// derivative.
 //
 // Plain memory: code on raw packets writes it, code on taped packets reads it.
 #pragma once

@@ -1,9 +1,9 @@
-// The media along rays of recorded vertices (tasks/vertex_record.h), if their coefficients have derivatives.
-// The recorded light contains what they keep of it. Sweeps multiply it by how this changes
+// The media along rays of recorded vertices (tasks/records/vertex_record.h), if their coefficients have
+// derivatives. The recorded light contains what they keep of it. Sweeps multiply it by how this changes
 // (adjoint/media_light.h).
 #pragma once
 
-#include "tasks/ray_records.h"
+#include "tasks/records/ray_records.h"
 
 namespace edgegrad {
 

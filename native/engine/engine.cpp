@@ -56,6 +56,7 @@ Engine::Engine(const embree::Api& api, const KernelTable& kernels, SceneTables t
     for (FieldTable& field : tables_.fields) {
         field.values.assign(field.given, field.given + field.value_count());
         field.given = nullptr;
+        find_signs(field.view(), {}, threads_, field.signs);
     }
     tables_.filter = inverted_filter(static_cast<PixelFilter>(tables_.filter_kind), tables_.filter_width);
     tables_.material_used = materials_of_faces(tables_);
@@ -137,6 +138,8 @@ std::vector<Bvh::ChangedField> Engine::place_fields(const std::vector<FieldTable
         const bool moves = all || !std::equal(std::begin(placed), std::end(placed), field.to_world);
         std::copy(std::begin(placed), std::end(placed), field.to_world);
         std::vector<uint8_t> blocks = copy_changes(next[k].given, field.values.data(), field.size, threads_);
+        if (all || !blocks.empty())
+            find_signs(field.view(), all ? std::vector<uint8_t>{} : blocks, threads_, field.signs);
         if (moves || !blocks.empty()) changed.push_back({static_cast<int32_t>(k), std::move(blocks), moves});
     }
     return changed;

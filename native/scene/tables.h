@@ -16,15 +16,20 @@ namespace edgegrad {
 
 // A distance field (core/tables/fields.py).
 struct FieldTable {
-    const float* given;         // the caller's coefficients, until the engine has taken them
-    std::vector<float> values;  // the engine's
+    const float* given;          // the caller's coefficients, until the engine has taken them
+    std::vector<float> values;   // the engine's
+    std::vector<uint8_t> signs;  // of blocks of the engine's coefficients (sdf/bricks/coefficient_blocks.h)
     int32_t size[3];
     double to_world[12];  // rows, from grid coordinates (sdf/field_view.h)
 
     size_t value_count() const {
         return static_cast<size_t>(size[0]) * static_cast<size_t>(size[1]) * static_cast<size_t>(size[2]);
     }
-    FieldView view() const { return field_view(values.data(), size, to_world); }
+    FieldView view() const {
+        FieldView out = field_view(values.data(), size, to_world);
+        out.signs = signs.empty() ? nullptr : signs.data();
+        return out;
+    }
 };
 
 // Meshes and their instances, and fields: the input of BVHs.

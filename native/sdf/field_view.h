@@ -19,6 +19,8 @@ struct FieldView {
     int32_t number = 0;  // among the fields of the scene
     // Light may travel inside (boundary/fields/field_insides.h): outlines also bound rays there.
     bool inside = false;
+    const uint8_t* signs =
+        nullptr;              // of blocks of coefficients (sdf/bricks/coefficient_blocks.h); null: not known
     int64_t first_value = 0;  // of all coefficients of the scene's fields, one field after the other
 
     int32_t cells(int axis) const { return size[axis] - 3; }

@@ -201,7 +201,6 @@ void TracedField::set_view(const FieldView& next) {
 
 void TracedField::find_bricks(const std::vector<uint8_t>& changed, int threads) {
     // The signs of whole blocks prove most bricks empty, which read each coefficient several times.
-    find_signs(view, changed, threads, signs);
     const BlockGrid blocks(view.size);
     const BrickFinder finder(view);
     // Slabs are found at the same time, and joined in the order of the grid.
@@ -218,13 +217,10 @@ void TracedField::find_bricks(const std::vector<uint8_t>& changed, int threads) 
             for (int32_t k = 0; k < count[2]; ++k) {
                 const int32_t first[3] = {i * kBrickCells, j * kBrickCells, k * kBrickCells};
                 const bool known = before != bricks.end() && before->is_from(first);
-                // Along each axis a brick reads its own block and the first three coefficients of the next.
                 uint8_t all = kPositiveBlock | kNegativeBlock, any = changed.empty();
                 for (int32_t corner = 0; corner < 8; ++corner) {
-                    const size_t block = blocks.number(std::min(i + (corner >> 2), blocks.size[0] - 1),
-                                                       std::min(j + (corner >> 1 & 1), blocks.size[1] - 1),
-                                                       std::min(k + (corner & 1), blocks.size[2] - 1));
-                    all &= signs[block];
+                    const size_t block = blocks.read_by_brick(i, j, k, corner);
+                    all &= view.signs[block];
                     if (!any) any = changed[block];
                 }
                 if (all == 0) {

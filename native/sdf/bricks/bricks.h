@@ -37,11 +37,11 @@ struct TracedField {
     FieldView view;
     double to_grid[4][4];  // columns of the view's map, with a fourth row of zeros
     std::vector<FieldBrick> bricks;
-    std::vector<uint8_t> signs;  // of the blocks of coefficients (sdf/bricks/coefficient_blocks.h)
 
     void set_view(const FieldView& next);
 
-    // Finds the bricks again of which a block of coefficients has changed (empty: all).
+    // Finds the bricks again of which a block of coefficients has changed (empty: all). The view has the
+    // signs of all blocks.
     void find_bricks(const std::vector<uint8_t>& changed, int threads);
     // A box around a brick in the world.
     void bounds(size_t brick, embree::Bounds& box) const;

@@ -2,6 +2,7 @@
 // sign.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -25,6 +26,12 @@ struct BlockGrid {
                static_cast<size_t>(k);
     }
     size_t count() const { return number(size[0], 0, 0); }
+    // The eight blocks that the cells of a brick read: along each axis its own block, and the first three
+    // coefficients of the next.
+    size_t read_by_brick(int32_t i, int32_t j, int32_t k, int32_t corner) const {
+        return number(std::min(i + (corner >> 2), size[0] - 1), std::min(j + (corner >> 1 & 1), size[1] - 1),
+                      std::min(k + (corner & 1), size[2] - 1));
+    }
 
     int32_t size[3];
 };

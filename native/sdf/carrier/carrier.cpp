@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "sdf/bricks/coefficient_blocks.h"
 #include "sdf/carrier/marching.h"
 #include "sdf/carrier/thin_parts.h"
 #include "sdf/outline_point.h"
@@ -9,7 +10,13 @@
 
 namespace edgegrad {
 
-FieldCarrier field_carrier(const FieldView& field, int threads) {
+FieldCarrier field_carrier(const FieldView& view, int threads) {
+    FieldView field = view;
+    std::vector<uint8_t> signs;
+    if (field.signs == nullptr) {
+        find_signs(field, {}, threads, signs);
+        field.signs = signs.data();
+    }
     FieldCarrier out;
     ThinParts thin(field);
     march_cells(

@@ -18,7 +18,8 @@ struct FieldCarrier {
     std::vector<uint32_t> triangle;       // (triangles, 3) vertices, counterclockwise as seen from outside
     bool complete = true;                 // no part of the surface is known to be missing
 };
-FieldCarrier field_carrier(const FieldView& field, int threads);
+// Reads the coefficients near the surface alone if the view has the signs of its blocks.
+FieldCarrier field_carrier(const FieldView& view, int threads);
 FieldPatch field_patch(const FieldCarrier& carrier, std::size_t triangle);
 
 // Whether the surface may reach the faces of the field's box: not all coefficients that these read have one

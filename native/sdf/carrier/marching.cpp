@@ -1,9 +1,9 @@
 #include "sdf/carrier/marching.h"
 
 #include <algorithm>
-#include <cstring>
 #include <utility>
 
+#include "sdf/bricks/coefficient_blocks.h"
 #include "sdf/outline_point.h"
 #include "util/parallel.h"
 
@@ -19,6 +19,7 @@ constexpr int kPaths[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0,
 class NodeSlab {
  public:
     struct Entry {
+        size_t place;  // of the node
         double value;
         std::array<int64_t, 7> vertex;  // by the direction of the edge; -1: none yet
     };
@@ -34,13 +35,20 @@ class NodeSlab {
 
     // The node (first, j, k). Another node's entry may move.
     Entry& operator()(int j, int k) {
-        int32_t& place =
-            place_[static_cast<size_t>(j) * static_cast<size_t>(columns_) + static_cast<size_t>(k)];
+        const size_t at = static_cast<size_t>(j) * static_cast<size_t>(columns_) + static_cast<size_t>(k);
+        int32_t& place = place_[at];
         if (place < 0) {
             place = static_cast<int32_t>(entries_.size());
-            entries_.push_back({value(j, k), {-1, -1, -1, -1, -1, -1, -1}});
+            entries_.push_back({at, value(j, k), {-1, -1, -1, -1, -1, -1, -1}});
         }
         return entries_[static_cast<size_t>(place)];
+    }
+
+    // Forgets all nodes, and goes on to the slab `first`.
+    void move_to(int first) {
+        for (const Entry& entry : entries_) place_[entry.place] = -1;
+        entries_.clear();
+        first_ = first;
     }
 
  private:
@@ -73,54 +81,98 @@ class NodeSlab {
     std::vector<Entry> entries_;
 };
 
-// The cells of one slab whose coefficients have both signs. In all others the nodes have one sign, because
-// their values are convex combinations of coefficients.
+// The cells of one slab of bricks whose coefficients have both signs. In all others the nodes have one sign,
+// because their values are convex combinations of coefficients. Blocks of one sign are not read, so that the
+// time grows with the surface.
 class MixedCells {
  public:
-    explicit MixedCells(const FieldView& f) : f_(f), rows_(f.size[1]), taps_(f.size[2]) {
-        for (int layer = 0; layer < 3; ++layer) read(layer);
+    explicit MixedCells(const FieldView& f) : f_(f), blocks_(f.size) {}
+
+    // Reads the slab of the cells [8 slab, 8 (slab + 1)).
+    void read(int slab) {
+        bricks_.clear();
+        for (int j = 0; kBrickCells * j < f_.cells(1); ++j)
+            for (int k = 0; kBrickCells * k < f_.cells(2); ++k) {
+                uint8_t all = kPositiveBlock | kNegativeBlock;
+                for (int corner = 0; corner < 8; ++corner)
+                    all &= f_.signs[blocks_.read_by_brick(slab, j, k, corner)];
+                if (all == 0) add({kBrickCells * slab, kBrickCells * j, kBrickCells * k});
+            }
     }
 
-    // Moves on to the slab of cells `i`: 3 for mixed cells (j, k), by the place of their first coefficient.
-    const std::vector<uint8_t>& slab(int i) {
-        read(i + 3);
-        const size_t size = layer_[0].size(), row = static_cast<size_t>(taps_);
-        signs_.resize(size);
-        for (size_t n = 0; n < size; ++n)
-            signs_[n] = layer_[0][n] | layer_[1][n] | layer_[2][n] | layer_[3][n];
-        for (const size_t step : {size_t{1}, row})
-            for (size_t n = 0; n + 3 * step < size; ++n)
-                signs_[n] |= signs_[n + step] | signs_[n + 2 * step] | signs_[n + 3 * step];
-        return signs_;
+    // Visits the mixed cells with the place `i` along the first axis, in order.
+    template <typename Visit>
+    void each(int i, const Visit& visit) const {
+        for (size_t first = 0, last; first < bricks_.size(); first = last) {
+            const Cell& at = bricks_[first].first;
+            for (last = first; last < bricks_.size() && bricks_[last].first[1] == at[1];) ++last;
+            for (int j = 0; j < kBrickCells; ++j)
+                for (size_t n = first; n < last; ++n) {
+                    uint32_t bits = bricks_[n].mixed[i - at[0]][j];
+                    for (int k = bricks_[n].first[2]; bits != 0; bits >>= 1, ++k)
+                        if (bits & 1) visit(Cell{i, at[1] + j, k});
+                }
+        }
     }
 
  private:
-    // 1 for coefficients below zero, 2 for the others.
-    void read(int layer) {
-        std::vector<uint8_t>& signs = layer_[layer % 4];
-        signs.resize(static_cast<size_t>(rows_) * static_cast<size_t>(taps_));
-        const float* c = f_.values + layer * static_cast<int64_t>(signs.size());
-        for (size_t n = 0; n < signs.size(); ++n) signs[n] = c[n] < 0.0f ? 1 : 2;
+    static constexpr int kTaps = 4;  // coefficients of a cell along an axis
+    struct Brick {
+        Cell first;
+        uint8_t mixed[kBrickCells][kBrickCells];  // the cells of a row as bits
+    };
+
+    void add(const Cell& first) {
+        constexpr int kReach = kBrickCells + kTaps - 1;
+        const int64_t row = f_.size[2], slab = row * f_.size[1];
+        int count[3];  // of cells
+        for (int a = 0; a < 3; ++a)
+            count[a] = std::min(kBrickCells, f_.cells(a) - first[static_cast<size_t>(a)]);
+        // Bits of the cells that read a coefficient of each sign, by the row of their first coefficient
+        uint32_t along[2][kReach][kReach];
+        for (int i = 0; i < count[0] + kTaps - 1; ++i)
+            for (int j = 0; j < count[1] + kTaps - 1; ++j) {
+                const float* c = f_.values + (first[0] + i) * slab + (first[1] + j) * row + first[2];
+                uint32_t below = 0;
+                for (int k = 0; k < count[2] + kTaps - 1; ++k)
+                    below |= static_cast<uint32_t>(c[k] < 0.0f) << k;
+                const uint32_t above = ~below & ((1u << (count[2] + kTaps - 1)) - 1u);
+                along[0][i][j] = below | below >> 1 | below >> 2 | below >> 3;
+                along[1][i][j] = above | above >> 1 | above >> 2 | above >> 3;
+            }
+        Brick brick{first, {}};
+        bool any = false;
+        for (int i = 0; i < count[0]; ++i)
+            for (int j = 0; j < count[1]; ++j) {
+                uint32_t some[2] = {0, 0};
+                for (int side = 0; side < 2; ++side)
+                    for (int a = 0; a < kTaps; ++a)
+                        for (int b = 0; b < kTaps; ++b) some[side] |= along[side][i + a][j + b];
+                brick.mixed[i][j] = static_cast<uint8_t>(some[0] & some[1] & ((1u << count[2]) - 1u));
+                any = any || brick.mixed[i][j] != 0;
+            }
+        if (any) bricks_.push_back(brick);
     }
 
     const FieldView& f_;
-    int rows_, taps_;
-    std::vector<uint8_t> layer_[4], signs_;
+    BlockGrid blocks_;
+    std::vector<Brick> bricks_;  // of the slab, in order
 };
 
 // Collects the triangles of the slabs of cells one after the other, with vertices on the edges of tetrahedra.
 class March {
  public:
     March(const FieldView& f, int parts, FieldCarrier& out)
-        : f_(f), parts_(parts), out_(out), low_(f, 0, parts), high_(f, 1, parts) {}
+        : out_(out), parts_(parts), low_(f, 0, parts), high_(f, 1, parts) {}
 
     // Moves on to the nodes before and behind slab i.
     void slab(int i) {
         may_cancel();
         if (i == at_ + 1) {
-            low_ = std::exchange(high_, NodeSlab(f_, i + 1, parts_));
+            std::swap(low_, high_);
+            high_.move_to(i + 1);
         } else if (i != at_) {
-            low_ = NodeSlab(f_, i, parts_), high_ = NodeSlab(f_, i + 1, parts_);
+            low_.move_to(i), high_.move_to(i + 1);
         }
         at_ = i;
     }
@@ -195,9 +247,8 @@ class March {
             out_.triangle.push_back(vertex(at, corner[e.first], corner[e.second]));
     }
 
-    const FieldView& f_;
-    int parts_, at_ = 0;
     FieldCarrier& out_;
+    int parts_, at_ = 0;
     NodeSlab low_, high_;  // nodes before and behind the slab
 };
 
@@ -207,21 +258,11 @@ void march_cells(const FieldView& field, const SkipCell& skips, const VisitCell&
     MixedCells mixed(field);
     March march(field, 1, out);
     for (int i = 0; i < field.cells(0); ++i) {
+        if (i % kBrickCells == 0) mixed.read(i / kBrickCells);
         march.slab(i);
-        const uint8_t* row = mixed.slab(i).data();
-        for (int j = 0; j < field.cells(1); ++j, row += field.size[2])
-            for (int k = 0; k < field.cells(2); ++k) {
-                // Eight cells at once where none is mixed
-                uint64_t eight;
-                while (k + 8 <= field.cells(2)) {
-                    std::memcpy(&eight, row + k, sizeof eight);
-                    if ((eight & eight >> 1 & 0x0101010101010101u) != 0) break;
-                    k += 8;
-                }
-                if (k >= field.cells(2) || row[k] != 3) continue;
-                const Cell cell{i, j, k};
-                if (!skips(cell)) visit(cell, march.part(cell));
-            }
+        mixed.each(i, [&](const Cell& cell) {
+            if (!skips(cell)) visit(cell, march.part(cell));
+        });
     }
 }
 

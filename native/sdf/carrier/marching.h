@@ -15,7 +15,8 @@ using SkipCell = std::function<bool(const Cell&)>;
 // `crosses`: the field has both signs at the corners of the cell.
 using VisitCell = std::function<void(const Cell&, bool crosses)>;
 
-// Adds the triangles of all cells that are not skipped. Visits those that may have the surface, in order.
+// Adds the triangles of all cells that are not skipped; the field has the signs of its blocks. Visits those
+// that may have the surface, in order.
 void march_cells(const FieldView& field, const SkipCell& skips, const VisitCell& visit, FieldCarrier& out);
 
 // Adds the triangles of some cells, in order, each of which is cut into `parts` along each axis.

@@ -39,6 +39,14 @@ struct ImagePlan {
         return p;
     }
 
+    // The same in chunks of so many pixels.
+    ImagePlan in_chunks_of(int most) const {
+        ImagePlan p = *this;
+        p.per_chunk = std::min(most, per_chunk);
+        p.chunks = (pixels + p.per_chunk - 1) / p.per_chunk;
+        return p;
+    }
+
     // The same with samples that mirror each other in pairs.
     ImagePlan in_pairs() const {
         ImagePlan p = *this;

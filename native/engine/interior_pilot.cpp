@@ -25,9 +25,12 @@
 namespace edgegrad {
 namespace {
 
-// One of so many chunks of the picture is in the pilot; the fewest chunks of a picture that has a pilot; the
-// most chunks in the pilot.
-constexpr int64_t kStride = 64, kLeastChunks = 128, kMostChunks = 32;
+// One of so many samples of the picture is in the pilot; the fewest chunks of a picture that has a pilot; the
+// most samples in the pilot.
+constexpr int64_t kStride = 64, kLeastChunks = 128, kMostSamples = 32 * kRecordedPaths;
+// The pilot's samples of a pixel, and the pixels of one of its chunks. Few of each, so that the pilot sees
+// many places of the picture: a highlight of few pixels may have all of the variance.
+constexpr int kPilotSamples = 4, kPilotPixels = 16;
 // In denser meshes, each vertex is met by so few paths that its derivative needs all of them.
 constexpr size_t kMostVertexFloats = size_t{1} << 18;
 // Up to these fractions of the boundary terms' variance, half or a quarter of the samples suffice: the saved
@@ -39,11 +42,13 @@ constexpr double kHalf = 0.45, kQuarter = 0.03;
 constexpr int kLeastDistributed = 512, kPilotPart = 8;
 constexpr int64_t kLeastPixels = 64;
 
-// A random sign, -1 or 1.
-double sign_of(uint64_t k) {
+uint64_t bits_of(uint64_t k) {
     k = (k ^ (k >> 33)) * 0xff51afd7ed558ccdULL;
-    return ((k ^ (k >> 33)) & 1) ? 1.0 : -1.0;
+    return k ^ (k >> 33);
 }
+
+// A random sign, -1 or 1.
+double sign_of(uint64_t k) { return (bits_of(k) & 1) ? 1.0 : -1.0; }
 
 // A random motion of the camera's position. fill(values) sets that of the vertices, if they are requested.
 // All other requested tables stand.
@@ -145,17 +150,26 @@ double Engine::DerivativeCall::interior_variance(const Progress& progress,
                                                  std::vector<ThreadMemory>& of_thread) const {
     TableValues motion = random_motion(tables, requested);
     const DifferentiableTables along = along_motion(motion);
-    ImagePlan pilot = interior->plan();
-    pilot.options.seed ^= kPilotSeed;
-    const int64_t stride = std::max(kStride, pilot.chunks / kMostChunks), chunks = pilot.chunks / stride;
+    const ImagePlan& plan = interior->plan();
+    RenderOptions fewer = plan.options;
+    fewer.samples = std::min(fewer.samples, kPilotSamples);
+    fewer.seed ^= kPilotSeed;
+    ImagePlan pilot = interior_plan(fewer).in_chunks_of(kPilotPixels);
+    pilot.dense = plan.dense;
+    // Take chunks at random places of equal parts of the picture
+    const int64_t most = std::min(plan.pixels * plan.options.samples / kStride, kMostSamples);
+    const int64_t taken = std::clamp<int64_t>(most / (kPilotPixels * fewer.samples), 1, pilot.chunks);
     std::vector<double> variance(static_cast<size_t>(pilot.pixels), 0.0);
-    parallel_for(engine.threads_, chunks, progress, [&](int thread, int64_t chunk) {
-        add_variance(pilot, along, chunk * stride + stride / 2, of_thread[static_cast<size_t>(thread)],
-                     variance.data(), nullptr);
+    parallel_for(engine.threads_, taken, progress, [&](int thread, int64_t part) {
+        const int64_t first = part * pilot.chunks / taken, next = (part + 1) * pilot.chunks / taken;
+        const int64_t chunk = first + static_cast<int64_t>(bits_of(static_cast<uint64_t>(part)) %
+                                                           static_cast<uint64_t>(next - first));
+        add_variance(pilot, along, chunk, of_thread[static_cast<size_t>(thread)], variance.data(), nullptr);
     });
     double sum = 0.0;
     for (double v : variance) sum += v;
-    return sum * static_cast<double>(stride);
+    return sum * static_cast<double>(pilot.chunks) / static_cast<double>(taken) * fewer.samples /
+           plan.options.samples;
 }
 
 void Engine::DerivativeCall::thin_interior(double boundary_variance, const Progress& progress,

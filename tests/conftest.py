@@ -4,8 +4,6 @@ The slow and the windowed ones run only when ``-m`` names them. A run fails if i
 than the level of their alarms assumes, or if a test changes a scene's parts that tests share.
 """
 
-# ruff: noqa: E402  (NumPy reads the environment when it is imported)
-
 from __future__ import annotations
 
 import os

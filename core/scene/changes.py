@@ -13,7 +13,7 @@ import numpy as np
 
 from ..expression.numbers import numbers, with_numbers
 from . import parameters
-from .medium import Medium
+from .medium import Medium, coefficient
 from .scene import Scene
 
 
@@ -64,7 +64,7 @@ def _compare(path: str, before: Any, after: Any, found: dict[str, Any]) -> None:
             _compare_floats(where, old, new, found)
         elif isinstance(old, Medium) and isinstance(new, Medium):
             for one in fields(old):
-                a, b = (parameters.coefficient(medium, one.name) for medium in (old, new))
+                a, b = (coefficient(medium, one.name) for medium in (old, new))
                 _compare_floats(f"{where}.{one.name}", a, b, found)
         elif not _equal(old, new):
             raise StructureChange(f"'{where}' changes")

@@ -44,3 +44,9 @@ class Medium(Checked):
         "absorption": _coefficients,
         "anisotropy": by(number, least=-0.999, greatest=0.999),
     }
+
+
+def coefficient(medium: Medium, fieldname: str) -> Any:
+    """Return the value of a medium's field: a float array, or a float."""
+    value = getattr(medium, fieldname)
+    return np.array(value) if isinstance(value, tuple) else value

@@ -29,7 +29,7 @@ import numpy as np
 from .._check import shaped, shown
 from .._fields import near
 from ..expression.numbers import numbers, with_numbers
-from .medium import Medium
+from .medium import Medium, coefficient
 from .names import listed
 from .scene import Scene
 
@@ -108,12 +108,6 @@ def value_of(held: Any, fieldname: str) -> Any:
     if fieldname.startswith(MEDIUM):
         return coefficient(held.medium, fieldname[len(MEDIUM) :])
     return getattr(held, fieldname)
-
-
-def coefficient(medium: Medium, fieldname: str) -> Any:
-    """Return the value of a medium's field: a float array, or a float."""
-    value = getattr(medium, fieldname)
-    return np.array(value) if isinstance(value, tuple) else value
 
 
 def put(scene: Scene, path: str, value: Any) -> None:

@@ -150,13 +150,17 @@ class Scene(Checked):
     def _emits(self, material: str) -> bool:
         return any(closure.emits for closure in self.closures(material))
 
+    def check_medium(self, name: str) -> None:
+        """Check that the parts of a mixture have the same medium."""
+        if len({closure.medium for closure in self.closures(name)}) > 1:
+            raise ValueError(f"material '{name}': its parts have different media; give all the same")
+
     def _check_names(self) -> None:
         for name, material in self.materials.items():
             for part in material.parts if isinstance(material, Mixture) else ():
                 if not isinstance(self.materials.get(part), Material):
                     raise ValueError(f"material '{name}': part '{part}' is not a shader in the scene")
-            if len({closure.medium for closure in self.closures(name)}) > 1:
-                raise ValueError(f"material '{name}': its parts have different media; give all the same")
+            self.check_medium(name)
             for value in material.textures.values():
                 for image in images_of(value):
                     _check_known(f"material '{name}': image", image, self.images)

@@ -17,7 +17,7 @@ from ..scene.camera import FILTERS, Camera
 from ..scene.camera import KINDS as CAMERA_KINDS
 from ..scene.light import AreaLight
 from ..scene.material import Material, Mixture
-from ..scene.parameters import split
+from ..scene.parameters import MEDIUM, split
 from ..scene.placement import placed_meshes
 from ..scene.scene import Scene, validated
 from .camera import camera_row
@@ -190,6 +190,9 @@ def with_values(scene: Scene, tables: Tables, paths: Collection[str] | None = No
             getattr(scene, collection)[name].validate(name)
         else:
             getattr(scene, collection).validate()
+    if paths is None or any(split(path)[2].startswith(MEDIUM) for path in paths):
+        for name in scene.materials:
+            scene.check_medium(name)
     return replace(tables, **_values(scene, tables.origin, tables.textures, {collection for collection, _ in held}))
 
 

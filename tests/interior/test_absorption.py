@@ -80,7 +80,7 @@ def test_pictures_change_as_their_derivatives_say(field: str, rough: bool) -> No
     assert half_width(found - exact) < 0.5 * abs(exact.mean())
 
 
-@pytest.mark.parametrize(("roughness", "spp"), [(0.0, 256), (0.4, 1024)])
+@pytest.mark.parametrize(("roughness", "spp"), [(0.0, 256), (0.4, 2048)])
 def test_edges_behind_an_absorbing_slab(roughness: float, spp: int) -> None:
     """A small lamp moves behind the slab: smooth glass shows its edges by scan lines, rough glass by chains."""
     need_every_table()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from edgegrad import Material, Mixture, Scene
+from edgegrad import Material, Medium, Mixture, Scene
 from edgegrad.derivatives.complex_step import jacobian
 from edgegrad.derivatives.table_derivatives import ParameterMap, shapes, with_requested
 from edgegrad.scene import parameters
@@ -30,12 +30,16 @@ def made() -> Scene:
     for light in scene.lights.values():
         if hasattr(light, "smooth"):
             light.smooth = 0.2
+    scene.world.medium = Medium((0.2, 0.3, 0.4), (0.1, 0.2, 0.3), 0.3)
+    haze = Medium((1.0, 0.3, 0.5), (0.1, 0.2, 0.3), -0.4)
+    scene.materials["haze"] = Material(np.full(3, 0.7), kind="TRANSPARENT", medium=haze)
     return scene
 
 
 SCENE = made()
 FLAT = tables.flatten(SCENE)
-PATHS = [path for path in parameters.paths(SCENE) if not path.endswith(WITHOUT) and ".textures." not in path]
+PATHS = [path for path in parameters.paths(SCENE) if not path.endswith(WITHOUT) and ".textures." not in path
+         and not (path.startswith("materials.haze.") and ".medium." not in path)]
 # Parameters on which the picture does not depend in this scene.
 ZERO = {
     *(f"meshes.{name}.attributes.unread" for name in ("moved", "copies", "lamps", "Cube.001", "still")),

@@ -188,3 +188,16 @@ def test_the_plan_names_what_motions_lack() -> None:
     scene.world.medium = scene.materials["fog"].medium
     scene.materials["fog"].medium = None
     assert "in media (the world's)" in str(edgegrad.plan(scene, ["meshes.floor.vertices"]))
+
+
+def test_an_update_that_gives_the_parts_of_a_mixture_different_media_is_refused() -> None:
+    scene = foggy_room()
+    fog = scene.materials["fog"]
+    scene.materials |= {"a": fog, "b": edgegrad.Material(np.ones(3), kind="TRANSPARENT", medium=fog.medium),
+                        "fog": edgegrad.Mixture(("a", "b"), np.array([0.5, 0.5]))}  # fmt: skip
+    renderer = edgegrad.Renderer(scene)
+    path = "materials.b.medium.absorption"
+    parameters.put(scene, path, np.ones(3))
+    with pytest.raises(ValueError, match="material 'fog': its parts have different media"):
+        renderer.update([path])
+        renderer.render(spp=1)

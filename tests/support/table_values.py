@@ -29,6 +29,8 @@ def values(flat: Tables) -> dict[str, F64]:
         "environment_rotation": flat.environment_rotation,
         "environment_pixels": flat.environment_pixels,
         "camera": flat.camera,
+        "media": flat.media,
+        "world_medium": flat.world_medium,
     }
     if flat.textures is not None:
         for name in ("pixels", "attributes", "lookups", "constants"):

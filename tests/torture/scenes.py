@@ -86,7 +86,8 @@ def case(seed: int) -> Case:
 
 def paths_of(scene: Scene) -> list[str]:
     """Every parameter that has a derivative."""
-    return [path for path in parameters.paths(scene) if not path.endswith(WITHOUT) and not _of_empty_medium(scene, path)]
+    paths = [path for path in parameters.paths(scene) if not path.endswith(WITHOUT)]
+    return [path for path in paths if not _of_empty_medium(scene, path)]
 
 
 def _of_empty_medium(scene: Scene, path: str) -> bool:

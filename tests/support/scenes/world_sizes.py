@@ -43,7 +43,7 @@ def resized_tangent(scene: Scene, path: str, value: Any, factor: float) -> F64:
         out = out * factor
     elif field == "smooth":
         out = out * factor**2
-    elif field == "absorption":
+    elif field in ("absorption", "scattering"):
         out = out / factor
     elif field == "power":
         out = out * factor ** ORDERS[parameters.owner(scene, path)[0].decay]

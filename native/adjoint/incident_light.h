@@ -62,6 +62,7 @@ struct Scattering {
     Int light_visible_to;
     Vec3 light_w, environment_w, next_w, fixed_w;
     Vec3 light_value, environment_value, next_value, fixed_value;
+    Vec3 kept;  // the change of what media keep of the emitter sample: 1, with a derivative
 };
 
 // The point of a surface that is the next vertex, with its motion.
@@ -125,6 +126,7 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
     s.light_visible_to = load(v.light_visible_to);
     s.light_w = s.environment_w = load3(v.direction), s.light_value = s.environment_value = zero3();
     s.fixed = s.veiled = splat(0);
+    s.kept = one3();
     // After perfect mirrors and smooth glass x is in screen form, so light stays in material form
     // (derivations, K).
     Mask may_fix = splat(0);

@@ -79,7 +79,8 @@ inline void pass_media(const SceneView& scene, const VertexMemory& memory, const
             depth[p.ray] +
             Vec3{row[kMediumExtinction], row[kMediumExtinction + 1], row[kMediumExtinction + 2]} * way;
     });
-    s.light_value = s.light_value * relative_change(depth[kRayToLight]);
+    s.kept = relative_change(depth[kRayToLight]);
+    s.light_value = s.light_value * s.kept;
     s.environment_value = s.environment_value * relative_change(depth[kRayToEnvironment]);
     s.next_value = select(s.last, s.next_value * relative_change(depth[kLastRay]), s.next_value);
 }

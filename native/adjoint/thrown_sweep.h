@@ -56,7 +56,7 @@ inline Vec3 thrown_light(const SceneView& scene, const Vertex& v, const ShadedSu
             splat(0), [&](int row, Mask seen, const LightRow& l, Float distance, Float) {
                 light = select(seen & (own_row == row), l.radiance * light_factor(l, t.w, distance), light);
             });
-        sum = select(s.thrown, t.value * light * load3(v.light_scale), sum);
+        sum = select(s.thrown, t.value * light * load3(v.light_scale) * s.kept, sum);
     }
     // The environment, where the continuing ray meets nothing
     if (any(s.thrown_beyond)) {

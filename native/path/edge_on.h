@@ -53,19 +53,21 @@ EG_INLINE Float edge_on_density(const EdgeOnFaces& faces, Mask hit, Int face, In
 // relative to 1/n.
 static void weigh_edge_on_kernel(const SceneView& scene, const EdgeOnFaces& faces, int32_t paths,
                                  bool by_area, Workspace& work) {
-    // Weight of each path, computed at its first recorded vertex.
+    // Other paths, which a medium scatters before the face, are found by camera samples alone
+    const float others = by_area ? 0.0f : 1.0f;
+    // Find the weight of each path, at its first recorded vertex on a surface
     float* weight = work.radiance[0];
     for (int at = 0; at < paths; at += W) store(weight + at, splat(-1.0f));
     for (int64_t k = 0; k < work.vertices->count; ++k) {
         VertexPacket<W>& v = work.vertices->at<W>(k);
         const Mask active = load(v.active);
         const Int path = select(active, load(v.path), splat(0));
-        Float w = gather(weight, path);
         const Int face = load(v.face), instance = load(v.instance);
         // The light of a ray that passes a medium is that of the surface behind it
-        const Mask starts = active & (w < 0.0f) & ~((face == splat(kInMedium)) & load(v.passes));
-        w = select(active & (w < 0.0f), splat(1.0f), w);
+        const Mask starts =
+            active & (gather(weight, path) < 0.0f) & ~((face == splat(kInMedium)) & load(v.passes));
         if (any(starts)) {
+            Float w = splat(others);
             // Look up the density of samples by area at the first hit
             const Float density = edge_on_density(faces, starts & (face >= 0), face, instance);
             const Mask listed = density > 0.0f;
@@ -83,10 +85,15 @@ static void weigh_edge_on_kernel(const SceneView& scene, const EdgeOnFaces& face
                 const Float share = area / (faces.samples * area + density);
                 w = select(listed, by_area ? share : faces.samples * share, w);
             }
-            // Apply the weight to the path's vertices
             for (int i = 0; i < W; ++i)
                 if (starts[i]) weight[path[i]] = w[i];
         }
+    }
+    // Apply the weights to the paths' vertices
+    for (int64_t k = 0; k < work.vertices->count; ++k) {
+        VertexPacket<W>& v = work.vertices->at<W>(k);
+        const Float found = gather(weight, select(load(v.active), load(v.path), splat(0)));
+        const Float w = select(found < 0.0f, splat(others), found);
         for (auto& channel : v.throughput) store(channel, load(channel) * w);
     }
 }

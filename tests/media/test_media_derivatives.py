@@ -11,6 +11,7 @@ import edgegrad
 from edgegrad.scene import parameters
 from tests.support.block_statistics import check, half_width, mean_p_value
 from tests.support.picture_differences import check_equal_bits, check_transpose, sums_of_differences
+from tests.support.scenes.gloss import glossy_ball
 from tests.support.small_scenes import box, camera, glowing, rectangle
 
 THIN = 1e-3  # 1/m: such a medium keeps nearly all light, so that its transmittance hardly changes
@@ -201,3 +202,18 @@ def test_an_update_that_gives_the_parts_of_a_mixture_different_media_is_refused(
     with pytest.raises(ValueError, match="material 'fog': its parts have different media"):
         renderer.update([path])
         renderer.render(spp=1)
+
+
+@pytest.mark.parametrize("path", ["world.medium.absorption", "world.medium.scattering", "materials.lamp.emission"])
+def test_values_beside_motions_in_fog(path: str) -> None:
+    """Where the ball may move, faces seen edge-on are sampled by area: without light scattered before them."""
+    scene = glossy_ball.scene("metal", 0.5, "area", "none")
+    scene.materials["ball"] = edgegrad.Material(np.full(3, 0.7), kind="DIFFUSE")
+    scene.world = edgegrad.World(np.zeros(3), medium=edgegrad.Medium((0.1,) * 3, (0.3,) * 3))
+    options: dict[str, Any] = {"spp": 32, "max_depth": 3, "terms": ("interior",)}
+    alone, beside = (
+        np.array([edgegrad.Renderer(scene).render_forward({path: np.ones(3), **more}, seed=seed, **options).sum()
+                  for seed in range(16)]) for more in ({}, {"meshes.ball.transform": np.zeros((4, 4))})
+    )  # fmt: skip
+    check(mean_p_value(beside - alone, 0.0, rounding=2e-3 * abs(alone.mean())))
+    assert half_width(beside - alone) < 0.2 * abs(alone.mean())

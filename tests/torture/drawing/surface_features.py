@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from edgegrad import Material, Mesh, Mixture
+from edgegrad import Material, Medium, Mesh, Mixture
 from edgegrad import expression as e
 from tests.support import shapes as solids
 from tests.support.rich_scene import pose, turn
@@ -48,6 +48,17 @@ def change(made: Comparison, name: str, textures: dict[str, e.Expression] | None
     old = made.scene.materials[name]
     assert isinstance(old, Material)
     put(made, "materials", name, replace(old, textures={**old.textures, **(textures or {})}, **fields))
+
+
+def _smoke(draw: Draw, made: Comparison) -> Sequence[str]:
+    """A cube of smoke around the body, clear of the floor."""
+    size = draw.log(0.05, 0.5)
+    parts = [tuple((size * draw.rng.uniform(0.5, 1.0, 3)).tolist()) for _ in range(2)]
+    smoke = Medium(*parts, draw.one((0.0, 0.4, -0.4)))
+    vertices, faces = solids.cube(2.4)
+    put(made, "materials", "smoke", Material(np.ones(3), kind="TRANSPARENT", medium=smoke))
+    put(made, "meshes", "smoke", Mesh(vertices + [0.1, 0.0, 0.6], faces, ("smoke",)))
+    return tuple(f"materials.smoke.medium.{field}" for field in ("scattering", "absorption", "anisotropy"))
 
 
 def _second_material(draw: Draw, made: Comparison) -> Sequence[str]:
@@ -179,4 +190,5 @@ FEATURES: dict[str, Feature] = {
     "values of copies": _placed,
     "glow": _glow,
     "lens before": _lens,
+    "smoke": _smoke,
 }

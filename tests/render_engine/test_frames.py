@@ -257,7 +257,7 @@ def test_what_is_left_out_is_reported(scene: Any, monkeypatch: Any) -> None:
     scene.render.border_max_x = 0.5
     bpy.data.objects["Cube"].is_shadow_catcher = True
     bpy.ops.render.render()
-    assert [line.split(":")[0] for line in said] == ["object 'Cube'", "view layer 'ViewLayer'"]
+    assert [line.split(":")[0] for line in said] == ["Object 'Cube'", "View layer 'ViewLayer'"]
     assert said[1].endswith("its passes Mist are not rendered")
 
 
@@ -284,7 +284,7 @@ def test_a_frame_in_another_thread_bakes_nothing(scene: Any, tmp_path: Path, mon
     material.node_tree.links.new(made.outputs["Value"], bs.shader(material).inputs["Color"])
     rendered(tmp_path)
     assert len(said) == 1 and not errors
-    assert said[0].startswith("material 'Red': isn't baked; the sockets' own values are used")
+    assert said[0].startswith("Material 'Red': isn't baked; the sockets' own values are used")
 
 
 def test_view_layers_are_rendered_one_by_one(scene: Any, tmp_path: Path) -> None:

@@ -53,8 +53,8 @@ def change(made: Comparison, name: str, textures: dict[str, e.Expression] | None
 def _smoke(draw: Draw, made: Comparison) -> Sequence[str]:
     """A cube of smoke around the body, clear of the floor."""
     size = draw.log(0.05, 0.5)
-    parts = [tuple((size * draw.rng.uniform(0.5, 1.0, 3)).tolist()) for _ in range(2)]
-    smoke = Medium(*parts, draw.one((0.0, 0.4, -0.4)))
+    scattering, absorption = (tuple((size * draw.rng.uniform(0.5, 1.0, 3)).tolist()) for _ in range(2))
+    smoke = Medium(scattering, absorption, draw.one((0.0, 0.4, -0.4)))
     vertices, faces = solids.cube(2.4)
     put(made, "materials", "smoke", Material(np.ones(3), kind="TRANSPARENT", medium=smoke))
     put(made, "meshes", "smoke", Mesh(vertices + [0.1, 0.0, 0.6], faces, ("smoke",)))

@@ -27,8 +27,8 @@ def warn_about_absorbing(out: Export) -> None:
     """Report open meshes that absorb light, and objects within meshes that do."""
     for name, mesh in out.scene.meshes.items():
         absorbs = any(_absorbs(out.scene, material) for material in mesh.materials)
-        media = {one.medium for material in mesh.used_materials for one in out.scene.closures(material)}
-        filled = media != {None}
+        media = media_of(out.scene, name)
+        filled = media != [None]
         if not absorbs and not filled:
             continue
         where = f"object '{out.meshes[name].object}'"
@@ -48,6 +48,12 @@ def warn_about_absorbing(out: Export) -> None:
         for other in _within(out.scene, name, label):
             out.report.warn(where, f"absorbs light, but not on its way to object '{out.meshes[other].object}', which "
                             "stands in it")  # fmt: skip
+
+
+def media_of(scene: edgegrad.Scene, name: str) -> list[edgegrad.Medium | None]:
+    """The different media of the materials of a mesh; None is that of a material without a medium."""
+    found = (one.medium for material in scene.meshes[name].used_materials for one in scene.closures(material))
+    return list(dict.fromkeys(found))
 
 
 def _absorbs(scene: edgegrad.Scene, name: str) -> bool:

@@ -18,7 +18,7 @@ from edgegrad.scene.placement import places
 from ..effects import change_by_media
 from ..exported import Export
 from ..geometry.visibility import RAYS
-from .absorbing_meshes import MOST_PLACES
+from .absorbing_meshes import MOST_PLACES, media_of
 from .volumes import ALIKE
 
 F64 = NDArray[np.float64]
@@ -56,8 +56,7 @@ def _warn(out: Export, name: str, other: str, one: float, two: float, changing: 
 
 def _media(scene: edgegrad.Scene, name: str) -> list[edgegrad.Medium]:
     """Media of the materials of a mesh."""
-    found = (one.medium for material in scene.meshes[name].used_materials for one in scene.closures(material))
-    return [one for one in dict.fromkeys(found) if one is not None]
+    return [one for one in media_of(scene, name) if one is not None]
 
 
 def _boxes(mesh: edgegrad.Mesh) -> F64:

@@ -16,6 +16,7 @@ from edgegrad.geometry import topology
 from edgegrad.scene.placement import places
 
 from ..exported import Export
+from ..geometry.normals import unit
 
 F64 = NDArray[np.float64]
 
@@ -45,7 +46,7 @@ def _behind(scene: edgegrad.Scene, mesh: edgegrad.Mesh, light: Any) -> bool:
     for place in places(mesh)[:MOST_PLACES]:
         corners = vertices[faces] @ place[:, :3].T + place[:, 3]
         middle = corners.mean(axis=1)
-        normal = _unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+        normal = unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
         view = np.einsum("fk,fk->f", normal, _to_camera(scene.camera, middle))
         lit = np.einsum("fk,fk->f", normal, _to_light(light, middle)) * np.sign(view)
         if ((lit < 0.0) & (lit > -STEEPEST)).any():
@@ -62,11 +63,6 @@ def _to_camera(camera: edgegrad.Camera, points: F64) -> F64:
 def _to_light(light: Any, points: F64) -> F64:
     """Unit vectors to the middle of a lamp."""
     if isinstance(light, edgegrad.SunLight):
-        return np.broadcast_to(_unit(-np.asarray(light.direction, np.float64)), points.shape)
+        return np.broadcast_to(unit(-np.asarray(light.direction, np.float64)), points.shape)
     middle = light.to_world[:3, 3] if isinstance(light, edgegrad.AreaLight) else light.position
-    return _unit(middle - points)
-
-
-def _unit(vectors: F64) -> F64:
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.asarray(vectors / np.maximum(length, 1e-30))
+    return unit(middle - points)
